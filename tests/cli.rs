@@ -1,4 +1,4 @@
-//! The command end to end: catalogues, single evaluations, exit codes, and one clear line for every bad input.
+//! The command end to end: catalogues, exit codes, and one clear line for every bad input.
 
 #![allow(
     clippy::unwrap_used,
@@ -11,8 +11,6 @@ use std::process::Command;
 
 mod command;
 mod cube;
-#[path = "../crates/packing/tests/golden/cases.rs"]
-mod golden;
 
 use command::{json, ppnpack, refused};
 use cube::cube_ply;
@@ -216,67 +214,6 @@ fn a_full_disk_fails_and_leaves_nothing_that_looks_whole() {
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{error}");
     assert!(error.contains("/dev/full/out cannot be written"), "{error}");
-}
-
-#[test]
-fn evaluate_prints_what_the_golden_cases_say() {
-    let golden = &golden::cases()[7];
-    let folder = tempfile::tempdir().unwrap();
-    let case = folder.path().join("case.npz");
-    let mut npz = ndarray_npy::NpzWriter::new(std::fs::File::create(&case).unwrap());
-    npz.add_array("container", &golden.container).unwrap();
-    npz.add_array("object_top", &golden.top).unwrap();
-    npz.add_array("object_bottom", &golden.bottom).unwrap();
-    npz.finish().unwrap();
-    for (heuristic, expected) in [
-        ("sdf", &golden.sdf),
-        ("dbl", &golden.dbl),
-        ("hm", &golden.hm),
-    ] {
-        let arguments = [
-            "evaluate",
-            "--case",
-            case.to_str().unwrap(),
-            "--heuristic",
-            heuristic,
-            "--json",
-        ];
-        let found = json(&ppnpack(&arguments));
-        let mut compared = 0;
-        for ((x, y), height) in golden
-            .drop
-            .indexed_iter()
-            .filter(|(_, height)| **height >= 0)
-        {
-            assert_eq!(found["drop"][x][y], *height);
-            assert_eq!(found["fits"][x][y], 1);
-            let value = found["value"][x][y].as_f64().unwrap();
-            let error = f64::from(value as f32) - f64::from(expected[[x, y]]);
-            assert!(error.abs() <= 1e-3, "{heuristic} at {x}, {y}: {value}");
-            compared += 1;
-        }
-        assert!(compared > 0);
-    }
-}
-
-#[test]
-fn broken_cases_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("case.npz");
-    std::fs::write(&file, b"PK no").unwrap();
-    refused(
-        &["evaluate", "--case", file.to_str().unwrap()],
-        &["case.npz", "no complete .npz file"],
-    );
-    refused(&["evaluate", "--case", "/nowhere.npz"], &["/nowhere.npz"]);
-    let mut npz = ndarray_npy::NpzWriter::new(std::fs::File::create(&file).unwrap());
-    npz.add_array("container", &ndarray::array![[0_i16, -4]])
-        .unwrap();
-    npz.finish().unwrap();
-    refused(
-        &["evaluate", "--case", file.to_str().unwrap()],
-        &["object_top"],
-    );
 }
 
 #[test]

@@ -386,7 +386,7 @@ class Packing:
                 },
                 "reasons": [],
                 "set_aside": [],
-                "containers": [{"container": CELL, "sequence": 0, "is_open": True, "is_ready": False, "is_coming": False}],
+                "containers": [{"container": CELL, "sequence": 0, "is_open": True, "is_coming": False}],
                 "closed": [],
                 "pending": pending and pending["decision_id"],
             },

@@ -98,7 +98,7 @@ impl Order {
             object,
             item: OrderItem {
                 mass_kg: Some(known.model.mass.mass_kg),
-                ..OrderItem::new(Arc::clone(&self.name), known.item.mesh_volume_m3())
+                ..OrderItem::new(Arc::clone(&self.name))
             },
             stop: Stop::LAST,
         }));
@@ -273,7 +273,6 @@ mod tests {
         // What the table does not say is the catalogue's.
         assert_eq!(a.items[2].item.group, None);
         assert!(a.items[2].item.mass_kg.is_some_and(|mass_kg| mass_kg > 0.0));
-        assert!(a.items[2].item.volume_m3 > 0.0);
     }
 
     #[test]

@@ -2,7 +2,6 @@
 //! further commands build on: options, output, sequences, the simulated cell, all services in one process.
 
 mod commands;
-mod comparison;
 pub mod drawing;
 pub mod failure;
 pub mod launcher;
@@ -50,8 +49,6 @@ struct Arguments<More: Commands> {
 enum Command<More: Commands> {
     /// Pack one sequence of objects in the simulated cell and report on it
     Pack(Box<commands::pack::PackArguments>),
-    /// Compare two packings: settings, figures, and where their choices part
-    Compare(commands::compare::CompareArguments),
     /// Run all services in one process, over Zenoh
     Up(Box<commands::up::UpArguments>),
     /// Show which services are alive, and whether they are ready
@@ -78,8 +75,6 @@ enum Command<More: Commands> {
     Recognise(Box<commands::recognise::RecogniseArguments>),
     /// Find the container's pose and size in a cloud of it empty
     Calibrate(commands::calibrate::CalibrateArguments),
-    /// Evaluate one object on one container at every offset
-    Evaluate(commands::evaluate::EvaluateArguments),
 }
 
 /// Runs the command line of this process; `backend` provides what needs libtorch.
@@ -104,7 +99,6 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
 fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcome {
     match command {
         Command::Pack(arguments) => commands::pack::run(arguments, backend),
-        Command::Compare(arguments) => commands::compare::run(arguments),
         Command::Up(arguments) => commands::up::run(arguments, backend),
         Command::Status(arguments) => commands::status::run(arguments),
         Command::Watch(arguments) => commands::watch::run(arguments),
@@ -118,6 +112,5 @@ fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcom
         Command::Perceive(arguments) => commands::perceive::run(arguments),
         Command::Recognise(arguments) => commands::recognise::run(arguments),
         Command::Calibrate(arguments) => commands::calibrate::run(arguments),
-        Command::Evaluate(arguments) => commands::evaluate::run(arguments),
     }
 }

@@ -35,8 +35,8 @@ pub struct OpenContainer<'a> {
     pub grid: &'a Grid,
     /// Its content.
     pub scene: &'a Scene,
-    /// The volume of what it holds, in cubic metres.
-    pub filled_m3: f64,
+    /// How much of it is filled, in percent of its volume.
+    pub filled_percent: f64,
 }
 
 /// What a step over open containers is planned on, and what is asked of it.
@@ -103,8 +103,6 @@ pub struct Effort {
     pub searched: usize,
     /// Whether the time was over before everything was looked at.
     pub is_cut: bool,
-    /// Containers, and the arrivals of items that have no valid placement there: all of their placements were looked at.
-    pub missed: BTreeSet<(usize, usize)>,
 }
 
 impl Effort {
@@ -122,7 +120,6 @@ impl AddAssign for Effort {
         self.refusals.add(&other.refusals);
         self.searched += other.searched;
         self.is_cut |= other.is_cut;
-        self.missed.extend(other.missed);
     }
 }
 
@@ -183,16 +180,9 @@ impl OpenContainers {
                 below: best.as_ref().map(|best| best.below(container)),
                 ..StepInput::new(at.grid, at.scene, &admitted)
             };
-            let mut own = Effort::default();
-            match known.offer(&input, &mut own)? {
-                Some(offer) => best = Some(Best { container, offer }),
-                None if input.below.is_none() && !own.is_cut => {
-                    let missed = admitted.iter().map(|held| (container, held.arrival));
-                    own.missed.extend(missed);
-                }
-                None => {}
+            if let Some(offer) = known.offer(&input, &mut effort)? {
+                best = Some(Best { container, offer });
             }
-            effort += own;
             if best.is_some() && step.choice == ContainerChoice::Fullest {
                 break;
             }
@@ -229,11 +219,11 @@ impl OpenContainers {
 fn order(containers: &[OpenContainer<'_>], choice: ContainerChoice) -> Vec<usize> {
     let mut order: Vec<usize> = (0..containers.len()).collect();
     if choice == ContainerChoice::Fullest {
-        let filled_m3 = |container: &usize| {
+        let percent = |container: &usize| {
             let container = containers.get(*container);
-            container.map_or(0.0, |container| container.filled_m3)
+            container.map_or(0.0, |container| container.filled_percent)
         };
-        order.sort_by(|a, b| filled_m3(b).total_cmp(&filled_m3(a)));
+        order.sort_by(|a, b| percent(b).total_cmp(&percent(a)));
     }
     order
 }

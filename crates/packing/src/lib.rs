@@ -33,7 +33,6 @@
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;
-pub mod capacity;
 pub mod check;
 pub mod closing;
 pub mod coarse;
@@ -67,7 +66,6 @@ pub mod rules;
 pub mod scene_value;
 pub mod score_map;
 pub mod search;
-pub mod sizes;
 pub mod stability;
 pub mod step;
 pub mod stream;

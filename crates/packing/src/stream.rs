@@ -1,11 +1,9 @@
 //! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
 //! opened in its place, where nothing in the buffer has a valid placement in any, or a rule says so.
 
-use std::collections::BTreeMap;
-
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
-use crate::closing::{Closing, ClosingRules, Fill, Missed};
+use crate::closing::{self, Closing, ClosingRules, Fill};
 use crate::containers::{
     Chosen, ContainerChoice, ContainersStep, Effort, OpenContainer, OpenContainers,
 };
@@ -16,14 +14,13 @@ use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
 use crate::orders::{Attempt, Orders};
 use crate::plan::{Planner, StageError};
-use crate::sizes::size_to_open;
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
     /// A container with its cell.
     type Cell: PackingCell;
 
-    /// An empty container, the `number`th from 0, and who plans for it; its grid is one of those of the stream.
+    /// An empty container, the `number`th from 0, and who plans for it; its grid is that of the stream.
     ///
     /// # Errors
     /// What keeps it from coming.
@@ -41,8 +38,6 @@ pub struct StreamPlay {
     pub choice: ContainerChoice,
     /// When one is closed though items fit into others.
     pub closing: ClosingRules,
-    /// How full containers are expected to become, in percent: where there are several sizes, the one to open is chosen by that.
-    pub expected_percent: f64,
 }
 
 /// A container and what was packed into it.
@@ -50,7 +45,7 @@ pub struct StreamPlay {
 pub struct Filled<C> {
     /// Its number, in the order in which they were opened.
     pub number: usize,
-    /// Its grid, which says its size.
+    /// Its grid.
     pub grid: Grid,
     /// Its cell.
     pub cell: C,
@@ -60,7 +55,6 @@ pub struct Filled<C> {
     pub scene: Scene,
     /// Why it was closed; `None` as long as it is open.
     pub closing: Option<Closing>,
-    missed: Missed,
 }
 
 impl<C: PackingCell> Filled<C> {
@@ -102,7 +96,6 @@ impl<C: PackingCell> Filled<C> {
     }
 
     fn place(&mut self, step: Step) -> Result<(), EpisodeError> {
-        self.missed.forget();
         let number = step.step;
         let failed = |source| EpisodeError::Cell {
             step: number,
@@ -132,29 +125,24 @@ pub struct Stream<C> {
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream into containers of these sizes: of each that is opened it is chosen by what waits. Rules of orders that give way are kept
-/// as long as something can be packed so.
+/// Packs a stream into containers of this grid. Rules of orders that give way are kept as long as something can be packed so.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
 pub fn play_stream<S: ContainerSupply>(
-    sizes: &[Grid],
+    grid: &Grid,
     supply: &mut S,
     sequence: Vec<Candidate>,
     orders: Orders,
     how: StreamPlay,
 ) -> Result<Stream<S::Cell>, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
-    let mut containers = Containers::new(sizes, supply, orders, how, buffer.candidates())?;
+    let mut containers = Containers::new(grid, supply, orders, how)?;
     let mut closed = Vec::new();
     let mut unplaceable = Vec::new();
     for step in 0.. {
         if buffer.candidates().is_empty() {
             break;
-        }
-        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
-            closed.push(containers.close(container, why));
-            containers.open_next(supply, step, buffer.candidates())?;
         }
         containers.orders.begin(buffer.candidates());
         let (chosen, effort) = containers.plan(step, buffer.candidates())?;
@@ -172,11 +160,11 @@ pub fn play_stream<S: ContainerSupply>(
             }
         } else if let Some(fullest) = containers.fullest() {
             closed.push(containers.close(fullest, Closing::NothingFits));
-            containers.open_next(supply, step, buffer.candidates())?;
+            containers.open_next(supply, step)?;
         }
-        while let Some((container, why)) = containers.due_closing(buffer.candidates()) {
+        while let Some((container, why)) = containers.due_closing() {
             closed.push(containers.close(container, why));
-            containers.open_next(supply, step, buffer.candidates())?;
+            containers.open_next(supply, step)?;
         }
     }
     Ok(Stream {
@@ -202,8 +190,7 @@ fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Ste
 
 /// The open containers of a stream, and who plans for them.
 struct Containers<'a, C> {
-    sizes: &'a [Grid],
-    expected_percent: f64,
+    grid: &'a Grid,
     planners: OpenContainers,
     filled: Vec<Filled<C>>,
     orders: Orders,
@@ -214,15 +201,13 @@ struct Containers<'a, C> {
 
 impl<'a, C: PackingCell> Containers<'a, C> {
     fn new<S: ContainerSupply<Cell = C>>(
-        sizes: &'a [Grid],
+        grid: &'a Grid,
         supply: &mut S,
         orders: Orders,
         how: StreamPlay,
-        waiting: &[Candidate],
     ) -> Result<Self, EpisodeError> {
         let mut containers = Self {
-            sizes,
-            expected_percent: how.expected_percent,
+            grid,
             planners: OpenContainers::default(),
             filled: Vec::new(),
             orders,
@@ -231,7 +216,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
             opened: 0,
         };
         for _ in 0..how.open.max(1) {
-            containers.open_next(supply, 0, waiting)?;
+            containers.open_next(supply, 0)?;
         }
         Ok(containers)
     }
@@ -240,40 +225,23 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         &mut self,
         supply: &mut S,
         step: u64,
-        waiting: &[Candidate],
     ) -> Result<(), EpisodeError> {
         let failed = |source| EpisodeError::Cell { step, source };
         let number = self.opened;
-        let grid = self.size_to_open(waiting);
-        let grid = grid.ok_or_else(|| failed("there is no size of containers".into()))?;
-        let (planner, mut cell) = supply.next(number, grid).map_err(failed)?;
+        let (planner, mut cell) = supply.next(number, self.grid).map_err(failed)?;
         let scene = cell.scan().map_err(failed)?;
         self.planners.open(planner);
         self.orders.opened();
         self.filled.push(Filled {
             number,
-            grid: grid.clone(),
+            grid: self.grid.clone(),
             cell,
             steps: Vec::new(),
             scene,
             closing: None,
-            missed: Missed::default(),
         });
         self.opened += 1;
         Ok(())
-    }
-
-    /// The size for what waits: the first order that is begun nowhere, and without one the buffer.
-    fn size_to_open(&mut self, waiting: &[Candidate]) -> Option<&'a Grid> {
-        self.orders.begin(waiting);
-        let arrivals: BTreeMap<usize, f64> = waiting
-            .iter()
-            .map(|held| (held.arrival, held.item.mesh_volume_m3()))
-            .collect();
-        let waiting_m3 = self.orders.next_m3();
-        let waiting_m3 = waiting_m3.unwrap_or_else(|| arrivals.values().sum());
-        let at = size_to_open(self.sizes, waiting, waiting_m3, self.expected_percent)?;
-        self.sizes.get(at)
     }
 
     /// Plans what is most urgent first, by all rules and without those that give way where nothing can be packed by them.
@@ -285,7 +253,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         let open = self.filled.iter().map(|filled| OpenContainer {
             grid: &filled.grid,
             scene: &filled.scene,
-            filled_m3: filled.placed_m3(),
+            filled_percent: filled.fill().percent(),
         });
         let open: Vec<_> = open.collect();
         let orders = &self.orders;
@@ -305,44 +273,21 @@ impl<'a, C: PackingCell> Containers<'a, C> {
                 break;
             }
         }
-        self.note_missed(&effort);
         Ok((chosen, effort))
     }
 
-    fn note_missed(&mut self, effort: &Effort) {
-        for (container, arrival) in &effort.missed {
-            if let Some(filled) = self.filled.get_mut(*container) {
-                filled.missed.note(*arrival, &self.closing);
-            }
-        }
-    }
-
-    /// A container that a rule closes, with these items in the buffer, and why.
-    fn due_closing(&mut self, candidates: &[Candidate]) -> Option<(usize, Closing)> {
-        let fills = self.fills();
-        let each = self.filled.iter().zip(&fills).enumerate();
-        let mut by_fill = each.filter_map(|(container, (filled, fill))| {
-            let closing = self.closing.closing(fill, &filled.missed)?;
+    /// A container that a rule closes, and why.
+    fn due_closing(&self) -> Option<(usize, Closing)> {
+        let each = self.filled.iter().enumerate();
+        let mut by_fill = each.filter_map(|(container, filled)| {
+            let closing = self.closing.closing(&filled.fill())?;
             Some((container, closing))
         });
-        if let Some(found) = by_fill.next() {
-            return Some(found);
-        }
-        if self.closing.order_complete
-            && let Some(container) = self.orders.complete()
-        {
-            return Some((container, Closing::OrderComplete));
-        }
-        if !self.closing.rest_of_order {
-            return None;
-        }
-        self.orders.begin(candidates);
-        let closed = self.orders.closed_for_next().into_iter();
-        self.closing.fullest_that_may_leave(&fills, closed)
-    }
-
-    fn fills(&self) -> Vec<Fill> {
-        self.filled.iter().map(Filled::fill).collect()
+        by_fill.next().or_else(|| {
+            let complete = self.orders.complete();
+            let complete = complete.filter(|_| self.closing.order_complete)?;
+            Some((complete, Closing::OrderComplete))
+        })
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
@@ -363,18 +308,16 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// The fullest container that may leave; of equal ones that which was opened first.
+    /// The fullest container; of equal ones that which was opened first.
     fn fullest(&self) -> Option<usize> {
-        self.closing.fullest(&self.fills())
+        let fills: Vec<Fill> = self.filled.iter().map(Filled::fill).collect();
+        closing::fullest(&fills)
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
         self.planners.close(container);
         self.orders.closed(container);
         let mut filled = self.filled.remove(container);
-        if why.is_as_full_as_it_gets() {
-            self.orders.learn(filled.placed_m3());
-        }
         filled.closing = Some(why);
         filled
     }

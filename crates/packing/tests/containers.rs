@@ -41,12 +41,12 @@ fn expected(
     choice: ContainerChoice,
 ) -> Option<(usize, usize, f64)> {
     let mut offers = Vec::new();
-    for (container, (scene, filled_m3)) in scenes.iter().enumerate() {
+    for (container, (scene, filled_percent)) in scenes.iter().enumerate() {
         let mut planner = planner(grid, heuristic);
         let plan = planner.plan(&StepInput::new(grid, scene, candidates));
         if let Some(at) = plan.unwrap().choice() {
             let arrival = candidates[at.candidate].arrival;
-            offers.push((*filled_m3, (container, arrival, at.value)));
+            offers.push((*filled_percent, (container, arrival, at.value)));
         }
     }
     // The first of equal ones.
@@ -87,7 +87,7 @@ proptest! {
             open.open(planner(&grid, heuristic));
             cells.push(IdealCell::holding(&grid, scene));
         }
-        let mut filled_m3 = vec![0.0, 1.0, 0.5];
+        let mut filled_percent = vec![0.0, 1.0, 0.5];
         let mut waiting: Vec<Candidate> = Candidate::sequence(items);
         let mut step = 0;
         while !waiting.is_empty() {
@@ -95,11 +95,11 @@ proptest! {
             let scenes: Vec<(Scene, f64)> = cells
                 .iter_mut()
                 .map(|cell| cell.scan().unwrap())
-                .zip(filled_m3.clone())
+                .zip(filled_percent.clone())
                 .collect();
             let containers: Vec<OpenContainer<'_>> = scenes
                 .iter()
-                .map(|(scene, filled_m3)| OpenContainer { grid: &grid, scene, filled_m3: *filled_m3 })
+                .map(|(scene, filled_percent)| OpenContainer { grid: &grid, scene, filled_percent: *filled_percent })
                 .collect();
             let input = ContainersStep { step, choice, ..ContainersStep::new(&containers, &buffer) };
             let (chosen, effort) = open.plan(&input).unwrap();
@@ -118,7 +118,7 @@ proptest! {
             let cell = &mut cells[chosen.container];
             cell.place(taken, &chosen.placement.resting, &chosen.evidence).unwrap();
             open.changed(chosen.container);
-            filled_m3[chosen.container] += 0.1;
+            filled_percent[chosen.container] += 0.1;
             waiting.retain(|held| held.arrival != taken.arrival);
         }
     }
@@ -131,8 +131,8 @@ proptest! {
     ) {
         let count = items.len();
         let mut supply = Ideal;
-        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default(), expected_percent: 40.0 };
-        let stream = play_stream(std::slice::from_ref(&grid), &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
+        let how = StreamPlay { open, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default() };
+        let stream = play_stream(&grid, &mut supply, Candidate::sequence(items), Orders::default(), how).unwrap();
         prop_assert_eq!(stream.open.len(), open);
         let all = || stream.closed.iter().chain(&stream.open);
         let placed = all().flat_map(|filled| filled.steps.iter().map(|step| step.candidate.arrival));
@@ -153,9 +153,9 @@ proptest! {
         buffer in 1_usize..4,
     ) {
         let mut left = Candidate::sequence(items);
-        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default(), expected_percent: 40.0 };
+        let how = StreamPlay { open: 1, buffer, choice: ContainerChoice::Fullest, closing: ClosingRules::default() };
         let mut supply = Ideal;
-        let stream = play_stream(std::slice::from_ref(&grid), &mut supply, left.clone(), Orders::default(), how).unwrap();
+        let stream = play_stream(&grid, &mut supply, left.clone(), Orders::default(), how).unwrap();
         let mut containers = stream.closed.iter().chain(&stream.open);
         let fits_nowhere: Vec<usize> = stream.unplaceable.iter().map(|held| held.arrival).collect();
         left.retain(|held| !fits_nowhere.contains(&held.arrival));
@@ -194,7 +194,7 @@ fn a_container_that_did_not_change_is_searched_for_new_items_alone() {
         let containers = scenes.iter().map(|scene| OpenContainer {
             grid: &grid,
             scene,
-            filled_m3: 0.0,
+            filled_percent: 0.0,
         });
         let containers: Vec<_> = containers.collect();
         let input = ContainersStep {
@@ -227,7 +227,7 @@ fn a_container_that_nothing_fits_into_is_not_searched_again() {
         let containers = scenes.each_ref().map(|scene| OpenContainer {
             grid: &grid,
             scene,
-            filled_m3: f64::from(scene.heightmap().max()),
+            filled_percent: f64::from(scene.heightmap().max()),
         });
         open.plan(&ContainersStep::new(&containers, buffer))
             .unwrap()
@@ -290,7 +290,7 @@ fn an_item_that_was_looked_at_down_to_the_offer_of_another_container_is_looked_a
     let containers = [0; 3].map(|_| OpenContainer {
         grid: &grid,
         scene: &scene,
-        filled_m3: 0.0,
+        filled_percent: 0.0,
     });
     // What items 3, 4, 5 and 6 cost in each container.
     let prices = [

@@ -12,7 +12,6 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::capacity::Capacity;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::containers::{
     Chosen, ContainerChoice, ContainersStep, OpenContainer, OpenContainers,
@@ -79,19 +78,18 @@ fn arriving() -> impl Strategy<Value = Arriving> {
         maybe(&GROUPS),
         maybe(&["x", "y"]),
         mass,
-        0.1..2.0,
         0..3_u32,
         stop,
     )
         .prop_map(
-            |(size, order, group, bundle, mass_kg, volume_m3, urgency, stop)| Arriving {
+            |(size, order, group, bundle, mass_kg, urgency, stop)| Arriving {
                 size,
                 line: OrderItem {
                     group,
                     bundle,
                     mass_kg,
                     urgency,
-                    ..OrderItem::new(order.to_string().into(), volume_m3)
+                    ..OrderItem::new(order.to_string().into())
                 },
                 stop: Stop::new(stop),
             },
@@ -105,30 +103,15 @@ fn rules() -> impl Strategy<Value = ContainerRules> {
         proptest::collection::vec((group(), group()), 0..2)
     };
     let most_kg = prop_oneof![Just(None), (3.0..9.0).prop_map(Some)];
-    let expected_m3 = prop_oneof![Just(None), (2.0..8.0).prop_map(Some)];
-    (
-        sharing,
-        any::<bool>(),
-        pairs(),
-        pairs(),
-        most_kg,
-        expected_m3,
-        prop_oneof![Just(None), (1.0..99.0).prop_map(Some)],
+    (sharing, any::<bool>(), pairs(), pairs(), most_kg).prop_map(
+        |(sharing, undivided, apart, together, most_kg)| ContainerRules {
+            sharing,
+            undivided,
+            apart,
+            together,
+            most_kg,
+        },
     )
-        .prop_map(
-            |(sharing, undivided, apart, together, most_kg, expected_m3, certainty_percent)| {
-                ContainerRules {
-                    sharing,
-                    undivided,
-                    apart,
-                    together,
-                    most_kg,
-                    expected_m3,
-                    spread_m3: certainty_percent.map(|_| 0.5),
-                    certainty_percent,
-                }
-            },
-        )
 }
 
 /// An item that was placed.
@@ -229,10 +212,6 @@ impl<'a> World<'a> {
     fn mass_kg(&self, items: &[usize]) -> f64 {
         let masses = items.iter().filter_map(|item| self.line(*item).mass_kg);
         masses.sum()
-    }
-
-    fn volume_m3(&self, items: &[usize]) -> f64 {
-        items.iter().map(|item| self.line(*item).volume_m3).sum()
     }
 
     fn orders(&self, items: &[usize]) -> BTreeSet<&'a str> {
@@ -338,33 +317,6 @@ impl<'a> World<'a> {
         let over = |needed: f64, most: Option<f64>, over: f64| {
             (needed - most.unwrap() - over).abs() < NEAR && over > 0.0
         };
-        // Too much, or not certain enough to fit.
-        let no_room = |bar: &Bar, promised: &[usize]| match bar {
-            Bar::NoRoomForOrder { order, over_m3 } => {
-                let needed_m3 = self.volume_m3(&held) + self.volume_m3(promised);
-                *order == item.order
-                    && self.rules.certainty_percent.is_none()
-                    && over(needed_m3, self.rules.expected_m3, *over_m3)
-            }
-            Bar::OrderUnlikely {
-                order,
-                rest_m3,
-                percent,
-            } => {
-                let is_of = |one: &usize| self.line(*one).order == *order;
-                let of_order: Vec<usize> = to_come.iter().copied().filter(is_of).collect();
-                let capacity = Capacity {
-                    mean_m3: self.rules.expected_m3.unwrap(),
-                    spread_m3: 0.5,
-                };
-                let certainty = capacity.certainty(self.volume_m3(&held), self.volume_m3(promised));
-                *order == item.order
-                    && (rest_m3 - self.volume_m3(&of_order)).abs() < NEAR
-                    && (percent - 100.0 * certainty).abs() < 1e-3
-                    && *percent < self.rules.certainty_percent.unwrap()
-            }
-            _ => false,
-        };
         match bar {
             Bar::OtherOrder(other) => {
                 self.rules.sharing == Sharing::OneOrder
@@ -408,17 +360,6 @@ impl<'a> World<'a> {
                     Bar::TooHeavy { over_kg } => {
                         over(self.mass_kg(&all), self.rules.most_kg, *over_kg)
                     }
-                    Bar::NoRoomForOrder { .. } | Bar::OrderUnlikely { .. } => {
-                        let orders = self.orders(&held);
-                        let promised: Vec<usize> = to_come
-                            .iter()
-                            .copied()
-                            .filter(|one| {
-                                orders.contains(&*self.line(*one).order) || rest.contains(one)
-                            })
-                            .collect();
-                        !held.is_empty() && no_room(bar, &promised)
-                    }
                     _ => false,
                 };
                 self.is_tied_by(tie, arrival) && !is_begun && is_so
@@ -451,15 +392,6 @@ impl<'a> World<'a> {
                 *order == item.order
                     && !self.orders(&held).contains(&**order)
                     && self.orders(&self.in_others(container)).contains(&**order)
-            }
-            Bar::NoRoomForOrder { .. } | Bar::OrderUnlikely { .. } => {
-                let orders = self.orders(&held);
-                let is_counted = |one: &usize| {
-                    let order = &*self.line(*one).order;
-                    orders.contains(order) || order == &*item.order
-                };
-                let counted: Vec<usize> = to_come.iter().copied().filter(is_counted).collect();
-                !held.is_empty() && !orders.contains(&*item.order) && no_room(bar, &counted)
             }
             Bar::EarlierOrder(order) => {
                 let begun = self.orders(&self.in_others(usize::MAX));
@@ -633,7 +565,7 @@ proptest! {
             let open = scenes.iter().zip(&world.open).map(|(scene, held)| OpenContainer {
                 grid: &grid,
                 scene,
-                filled_m3: held.len() as f64,
+                filled_percent: held.len() as f64,
             });
             let open: Vec<OpenContainer<'_>> = open.collect();
             let chosen = plan(&mut planners, &orders, &open, &waiting, choice);
@@ -694,7 +626,7 @@ proptest! {
 }
 
 fn item(order: &str) -> OrderItem {
-    OrderItem::new(order.into(), 1.0)
+    OrderItem::new(order.into())
 }
 
 fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Orders {

@@ -29,10 +29,10 @@ fn order_items() -> impl Strategy<Value = OrderItem> {
         proptest::sample::select(&GROUPS[..]).prop_map(Some)
     ];
     let mass = prop_oneof![Just(None), (0.0..3.0).prop_map(Some)];
-    (0..4_u8, group, mass, 0.0..2.0).prop_map(|(order, group, mass_kg, volume_m3)| OrderItem {
+    (0..4_u8, group, mass).prop_map(|(order, group, mass_kg)| OrderItem {
         group: group.map(Arc::from),
         mass_kg,
-        ..OrderItem::new(order.to_string().into(), volume_m3)
+        ..OrderItem::new(order.to_string().into())
     })
 }
 
@@ -41,15 +41,11 @@ fn rules() -> impl Strategy<Value = ContainerRules> {
     let group = || proptest::sample::select(&GROUPS[..]).prop_map(str::to_owned);
     let apart = proptest::collection::vec((group(), group()), 0..3);
     let most_kg = prop_oneof![Just(None), (2.0..8.0).prop_map(Some)];
-    let expected_m3 = prop_oneof![Just(None), (1.0..8.0).prop_map(Some)];
-    (sharing, apart, most_kg, expected_m3).prop_map(|(sharing, apart, most_kg, expected_m3)| {
-        ContainerRules {
-            sharing,
-            apart,
-            most_kg,
-            expected_m3,
-            ..ContainerRules::default()
-        }
+    (sharing, apart, most_kg).prop_map(|(sharing, apart, most_kg)| ContainerRules {
+        sharing,
+        apart,
+        most_kg,
+        ..ContainerRules::default()
     })
 }
 
@@ -82,14 +78,13 @@ fn breaks(rules: &ContainerRules, held: &[&OrderItem]) -> Option<&'static str> {
     }
 }
 
-/// Whether this reason is true of an item and a container, given all that the open containers hold and what is to come.
+/// Whether this reason is true of an item and a container, given all that the open containers hold and what waits.
 fn is_true(
     bar: &Bar,
     rules: &ContainerRules,
     open: &[Vec<&OrderItem>],
     container: usize,
     item: &OrderItem,
-    to_come: &[&OrderItem],
     waiting: &[&OrderItem],
 ) -> bool {
     let held = &open[container];
@@ -105,16 +100,6 @@ fn is_true(
         }
         Bar::OrderElsewhere(order) => {
             *order == item.order && !has(held, order) && open.iter().any(|other| has(other, order))
-        }
-        Bar::NoRoomForOrder { over_m3, .. } => {
-            let is_counted =
-                |other: &&&OrderItem| has(held, &other.order) || other.order == item.order;
-            let volume_m3 = |items: &mut dyn Iterator<Item = &&OrderItem>| {
-                items.map(|item| item.volume_m3).sum::<f64>()
-            };
-            let needed_m3 =
-                volume_m3(&mut held.iter()) + volume_m3(&mut to_come.iter().filter(is_counted));
-            (needed_m3 - rules.expected_m3.unwrap() - over_m3).abs() < 1e-9 && *over_m3 > 0.0
         }
         Bar::EarlierOrder(order) => {
             let first = waiting
@@ -146,17 +131,8 @@ fn pack(rules: &ContainerRules, items: &[OrderItem], open: usize) -> Stream<Idea
             order_complete: rules.sharing == Sharing::OneOrder,
             ..ClosingRules::default()
         },
-        expected_percent: 40.0,
     };
-    let mut supply = Ideal;
-    play_stream(
-        std::slice::from_ref(&grid),
-        &mut supply,
-        blocks,
-        orders,
-        how,
-    )
-    .unwrap()
+    play_stream(&grid, &mut Ideal, blocks, orders, how).unwrap()
 }
 
 fn all(stream: &Stream<IdealCell>) -> impl Iterator<Item = &Filled<IdealCell>> {
@@ -201,7 +177,7 @@ proptest! {
                     let with: Vec<&OrderItem> = held[at].iter().copied().chain([item]).collect();
                     match orders.bar(at, candidate.arrival) {
                         Some(bar) => {
-                            let is_true = is_true(&bar, &rules, &held, at, item, &to_come, &to_come);
+                            let is_true = is_true(&bar, &rules, &held, at, item, &to_come);
                             prop_assert!(is_true, "{bar} of {item:?} in {:?}", held[at]);
                         }
                         // What is there may break a rule already: the moves here ask nobody.
@@ -254,7 +230,7 @@ proptest! {
 }
 
 fn item(order: &str) -> OrderItem {
-    OrderItem::new(order.into(), 1.0)
+    OrderItem::new(order.into())
 }
 
 #[test]
@@ -277,24 +253,6 @@ fn with_one_order_a_container_orders_follow_one_another_and_each_closes_its_own(
             .iter()
             .all(|filled| filled.closing == Some(Closing::OrderComplete))
     );
-}
-
-#[test]
-fn an_order_goes_on_where_it_began_and_another_begins_where_it_is_expected_to_fit() {
-    let items = ["a", "b", "a", "b"].map(item);
-    let rules = ContainerRules {
-        expected_m3: Some(3.0),
-        ..ContainerRules::default()
-    };
-    let stream = pack(&rules, &items, 2);
-    let apart: Vec<BTreeSet<&str>> = all(&stream)
-        .map(|filled| orders_in(&items, filled).collect())
-        .collect();
-    assert_eq!(apart, [BTreeSet::from(["a"]), BTreeSet::from(["b"])]);
-    // Where no container is left for it, the rule gives way.
-    let stream = pack(&rules, &items, 1);
-    assert_eq!(stream.open[0].steps.len(), 4);
-    assert!(stream.closed.is_empty());
 }
 
 #[test]

@@ -2993,8 +2993,7 @@ pub struct SessionContainer {
     /// Whether it is packed.
     #[prost(bool, tag = "3")]
     pub is_open: bool,
-    /// The id of the request by which the planner has the bridge bring an empty one, which it then opens or keeps ready; empty where it
-    /// does not.
+    /// The id of the request by which the planner has the bridge bring an empty one, which it then opens; empty where it does not.
     #[prost(string, tag = "4")]
     pub renewal_id: ::prost::alloc::string::String,
     /// Regions of its floor that stay free.
@@ -3003,10 +3002,6 @@ pub struct SessionContainer {
     /// The least state number that shows what was done in it so far.
     #[prost(uint64, tag = "6")]
     pub least_state_number: u64,
-    /// Whether an empty one stands there that is not packed yet: the planner opens it when more containers may be open
-    /// (`opening.most` of its cell). `open` opens it at once.
-    #[prost(bool, tag = "7")]
-    pub is_ready: bool,
 }
 impl ::prost::Name for SessionContainer {
     const NAME: &'static str = "SessionContainer";
@@ -3239,10 +3234,6 @@ pub enum ClosingReason {
     Full = 3,
     /// All items that were announced of its order are in it.
     OrderComplete = 4,
-    /// None of the last items that were looked at in it had a valid placement there; the text says how many.
-    NoneOfLast = 5,
-    /// An order that waits is not expected to fit whole; the text says which, and with what certainty.
-    RestOfOrder = 6,
 }
 impl ClosingReason {
     /// String value of the enum field names used in the ProtoBuf definition.
@@ -3256,8 +3247,6 @@ impl ClosingReason {
             Self::NothingFits => "CLOSING_REASON_NOTHING_FITS",
             Self::Full => "CLOSING_REASON_FULL",
             Self::OrderComplete => "CLOSING_REASON_ORDER_COMPLETE",
-            Self::NoneOfLast => "CLOSING_REASON_NONE_OF_LAST",
-            Self::RestOfOrder => "CLOSING_REASON_REST_OF_ORDER",
         }
     }
     /// Creates an enum from field names used in the ProtoBuf definition.
@@ -3268,8 +3257,6 @@ impl ClosingReason {
             "CLOSING_REASON_NOTHING_FITS" => Some(Self::NothingFits),
             "CLOSING_REASON_FULL" => Some(Self::Full),
             "CLOSING_REASON_ORDER_COMPLETE" => Some(Self::OrderComplete),
-            "CLOSING_REASON_NONE_OF_LAST" => Some(Self::NoneOfLast),
-            "CLOSING_REASON_REST_OF_ORDER" => Some(Self::RestOfOrder),
             _ => None,
         }
     }

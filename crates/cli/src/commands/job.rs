@@ -2,24 +2,16 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
-use ppnpack_files::StagedFolder;
 
 use crate::failure::Outcome;
 use crate::options::Conditions;
 use crate::output;
 use crate::quantity::parse_time;
-use crate::report::{
-    self, ContainerLine, PAGE_FILE, Packing, SUMMARY_FILE, Settings, SeveralSummary, Unplaceable,
-    container_folder, page_of_several,
-};
+use crate::report::{self, PAGE_FILE, Packing};
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
-
-/// Why a folder of results is not that of this run alone.
-const LEFT_OVER: &str = "what an earlier run left in the folder of results cannot be removed";
 
 /// What becomes of items that fit nowhere.
 #[derive(Debug, Args)]
@@ -56,42 +48,10 @@ pub(super) struct ResultOptions {
 }
 
 impl ResultOptions {
-    /// Writes a report of each container, one of all of them, and prints a summary.
-    pub(super) fn publish_several(
-        &self,
-        packings: &[Packing],
-        unplaceable: Vec<Unplaceable>,
-        open: u8,
-        settings: &Settings,
-    ) -> Outcome {
-        let mut containers = Vec::new();
-        for (number, packing) in packings.iter().enumerate() {
-            let summary = packing.summary(self.turn_time);
-            let folder = container_folder(number + 1);
-            report::write(packing, &summary, &self.out.join(&folder))?;
-            containers.push(ContainerLine::new(folder, &summary));
-        }
-        let all = SeveralSummary::new(open, containers, packings, unplaceable, settings);
-        let page = page_of_several(&all);
-        let mut files = StagedFolder::new(&self.out).map_err(anyhow::Error::from)?;
-        let json = serde_json::to_vec_pretty(&all).context("the summary cannot be encoded")?;
-        for (name, content) in [(SUMMARY_FILE, json), (PAGE_FILE, page.into_bytes())] {
-            files.add(name, &content).map_err(anyhow::Error::from)?;
-        }
-        files.publish().map_err(anyhow::Error::from)?;
-        report::remove_further(&self.out, packings.len()).context(LEFT_OVER)?;
-        report::remove_of_one(&self.out).context(LEFT_OVER)?;
-        let page = self.out.join(PAGE_FILE);
-        Ok(output::print(&all, self.json, || {
-            format!("{}\nReport: {}", all.table(), page.display())
-        })?)
-    }
-
     /// Writes the report and prints the summary.
     pub(super) fn publish(&self, packing: &Packing) -> Outcome {
         let summary = packing.summary(self.turn_time);
         report::write(packing, &summary, &self.out)?;
-        report::remove_further(&self.out, 0).context(LEFT_OVER)?;
         let page = self.out.join(PAGE_FILE);
         Ok(output::print(&summary, self.json, || {
             let table = report::table::summary(packing, &summary);

@@ -3,8 +3,6 @@
 pub(crate) mod calibrate;
 pub(crate) mod call;
 pub(crate) mod catalogue;
-pub(crate) mod compare;
-pub(crate) mod evaluate;
 pub(crate) mod inspect;
 mod job;
 pub(crate) mod pack;

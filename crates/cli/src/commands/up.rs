@@ -69,11 +69,6 @@ pub(crate) struct UpArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 1, conflicts_with = "pack", value_parser = clap::value_parser!(u32).range(1..=8))]
     containers: u32,
 
-    /// How many of them are open at the same time: in the others empty containers stand ready, of which one is opened for each that is
-    /// closed [default: all]
-    #[arg(long, value_name = "COUNT", conflicts_with = "pack")]
-    open: Option<u32>,
-
     /// In automatic mode, have a container taken away and an empty one brought where nothing fits any more
     #[arg(long, conflicts_with = "pack")]
     renew: bool,
@@ -207,7 +202,7 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let cells = (1..=arguments.cells).map(|number| Cell::new(&format!("cell-{number}")));
     let plan = stack::Plan {
         cells: cells.collect::<Result<_, _>>().or_input()?,
-        containers: arguments.containers()?,
+        containers: arguments.containers(),
         grid: &grid,
         method: &method,
         poses: arguments.catalogue.poses as usize,
@@ -277,18 +272,11 @@ impl UpArguments {
     }
 
     /// The containers of a cell.
-    fn containers(&self) -> Outcome<Containers> {
-        let (count, open) = (self.containers, self.open);
-        if open.is_some_and(|open| !(1..count).contains(&open)) {
-            return Err(Failure::input(format!(
-                "--open: at least 1 and fewer than the {count} of --containers; without it all are open"
-            )));
-        }
-        Ok(Containers {
-            count,
-            open,
+    fn containers(&self) -> Containers {
+        Containers {
+            count: self.containers,
             renews: self.renew,
-        })
+        }
     }
 
     fn listen(&self) -> Vec<String> {

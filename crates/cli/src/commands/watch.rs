@@ -190,7 +190,6 @@ fn containers(session: &v1::Session) -> Vec<String> {
         let items = session.items.iter().filter(lies_there).count();
         let state = match (container.is_open, container.renewal_id.as_str()) {
             (true, _) => format!("{items} items"),
-            (false, _) if container.is_ready => "ready".to_owned(),
             (false, "") => "closed".to_owned(),
             (false, _) => "waits for an empty one".to_owned(),
         };
@@ -309,15 +308,7 @@ mod tests {
             renewal_id: renewal_id.to_owned(),
             ..v1::SessionContainer::default()
         };
-        let ready = v1::SessionContainer {
-            is_ready: true,
-            ..container("spare", false, "")
-        };
-        session.containers = vec![
-            container("left", true, ""),
-            container("right", false, "r"),
-            ready,
-        ];
+        session.containers = vec![container("left", true, ""), container("right", false, "r")];
         let item = |container_sequence| v1::SessionItem {
             state: ItemState::Packed.into(),
             container: "left".to_owned(),

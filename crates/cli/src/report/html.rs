@@ -1,4 +1,4 @@
-//! Pages that need nothing else, in one style: `report.html` of a packing, and what other results are shown with.
+//! `report.html`: one page that needs nothing else.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -15,7 +15,7 @@ use crate::length::centimetres;
 const STYLE: &str = include_str!("style.css");
 
 /// A whole page that fits screens of all sizes, light and dark, and paper.
-pub fn document(title: &str, body: &str) -> String {
+fn document(title: &str, body: &str) -> String {
     format!(
         "<!doctype html><html lang=en><meta charset=utf-8>\
          <meta name=viewport content=\"width=device-width, initial-scale=1\">\
@@ -117,7 +117,7 @@ fn tiles(body: &mut String, summary: &Summary) {
 }
 
 /// A picture within the page.
-pub fn image(body: &mut String, png: &[u8], what: &str) {
+fn image(body: &mut String, png: &[u8], what: &str) {
     let data = STANDARD.encode(png);
     body.push_str(&format!(
         "<img alt=\"{}\" src=\"data:image/png;base64,{data}\">",
@@ -173,7 +173,7 @@ fn unplaceable(body: &mut String, title: &str, items: &[Unplaceable]) {
 }
 
 /// Text that is no markup, also within quotes.
-pub fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -2,18 +2,16 @@
 
 mod arm;
 mod csv;
-pub mod html;
+mod html;
 mod motion;
 mod pictures;
 mod playback;
-mod several;
 mod simplified;
 mod steps;
 mod summary;
 pub(crate) mod table;
 mod words;
 
-use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -35,19 +33,10 @@ use serde::Serialize;
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
-pub(crate) use several::{
-    ContainerLine, SeveralSummary, container_folder, page_of_several, remove_further,
-};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
-
-/// What a packing came to, for programs.
-pub(crate) const SUMMARY_FILE: &str = "summary.json";
 
 /// The page about it.
 pub(crate) const PAGE_FILE: &str = "report.html";
-
-/// What the report of one container has beside these.
-const FILES_OF_ONE: [&str; 3] = ["packed.png", "heightmap.png", "placements.csv"];
 
 /// Everything a packing depended on.
 #[derive(Debug, Clone, Serialize)]
@@ -165,29 +154,14 @@ impl Packing {
 pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
     let pictures = pictures::draw(packing)?;
     let mut files = StagedFolder::new(folder)?;
-    let [packed, heightmap, placements] = FILES_OF_ONE;
-    files.add(packed, &pictures.packed_png)?;
-    files.add(heightmap, &pictures.heightmap_png)?;
-    files.add(placements, &csv::placements(packing)?)?;
+    files.add("packed.png", &pictures.packed_png)?;
+    files.add("heightmap.png", &pictures.heightmap_png)?;
+    files.add("placements.csv", &csv::placements(packing)?)?;
     let page = html::page(packing, summary, &pictures);
     files.add(PAGE_FILE, page.as_bytes())?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
-    files.add(SUMMARY_FILE, &json)?;
+    files.add("summary.json", &json)?;
     Ok(files.publish()?)
-}
-
-/// Takes away what an earlier run left in a folder of results, where that packed one container and this run several.
-///
-/// # Errors
-/// What the system says.
-pub(crate) fn remove_of_one(folder: &Path) -> io::Result<()> {
-    for name in FILES_OF_ONE {
-        match std::fs::remove_file(folder.join(name)) {
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

@@ -95,11 +95,6 @@ pub(crate) enum EndingSummary {
         /// Each item of the buffer.
         items: Vec<Unplaceable>,
     },
-    /// It was closed, and others went on.
-    Closed {
-        /// Why.
-        why: String,
-    },
 }
 
 /// An item that was not placed, and why.

@@ -83,7 +83,6 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
             let count = items.len();
             format!("none of the {count} items in the buffer has a valid placement")
         }
-        EndingSummary::Closed { why } => format!("closed: {why}"),
     };
     let mut figures = vec![
         ("Sequence", sequence.from.clone()),

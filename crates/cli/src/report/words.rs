@@ -80,7 +80,6 @@ impl Answer<'_> {
                 "it ended with everything placed but what was set aside".to_owned()
             }
             EndingSummary::NothingFits { items } => nothing_fits(items),
-            EndingSummary::Closed { why } => format!("it was closed: {why}"),
         }
     }
 

@@ -20,7 +20,7 @@ use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_physics::view::CameraSettings;
-use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings, OpeningSettings};
+use ppnpack_planner::{CellSettings, ClosingSettings, ContainerSettings};
 use ppnpack_recognition::library::Library;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_service::embedded::{self, Hub};
@@ -39,8 +39,6 @@ const GRACE: Duration = Duration::from_secs(10);
 pub struct Containers {
     /// How many there are; at least one.
     pub count: u32,
-    /// How many of them are open at the same time, where the others stand ready.
-    pub open: Option<u32>,
     /// Whether the bridge brings an empty one for each that is full, so that the automatic mode goes on.
     pub renews: bool,
 }
@@ -49,7 +47,6 @@ impl Containers {
     /// One, which stays when it is full.
     pub const ONE: Self = Self {
         count: 1,
-        open: None,
         renews: false,
     };
 }
@@ -325,10 +322,6 @@ fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
         closing: ClosingSettings {
             renews: plan.containers.renews,
             ..ClosingSettings::default()
-        },
-        opening: OpeningSettings {
-            most: plan.containers.open.map(|open| open as usize),
-            ..OpeningSettings::default()
         },
         grid: GridSettings::from(plan.grid),
         method: plan.method.clone(),

@@ -12,7 +12,6 @@ use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
@@ -54,40 +53,9 @@ pub(crate) struct StreamArguments {
     #[arg(long, value_name = "KG", value_parser = parse_mass_kg, conflicts_with = "sequences")]
     most_kg: Option<f64>,
 
-    /// The volume of items that a container is expected to hold, in litres: an order is begun in one that holds others where its rest fits
-    /// into that
-    #[arg(long, value_name = "LITRES", value_parser = parse_litres, conflicts_with = "sequences")]
-    expected_litres: Option<f64>,
-
-    /// By how much containers differ in that: the standard deviation, in litres
-    #[arg(long, value_name = "LITRES", value_parser = parse_litres, requires_all = ["expected_litres", "certainty"])]
-    spread_litres: Option<f64>,
-
-    /// With how much certainty the rest of an order has to fit into a container to be begun there, in percent; where it fits so into no open
-    /// one, one whose orders are complete is closed
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, conflicts_with = "sequences")]
-    certainty: Option<f64>,
-
-    /// A container is closed where none of the last so many items that were looked at in it fitted
-    #[arg(long, value_name = "COUNT")]
-    none_of_last: Option<usize>,
-
     /// A container is closed as soon as its items fill so many percent of its volume
     #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
     full_at: Option<f64>,
-
-    /// One that is filled less than so many percent is not closed because items do not fit, while another may be
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
-    least_fill: Option<f64>,
-
-    /// The sizes of containers that there are, in metres, such as 0.3x0.2x0.2: of each that is opened it is chosen by what waits [default:
-    /// that of the method]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = parse_size)]
-    sizes: Vec<ContainerSize>,
-
-    /// How full containers are expected to become, in percent, where a size is chosen
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent, default_value_t = 40.0, requires = "sizes")]
-    expected_fill: f64,
 
     /// The first stream
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -176,22 +144,6 @@ impl StreamArguments {
         first.into_iter().chain(shared).collect()
     }
 
-    /// The grids of the containers that there are.
-    fn grids(&self, way: &Way) -> Outcome<Vec<Grid>> {
-        let usual = match self.sizes.is_empty() {
-            true => vec![way.grid.container],
-            false => self.sizes.clone(),
-        };
-        let grids = usual.into_iter().map(|container| {
-            let grid = GridSettings {
-                container,
-                ..way.grid
-            };
-            grid.build().or_input()
-        });
-        grids.collect()
-    }
-
     fn wanted(&self) -> Wanted {
         Wanted {
             first: self.first,
@@ -207,9 +159,6 @@ impl StreamArguments {
             apart: self.apart.clone(),
             together: self.together.clone(),
             most_kg: self.most_kg,
-            expected_m3: self.expected_litres.map(|litres| litres * 1e-3),
-            spread_m3: self.spread_litres.map(|litres| litres * 1e-3),
-            certainty_percent: self.certainty,
         };
         match rules.contradiction() {
             Some((a, b)) => Err(Failure::input(format_args!(
@@ -221,10 +170,7 @@ impl StreamArguments {
 
     fn closing(&self, sharing: Sharing) -> ClosingRules {
         ClosingRules {
-            least_fill_percent: self.least_fill,
             fill_percent: self.full_at,
-            none_of_last: self.none_of_last,
-            rest_of_order: self.certainty.is_some(),
             order_complete: sharing == Sharing::OneOrder,
         }
     }
@@ -243,7 +189,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
     let apart = arguments.physics.apart();
     let (arm, station) = arguments.arm.station()?.unzip();
-    let sizes = arguments.grids(&way)?;
+    let grid = way.grid.build().or_input()?;
     let folder = arguments.runs.folder(&arguments.out, "stream");
     let mut packed = Vec::new();
     for setting in arguments.settings() {
@@ -258,14 +204,10 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
                 buffer: way.method.buffer,
                 choice: arguments.choice.of_containers(),
                 closing: arguments.closing(setting.sharing),
-                expected_percent: arguments.expected_fill,
             },
-            sizes: &sizes,
+            grid: &grid,
         };
-        let possible = packing
-            .how
-            .closing
-            .validate(&packing.rules, packing.how.choice);
+        let possible = packing.how.closing.validate(&packing.rules);
         possible.or_input()?;
         let settings = (
             catalogue.content_hash(),
@@ -273,7 +215,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             (&apart, &arm),
             &packing.rules,
             packing.how.closing,
-            (&arguments.sizes, arguments.expected_fill),
             setting.open,
             arguments.choice,
         );
@@ -300,32 +241,13 @@ fn parse_pair(text: &str) -> Result<(String, String), String> {
 }
 
 fn parse_mass_kg(text: &str) -> Result<f64, String> {
-    parse_positive(text, "mass", "12.5")
-}
-
-fn parse_litres(text: &str) -> Result<f64, String> {
-    parse_positive(text, "volume", "13")
-}
-
-fn parse_size(text: &str) -> Result<ContainerSize, String> {
-    let lengths: Option<Vec<f64>> = text.split('x').map(|length| length.parse().ok()).collect();
-    let lengths = lengths.filter(|lengths| lengths.iter().all(|length: &f64| *length > 0.0));
-    match lengths.as_deref() {
-        Some(&[x_m, y_m, z_m]) => Ok(ContainerSize { x_m, y_m, z_m }),
-        _ => Err(format!(
-            "'{text}' is no size in metres: write it like 0.3x0.2x0.2"
-        )),
-    }
+    let mass_kg = text.parse::<f64>().ok();
+    let mass_kg = mass_kg.filter(|mass_kg| mass_kg.is_finite() && *mass_kg > 0.0);
+    mass_kg.ok_or_else(|| format!("'{text}' is no mass: write it like 12.5"))
 }
 
 fn parse_percent(text: &str) -> Result<f64, String> {
     let percent = text.parse::<f64>().ok();
     let percent = percent.filter(|percent| (1.0..=100.0).contains(percent));
     percent.ok_or_else(|| format!("'{text}' is no percentage of 1 to 100: write it like 85"))
-}
-
-fn parse_positive(text: &str, what: &str, example: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok();
-    let positive = number.filter(|number| number.is_finite() && *number > 0.0);
-    positive.ok_or_else(|| format!("'{text}' is no {what}: write it like {example}"))
 }

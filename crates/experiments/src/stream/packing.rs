@@ -8,7 +8,7 @@ use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::closing::Closing;
 use ppnpack_packing::episode::steps_widened;
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
+use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
 use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
@@ -65,8 +65,7 @@ pub(super) struct Packing<'a> {
     /// The arm that makes the placements, where there is one; each container is at the same place of its cell.
     pub(super) station: Option<&'a ArmStation>,
     pub(super) rules: ContainerRules,
-    /// The sizes of containers that there are.
-    pub(super) sizes: &'a [Grid],
+    pub(super) grid: &'a Grid,
     pub(super) how: StreamPlay,
 }
 
@@ -84,7 +83,7 @@ impl Packing<'_> {
         for (order, items) in &stream.expected {
             orders.expect(order, *items);
         }
-        let packed = play_stream(self.sizes, &mut supply, items, orders, self.how).or_run()?;
+        let packed = play_stream(self.grid, &mut supply, items, orders, self.how).or_run()?;
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
@@ -157,7 +156,7 @@ impl ContainerSupply for Supply<'_> {
     fn next(
         &mut self,
         number: usize,
-        grid: &Grid,
+        _: &Grid,
     ) -> Result<(Planner, SimulatedPackingCell), StageError> {
         let Packing {
             way,
@@ -168,15 +167,8 @@ impl ContainerSupply for Supply<'_> {
         } = self.packing;
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
-        let way = Way {
-            grid: GridSettings {
-                container: grid.container(),
-                ..way.grid
-            },
-            ..Way::clone(way)
-        };
         let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
-        let bench = Bench::with_check(&way, catalogue, seed, apart, check);
+        let bench = Bench::with_check(way, catalogue, seed, apart, check);
         let bench = bench.map_err(|failure| failure.to_string())?;
         Ok((bench.planner, bench.cell))
     }

@@ -50,24 +50,6 @@ pub enum Bar {
     /// Other items of its order lie in another open container. Gives way.
     #[error("order {0} is in another container")]
     OrderElsewhere(Arc<str>),
-    /// The rest of its order is not expected to fit. Gives way, but for items that must travel together.
-    #[error("the rest of order {order} is not expected to fit: {over_m3:.4} m³ too much")]
-    NoRoomForOrder {
-        /// The order.
-        order: Arc<str>,
-        /// By how much.
-        over_m3: f64,
-    },
-    /// The rest of its order is not certain enough to fit. Gives way, but for items that must travel together.
-    #[error("the rest of order {order} ({rest_m3:.4} m³) fits with {percent:.0} % certainty")]
-    OrderUnlikely {
-        /// The order.
-        order: Arc<str>,
-        /// The volume of what is left of it, in cubic metres.
-        rest_m3: f64,
-        /// With which certainty that fits.
-        percent: f64,
-    },
     /// Orders are packed one after another, and one before it waits. Gives way.
     #[error("order {0} comes before")]
     EarlierOrder(Arc<str>),
@@ -76,12 +58,6 @@ pub enum Bar {
 impl Bar {
     /// Whether it is broken where nothing else could be packed.
     pub fn gives_way(&self) -> bool {
-        matches!(
-            self,
-            Self::OrderElsewhere(_)
-                | Self::NoRoomForOrder { .. }
-                | Self::OrderUnlikely { .. }
-                | Self::EarlierOrder(_)
-        )
+        matches!(self, Self::OrderElsewhere(_) | Self::EarlierOrder(_))
     }
 }

@@ -4,7 +4,6 @@
 
 mod attempts;
 mod bar;
-mod room;
 mod ties;
 
 use std::cmp::Reverse;
@@ -48,17 +47,6 @@ pub struct ContainerRules {
     pub together: Vec<(String, String)>,
     /// The greatest mass of what one holds, in kilograms.
     pub most_kg: Option<f64>,
-    /// The volume of items that a container is expected to hold, in cubic metres. Only where the rest of an order fits into that is it
-    /// begun in a container that is not empty; without, anywhere.
-    pub expected_m3: Option<f64>,
-    /// By how much containers differ in that: the standard deviation, in cubic metres; 0 where it is not given. With `certainty_percent`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spread_m3: Option<f64>,
-    /// With how much certainty the rest of an order has to fit into a container that is not empty, to be begun there, in percent. What
-    /// containers come to hold is learned from those into which nothing went any more, as soon as they are enough; before, it is
-    /// `expected_m3` with `spread_m3`. Without, `expected_m3` is taken as it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub certainty_percent: Option<f64>,
 }
 
 impl ContainerRules {
@@ -101,21 +89,18 @@ pub struct OrderItem {
     pub bundle: Option<Arc<str>>,
     /// Its mass, in kilograms; unknown ones count nothing.
     pub mass_kg: Option<f64>,
-    /// The volume of its mesh, in cubic metres.
-    pub volume_m3: f64,
     /// Of the items of a buffer those with the greatest number are packed first, as long as one of them can be.
     pub urgency: u32,
 }
 
 impl OrderItem {
-    /// An item of an order, of which no more is known than its volume.
-    pub fn new(order: Arc<str>, volume_m3: f64) -> Self {
+    /// An item of an order, of which no more is known.
+    pub fn new(order: Arc<str>) -> Self {
         Self {
             order,
             group: None,
             bundle: None,
             mass_kg: None,
-            volume_m3,
             urgency: 0,
         }
     }
@@ -131,14 +116,12 @@ struct Held {
     /// Those that something in it is of.
     units: BTreeSet<usize>,
     mass_kg: f64,
-    volume_m3: f64,
 }
 
 /// What is left of an order.
 #[derive(Debug, Clone, Copy, Default)]
 struct Rest {
     items: usize,
-    volume_m3: f64,
     /// How many were known of from the beginning.
     known: usize,
     /// How many more it is said to have than were known of.
@@ -161,8 +144,6 @@ pub struct Orders {
     are_units_found: bool,
     /// The first order in the buffer that no open container holds anything of, of the most urgent items.
     next: Option<Arc<str>>,
-    /// What containers held into which nothing went any more, in cubic metres.
-    filled_m3: Vec<f64>,
 }
 
 impl Orders {
@@ -174,7 +155,6 @@ impl Orders {
             let rest = left.entry(Arc::clone(&item.order)).or_default();
             rest.items += 1;
             rest.known += 1;
-            rest.volume_m3 += item.volume_m3;
         }
         Self {
             units: Units::new(&rules, &items),
@@ -210,15 +190,11 @@ impl Orders {
 
     /// A step begins, with these items in the buffer.
     pub fn begin(&mut self, candidates: &[Candidate]) {
-        self.begin_with(candidates.iter().map(|held| held.arrival));
-    }
-
-    /// A step begins, with the items of these arrivals in the buffer.
-    pub fn begin_with(&mut self, arrivals: impl Iterator<Item = usize>) {
         if !self.are_units_found {
             self.find_units();
         }
-        let waiting = arrivals.filter_map(|arrival| self.items.get(&arrival));
+        let waiting = candidates.iter();
+        let waiting = waiting.filter_map(|held| self.items.get(&held.arrival));
         let unbegun = waiting.filter(|item| self.homes(&item.order).next().is_none());
         // Of equal ones, `min_by_key` gives the first.
         let next = unbegun.min_by_key(|item| Reverse(item.urgency));
@@ -245,7 +221,6 @@ impl Orders {
             return;
         };
         held.mass_kg += item.mass_kg.unwrap_or(0.0);
-        held.volume_m3 += item.volume_m3;
         held.orders.insert(Arc::clone(&item.order));
         if let Some(group) = &item.group {
             *held.groups.entry(Arc::clone(group)).or_default() += 1;
@@ -275,7 +250,6 @@ impl Orders {
     fn gone(&mut self, item: &OrderItem) {
         if let Some(rest) = self.left.get_mut(&item.order) {
             rest.items = rest.items.saturating_sub(1);
-            rest.volume_m3 = (rest.volume_m3 - item.volume_m3).max(0.0);
         }
     }
 
@@ -310,10 +284,9 @@ impl Orders {
             .or_else(|| self.groups_apart(held, item))
             .or_else(|| self.too_heavy(held, item.mass_kg?))
             .or_else(|| self.tied_elsewhere(container, held, arrival))
-            .or_else(|| self.with_others(held, arrival, item))
+            .or_else(|| self.with_others(held, arrival))
             .or_else(|| self.kept_for(held, arrival, item))
             .or_else(|| self.elsewhere(held, item))
-            .or_else(|| self.no_room(held, item))
     }
 
     fn other_order(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
@@ -354,7 +327,7 @@ impl Orders {
     }
 
     /// Where it would be the first of items that must travel together, and the container may not take them all.
-    fn with_others(&self, held: &Held, arrival: usize, item: &OrderItem) -> Option<Bar> {
+    fn with_others(&self, held: &Held, arrival: usize) -> Option<Bar> {
         let unit = self.units.unit_of(arrival)?;
         if held.units.contains(&unit) {
             return None;
@@ -364,8 +337,7 @@ impl Orders {
             .other_orders(held, unit)
             .or_else(|| self.rules.apart(unit.groups.keys(), &held.groups))
             .or_else(|| self.apart_within(unit))
-            .or_else(|| self.too_heavy(held, unit.mass_kg - SAME_KG))
-            .or_else(|| self.no_room_for(held, unit, item))?;
+            .or_else(|| self.too_heavy(held, unit.mass_kg - SAME_KG))?;
         let tie = self.units.ties(arrival).next()?.clone();
         let bar = Box::new(bar);
         Some(Bar::WithOthers { tie, bar })

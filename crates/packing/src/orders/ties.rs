@@ -72,7 +72,6 @@ pub(super) struct Unit {
     pub(super) orders: Counts,
     pub(super) groups: Counts,
     pub(super) mass_kg: f64,
-    pub(super) volumes_m3: BTreeMap<Arc<str>, f64>,
     /// One of the ties, to name them all.
     pub(super) tie: Option<Tie>,
 }
@@ -96,8 +95,6 @@ impl Unit {
             *self.groups.entry(Arc::clone(group)).or_default() += 1;
         }
         self.mass_kg += item.mass_kg.unwrap_or(0.0);
-        let volume_m3 = self.volumes_m3.entry(Arc::clone(&item.order));
-        *volume_m3.or_default() += item.volume_m3;
     }
 
     /// One of its items was packed.
@@ -107,9 +104,6 @@ impl Unit {
             one_less(&mut self.groups, group);
         }
         self.mass_kg = (self.mass_kg - item.mass_kg.unwrap_or(0.0)).max(0.0);
-        if let Some(volume_m3) = self.volumes_m3.get_mut(&item.order) {
-            *volume_m3 = (*volume_m3 - item.volume_m3).max(0.0);
-        }
     }
 
     /// Whether all of it is packed.
@@ -122,7 +116,7 @@ impl Unit {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Units {
     ties: BTreeMap<usize, BTreeSet<Tie>>,
-    unit_of: BTreeMap<usize, usize>,
+    unit_of_tie: BTreeMap<Tie, usize>,
     pub(super) units: Vec<Unit>,
 }
 
@@ -146,7 +140,8 @@ impl Units {
 
     /// The unit of an item; `None` of one without ties.
     pub(super) fn unit_of(&self, arrival: usize) -> Option<usize> {
-        self.unit_of.get(&arrival).copied()
+        let tie = self.ties.get(&arrival)?.first()?;
+        self.unit_of_tie.get(tie).copied()
     }
 
     /// One of the items of a unit was packed.
@@ -164,72 +159,38 @@ impl Units {
         away: &BTreeSet<usize>,
         is_packed: impl Fn(usize) -> bool,
     ) {
-        self.unit_of.clear();
+        self.unit_of_tie.clear();
         self.units.clear();
-        let mut sets = Sets::default();
-        let mut first_of: BTreeMap<&Tie, usize> = BTreeMap::new();
         let here = || {
-            self.ties
-                .iter()
-                .filter(|(arrival, _)| !away.contains(*arrival))
+            let tied = self.ties.iter();
+            tied.filter(|(arrival, _)| !away.contains(*arrival))
         };
         for (_, ties) in here() {
-            let own = sets.add();
-            for tie in ties {
-                let first = *first_of.entry(tie).or_insert(own);
-                sets.join(first, own);
-            }
-        }
-        let mut unit_of_root: BTreeMap<usize, usize> = BTreeMap::new();
-        for (place, (arrival, ties)) in here().enumerate() {
-            let root = sets.root(place);
-            let unit = *unit_of_root.entry(root).or_insert_with(|| {
+            let known = ties.iter().filter_map(|tie| self.unit_of_tie.get(tie));
+            let known: BTreeSet<usize> = known.copied().collect();
+            let unit = known.first().copied().unwrap_or_else(|| {
                 self.units.push(Unit {
                     tie: ties.first().cloned(),
                     ..Unit::default()
                 });
                 self.units.len() - 1
             });
-            self.unit_of.insert(*arrival, unit);
-            let rest = self.units.get_mut(unit).zip(items.get(arrival));
+            if known.len() > 1 {
+                let joined = self.unit_of_tie.values_mut();
+                joined
+                    .filter(|of| known.contains(of))
+                    .for_each(|of| *of = unit);
+            }
+            let ties = ties.iter().map(|tie| (tie.clone(), unit));
+            self.unit_of_tie.extend(ties);
+        }
+        for (arrival, ties) in here() {
+            let unit = ties.first().and_then(|tie| self.unit_of_tie.get(tie));
+            let unit = unit.and_then(|unit| self.units.get_mut(*unit));
+            let rest = unit.zip(items.get(arrival));
             if let Some((unit, item)) = rest.filter(|_| !is_packed(*arrival)) {
                 unit.add(item);
             }
-        }
-    }
-}
-
-/// Disjoint sets.
-#[derive(Debug, Default)]
-struct Sets {
-    parents: Vec<usize>,
-}
-
-impl Sets {
-    fn add(&mut self) -> usize {
-        self.parents.push(self.parents.len());
-        self.parents.len() - 1
-    }
-
-    fn root(&mut self, mut of: usize) -> usize {
-        while let Some(parent) = self.parents.get(of).copied() {
-            if parent == of {
-                break;
-            }
-            // Halves the path, so that the next search is shorter.
-            let grand = self.parents.get(parent).copied().unwrap_or(parent);
-            if let Some(place) = self.parents.get_mut(of) {
-                *place = grand;
-            }
-            of = grand;
-        }
-        of
-    }
-
-    fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.root(a), self.root(b));
-        if let Some(place) = self.parents.get_mut(a.max(b)) {
-            *place = a.min(b);
         }
     }
 }

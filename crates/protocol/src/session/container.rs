@@ -30,8 +30,6 @@ pub struct Container {
 pub enum Stand {
     /// One that is packed.
     Open,
-    /// An empty one, which is opened when more containers may be open.
-    Ready,
     /// Nothing that is packed, until somebody says that an empty one stands there.
     Closed,
     /// Nothing that is packed: the bridge is to bring an empty one, by the request of this id.
@@ -63,16 +61,11 @@ impl Container {
         self.stand == Stand::Open
     }
 
-    /// Whether an empty one stands there that is not packed yet.
-    pub fn is_ready(&self) -> bool {
-        self.stand == Stand::Ready
-    }
-
     /// The id of the request by which the bridge is to bring an empty one.
     pub fn renewal_id(&self) -> Option<&str> {
         match &self.stand {
             Stand::Renewing(id) => Some(id),
-            Stand::Open | Stand::Ready | Stand::Closed => None,
+            Stand::Open | Stand::Closed => None,
         }
     }
 
@@ -106,10 +99,6 @@ pub enum Closing {
     Full,
     /// All items that were announced of its order are in it.
     OrderComplete,
-    /// None of the last items that were looked at in it had a valid placement there, in words.
-    NoneOfLast(String),
-    /// An order that waits is not expected to fit whole, in words.
-    RestOfOrder(String),
 }
 
 impl Session {
@@ -182,7 +171,7 @@ impl Session {
         }
     }
 
-    /// An empty container stands where one was closed. Where it is open, what is set aside waits again.
+    /// An empty container stands where one was closed: what is set aside waits again.
     ///
     /// # Errors
     /// [`SessionError::UnknownContainer`], and [`SessionError::OtherContainer`] where another one is next there.
@@ -195,14 +184,10 @@ impl Session {
         if container.is_open() {
             return Ok(());
         }
-        let opens = start.is_open();
         // What was done there is seen in no earlier state.
         let known = container.least_state_number;
         *container = start;
         container.needs_state(known);
-        if !opens {
-            return Ok(());
-        }
         for item in &mut self.items {
             item.wait_again();
         }
@@ -210,21 +195,6 @@ impl Session {
         if self.buffer(1).next().is_some() {
             self.go_on();
         }
-        Ok(())
-    }
-
-    /// An open container in which nothing lies yet is left for later.
-    ///
-    /// # Errors
-    /// [`SessionError::UnknownContainer`], [`SessionError::NotEmpty`] where it is not open or holds something, and
-    /// [`SessionError::Pending`] where something is on its way into it.
-    pub fn leave_for_later(&mut self, name: &str) -> Result<(), SessionError> {
-        let is_empty = self.packed_in(name).next().is_none();
-        if !self.container(name)?.is_open() || !is_empty {
-            return Err(SessionError::NotEmpty(name.to_owned()));
-        }
-        self.must_not_await(name)?;
-        self.container_mut(name)?.stand = Stand::Ready;
         Ok(())
     }
 

@@ -105,7 +105,6 @@ fn write_container(container: &Container) -> v1::SessionContainer {
         sequence: container.sequence,
         is_open: container.is_open(),
         renewal_id: container.renewal_id().unwrap_or_default().to_owned(),
-        is_ready: container.is_ready(),
         keep_out: write_regions(&container.keep_out),
         least_state_number: container.least_state_number,
     }
@@ -124,7 +123,6 @@ fn read_container(message: &v1::SessionContainer) -> Container {
 fn read_stand(message: &v1::SessionContainer) -> Stand {
     match message.renewal_id.as_str() {
         _ if message.is_open => Stand::Open,
-        _ if message.is_ready => Stand::Ready,
         "" => Stand::Closed,
         id => Stand::Renewing(id.to_owned()),
     }
@@ -146,8 +144,6 @@ fn write_closed(closed: &ClosedContainer) -> v1::ClosedContainer {
             v1::ClosingReason::OrderComplete,
             "all items that were announced of its order are in it".to_owned(),
         ),
-        Closing::NoneOfLast(text) => (v1::ClosingReason::NoneOfLast, text.clone()),
-        Closing::RestOfOrder(text) => (v1::ClosingReason::RestOfOrder, text.clone()),
     };
     v1::ClosedContainer {
         container: closed.name.clone(),
@@ -164,8 +160,6 @@ fn read_closed(message: v1::ClosedContainer) -> Result<ClosedContainer, WireErro
         v1::ClosingReason::NothingFits => Closing::NothingFits,
         v1::ClosingReason::Full => Closing::Full,
         v1::ClosingReason::OrderComplete => Closing::OrderComplete,
-        v1::ClosingReason::NoneOfLast => Closing::NoneOfLast(message.text),
-        v1::ClosingReason::RestOfOrder => Closing::RestOfOrder(message.text),
         v1::ClosingReason::Unspecified => return Err(is_newer("closed.reason")),
     };
     Ok(ClosedContainer {

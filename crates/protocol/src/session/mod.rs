@@ -87,9 +87,6 @@ pub enum SessionError {
         /// Whether it is open.
         is_open: bool,
     },
-    /// It cannot be left for later.
-    #[error("container '{0}' is not open and empty: only such a one is left for later")]
-    NotEmpty(String),
     /// There is no room for more items.
     #[error("a session holds at most {MAX_ITEMS} items")]
     Full,

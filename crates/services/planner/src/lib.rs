@@ -39,9 +39,7 @@ use cell::{CellPlanner, Message, Own, Shared};
 use interruption::Interruption;
 use objects::Objects;
 use planning::Helpers;
-pub use settings::{
-    CellSettings, ClosingSettings, ContainerSettings, OpeningSettings, Settings, Where,
-};
+pub use settings::{CellSettings, ClosingSettings, ContainerSettings, Settings, Where};
 use store::Store;
 use viewing::Viewing;
 

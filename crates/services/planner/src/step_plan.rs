@@ -53,8 +53,6 @@ pub(crate) struct Found {
     pub(crate) plan: Plan,
     /// Over all containers.
     pub(crate) timings: Timings,
-    /// Containers, and the arrivals of items that have no valid placement there.
-    pub(crate) missed: Vec<(String, Vec<usize>)>,
     /// Whether the time was over in any container before everything was looked at.
     pub(crate) is_cut: bool,
 }
@@ -79,10 +77,8 @@ impl StepPlan<'_> {
             let Some(mut found) = self.plan_attempt(planner, attempt)? else {
                 continue;
             };
-            if let Some(mut before) = all {
+            if let Some(before) = all {
                 found.timings += before.timings;
-                before.missed.append(&mut found.missed);
-                found.missed = before.missed;
                 found.is_cut |= before.is_cut;
             }
             let is_done = found.plan.choice().is_some();
@@ -102,7 +98,6 @@ impl StepPlan<'_> {
         let mut best: Option<Found> = None;
         let mut emptiest = None;
         let mut timings = Timings::default();
-        let mut missed = Vec::new();
         let mut is_cut = false;
         for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
             let candidates = admitted
@@ -122,16 +117,11 @@ impl StepPlan<'_> {
             timings += plan.timings();
             is_cut |= plan.is_cut();
             let value = plan.choice().map(|choice| choice.value);
-            if value.is_none() && step.below.is_none() {
-                let arrivals = candidates.iter().map(|held| held.arrival).collect();
-                missed.push((at.name.to_owned(), arrivals));
-            }
             let found = Found {
                 container,
                 candidates,
                 plan,
                 timings,
-                missed: Vec::new(),
                 is_cut,
             };
             match value {
@@ -145,7 +135,6 @@ impl StepPlan<'_> {
         }
         Ok(best.or(emptiest).map(|found| Found {
             timings,
-            missed,
             is_cut,
             ..found
         }))

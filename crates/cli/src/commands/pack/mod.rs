@@ -1,7 +1,5 @@
 //! `ppnpack pack`: packs one sequence in the simulated cell and reports on it.
 
-mod several;
-
 use std::time::Instant;
 
 use clap::Args;
@@ -9,7 +7,6 @@ use indicatif::ProgressBar;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step};
 use ppnpack_packing::method::OpenNetwork;
-use ppnpack_packing::plan::Planner;
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::BodyState;
@@ -40,12 +37,6 @@ pub(crate) struct PackArguments {
 
     #[command(flatten)]
     setting_aside: SettingAsideOptions,
-
-    /// Pack the whole sequence into one container after another, so many of which are open at the same time: where nothing in the buffer
-    /// fits into any, the fullest is closed and an empty one opened. Each has a report of its own [default: one container is
-    /// packed, and what does not fit is left]
-    #[arg(long, value_name = "COUNT", help_heading = "Sequence", conflicts_with = "set_aside", value_parser = clap::value_parser!(u8).range(1..=16))]
-    open: Option<u8>,
 
     #[command(flatten)]
     grid: GridOptions,
@@ -97,48 +88,20 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
             .map_or(cores, |threads| threads as usize),
     );
     let pool = pool.or_run()?;
-    let planner = || -> Outcome<Planner> {
-        let proposer = method.proposer_or_exhaustive(&grid, network)?;
-        let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
-        let (twin, pool) = (twin.clone(), pool.clone());
-        let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
-        let checks = arm_check.into_iter().chain(trial);
-        Ok(method.build_with(&grid, proposer, checks, threads)?)
-    };
-
-    let settings = |sequence, set_aside| Settings {
-        catalogue: arguments.catalogue.catalogue.clone(),
-        catalogue_hash: catalogue.content_hash(),
-        objects: catalogue.len(),
-        poses: arguments.catalogue.poses,
-        sequence,
-        set_aside,
-        grid: grid.clone(),
-        method: MethodWithArm {
-            method: method.clone(),
-            arm: arm.clone(),
-        },
-        threads,
-        simulated: simulated.clone(),
-    };
-    if let Some(open) = arguments.open {
-        let job = several::Job {
-            catalogue: &catalogue,
-            settings: settings(sequence, 0),
-            planner: &planner,
-            work,
-        };
-        return several::pack(&job, open, &arguments.results);
-    }
-    let set_aside = arguments.setting_aside.limit(conditions);
     let started = Instant::now();
+    let proposer = method.proposer_or_exhaustive(&grid, network)?;
+    let arm_check = station.map(|station| Box::new(station.check()) as BoxedCheck);
+    let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
+    let checks = arm_check.into_iter().chain(trial);
+    let mut planner = method.build_with(&grid, proposer, checks, threads)?;
+    let set_aside = arguments.setting_aside.limit(conditions);
     let mut watch = Watch(progress::bar("Packing", sequence.objects.len() as u64));
     let (episode, cell) = simulate(
         &catalogue,
         &grid,
         &sequence,
         empty_cell(&catalogue, &grid, &simulated)?,
-        &mut planner()?,
+        &mut planner,
         Play {
             buffer: method.buffer,
             set_aside,
@@ -151,7 +114,18 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         work.asked = Some(ArmAsked::of(&episode));
     }
     let packing = Packing {
-        settings: settings(sequence, set_aside),
+        settings: Settings {
+            catalogue: arguments.catalogue.catalogue.clone(),
+            catalogue_hash: catalogue.content_hash(),
+            objects: catalogue.len(),
+            poses: arguments.catalogue.poses,
+            sequence,
+            set_aside,
+            grid,
+            method: MethodWithArm { method, arm },
+            threads,
+            simulated,
+        },
         ending: EndingSummary::new(&episode.ending),
         set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
         steps: episode.steps,

@@ -39,8 +39,6 @@ class ClosingReason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     CLOSING_REASON_NOTHING_FITS: _ClassVar[ClosingReason]
     CLOSING_REASON_FULL: _ClassVar[ClosingReason]
     CLOSING_REASON_ORDER_COMPLETE: _ClassVar[ClosingReason]
-    CLOSING_REASON_NONE_OF_LAST: _ClassVar[ClosingReason]
-    CLOSING_REASON_REST_OF_ORDER: _ClassVar[ClosingReason]
 
 class SessionEnd(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -75,8 +73,6 @@ CLOSING_REASON_REQUEST: ClosingReason
 CLOSING_REASON_NOTHING_FITS: ClosingReason
 CLOSING_REASON_FULL: ClosingReason
 CLOSING_REASON_ORDER_COMPLETE: ClosingReason
-CLOSING_REASON_NONE_OF_LAST: ClosingReason
-CLOSING_REASON_REST_OF_ORDER: ClosingReason
 SESSION_END_UNSPECIFIED: SessionEnd
 SESSION_END_ALL_PACKED: SessionEnd
 SESSION_END_NOTHING_FITS: SessionEnd
@@ -309,20 +305,18 @@ class Load(_message.Message):
     def __init__(self, item_id: _Optional[str] = ..., estimated_kg: _Optional[float] = ..., carries_kg: _Optional[float] = ...) -> None: ...
 
 class Settling(_message.Message):
-    __slots__ = ("tilt_rad", "slide_m", "disturbance_m", "is_still", "above_rim_m", "load_n")
+    __slots__ = ("tilt_rad", "slide_m", "disturbance_m", "is_still", "above_rim_m")
     TILT_RAD_FIELD_NUMBER: _ClassVar[int]
     SLIDE_M_FIELD_NUMBER: _ClassVar[int]
     DISTURBANCE_M_FIELD_NUMBER: _ClassVar[int]
     IS_STILL_FIELD_NUMBER: _ClassVar[int]
     ABOVE_RIM_M_FIELD_NUMBER: _ClassVar[int]
-    LOAD_N_FIELD_NUMBER: _ClassVar[int]
     tilt_rad: float
     slide_m: float
     disturbance_m: float
     is_still: bool
     above_rim_m: float
-    load_n: float
-    def __init__(self, tilt_rad: _Optional[float] = ..., slide_m: _Optional[float] = ..., disturbance_m: _Optional[float] = ..., is_still: _Optional[bool] = ..., above_rim_m: _Optional[float] = ..., load_n: _Optional[float] = ...) -> None: ...
+    def __init__(self, tilt_rad: _Optional[float] = ..., slide_m: _Optional[float] = ..., disturbance_m: _Optional[float] = ..., is_still: _Optional[bool] = ..., above_rim_m: _Optional[float] = ...) -> None: ...
 
 class ItemReason(_message.Message):
     __slots__ = ("item_id", "reason", "text")
@@ -485,22 +479,20 @@ class Session(_message.Message):
     def __init__(self, session_id: _Optional[str] = ..., items: _Optional[_Iterable[_Union[SessionItem, _Mapping]]] = ..., pending: _Optional[_Union[Decision, _Mapping]] = ..., step: _Optional[int] = ..., is_automatic: _Optional[bool] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., buffer: _Optional[int] = ..., end: _Optional[_Union[SessionEnd, str]] = ..., reasons: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., failure: _Optional[str] = ..., least_state_number: _Optional[int] = ..., settled: _Optional[_Iterable[_Union[SettledDecision, _Mapping]]] = ..., mean_cycle_s: _Optional[float] = ..., set_aside_limit: _Optional[int] = ..., set_aside: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., past_session_ids: _Optional[_Iterable[str]] = ..., containers: _Optional[_Iterable[_Union[SessionContainer, _Mapping]]] = ..., closed: _Optional[_Iterable[_Union[ClosedContainer, _Mapping]]] = ..., forgotten_items: _Optional[int] = ...) -> None: ...
 
 class SessionContainer(_message.Message):
-    __slots__ = ("container", "sequence", "is_open", "renewal_id", "keep_out", "least_state_number", "is_ready")
+    __slots__ = ("container", "sequence", "is_open", "renewal_id", "keep_out", "least_state_number")
     CONTAINER_FIELD_NUMBER: _ClassVar[int]
     SEQUENCE_FIELD_NUMBER: _ClassVar[int]
     IS_OPEN_FIELD_NUMBER: _ClassVar[int]
     RENEWAL_ID_FIELD_NUMBER: _ClassVar[int]
     KEEP_OUT_FIELD_NUMBER: _ClassVar[int]
     LEAST_STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
-    IS_READY_FIELD_NUMBER: _ClassVar[int]
     container: str
     sequence: int
     is_open: bool
     renewal_id: str
     keep_out: _containers.RepeatedCompositeFieldContainer[Region]
     least_state_number: int
-    is_ready: bool
-    def __init__(self, container: _Optional[str] = ..., sequence: _Optional[int] = ..., is_open: _Optional[bool] = ..., renewal_id: _Optional[str] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., least_state_number: _Optional[int] = ..., is_ready: _Optional[bool] = ...) -> None: ...
+    def __init__(self, container: _Optional[str] = ..., sequence: _Optional[int] = ..., is_open: _Optional[bool] = ..., renewal_id: _Optional[str] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., least_state_number: _Optional[int] = ...) -> None: ...
 
 class ClosedContainer(_message.Message):
     __slots__ = ("container", "sequence", "reason", "text", "items")

@@ -29,7 +29,7 @@ from ppnpack.v1 import planner_pb2 as ppnpack_dot_v1_dot_planner__pb2
 from ppnpack.v1 import scene_pb2 as ppnpack_dot_v1_dot_scene__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17ppnpack/v1/record.proto\x12\nppnpack.v1\x1a\x19ppnpack/v1/geometry.proto\x1a\x17ppnpack/v1/header.proto\x1a\x15ppnpack/v1/item.proto\x1a\x18ppnpack/v1/planner.proto\x1a\x16ppnpack/v1/scene.proto\"\xaa\x03\n\x0ePlanningRecord\x12\x0c\n\x04\x63\x65ll\x18\x01 \x01(\t\x12\x12\n\nsession_id\x18\x02 \x01(\t\x12\x0c\n\x04step\x18\x03 \x01(\x04\x12\x15\n\rplanned_at_ns\x18\x04 \x01(\x03\x12&\n\x08versions\x18\x05 \x01(\x0b\x32\x14.ppnpack.v1.Versions\x12\x10\n\x08settings\x18\x06 \x01(\t\x12\x14\n\x0c\x61lternatives\x18\x07 \x01(\r\x12\'\n\x05items\x18\x08 \x03(\x0b\x32\x18.ppnpack.v1.RecordedItem\x12\x31\n\ncandidates\x18\t \x03(\x0b\x32\x1d.ppnpack.v1.RecordedCandidate\x12\x31\n\ncontainers\x18\n \x03(\x0b\x32\x1d.ppnpack.v1.RecordedContainer\x12-\n\x08\x61ttempts\x18\x0b \x03(\x0b\x32\x1b.ppnpack.v1.RecordedAttempt\x12\x0b\n\x03mix\x18\x0c \x03(\x0c\x12\x0e\n\x06is_cut\x18\r \x01(\x08\x12&\n\x08\x64\x65\x63ision\x18\x0e \x01(\x0b\x32\x14.ppnpack.v1.Decision\"@\n\x0cRecordedItem\x12\x0f\n\x07item_id\x18\x01 \x01(\t\x12\x0e\n\x06object\x18\x02 \x01(\t\x12\x0f\n\x07\x61rrival\x18\x03 \x01(\x04\"\xf8\x01\n\x11RecordedCandidate\x12\x0f\n\x07\x61rrival\x18\x01 \x01(\x04\x12\x0c\n\x04pose\x18\x02 \x01(\r\x12\x0c\n\x04item\x18\x03 \x01(\x0c\x12\r\n\x05solid\x18\x04 \x01(\x0c\x12\x14\n\x07mass_kg\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12-\n\x13heightmap_from_item\x18\x06 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\"\n\x08waits_at\x18\x07 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12$\n\x05rules\x18\x08 \x01(\x0b\x32\x15.ppnpack.v1.ItemRules\x12\x0c\n\x04stop\x18\t \x01(\rB\n\n\x08_mass_kg\"\x85\x01\n\x11RecordedContainer\x12\x11\n\tcontainer\x18\x01 \x01(\t\x12 \n\x05scene\x18\x02 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12,\n\x07\x63ontent\x18\x03 \x01(\x0b\x32\x1b.ppnpack.v1.RecordedContent\x12\r\n\x05stops\x18\x04 \x03(\r\"a\n\x0fRecordedContent\x12(\n\x06\x62odies\x18\x01 \x03(\x0b\x32\x18.ppnpack.v1.RecordedBody\x12\x10\n\x08has_seen\x18\x02 \x01(\x08\x12\x12\n\nis_partial\x18\x03 \x01(\x08\"\xa7\x01\n\x0cRecordedBody\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05solid\x18\x02 \x01(\x0c\x12-\n\x13\x63ontainer_from_item\x18\x03 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x0f\n\x07mass_kg\x18\x04 \x01(\x01\x12\x17\n\ncarries_kg\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12\x12\n\nis_assumed\x18\x06 \x01(\x08\x42\r\n\x0b_carries_kg\"E\n\x0fRecordedAttempt\x12\x32\n\ncontainers\x18\x01 \x03(\x0b\x32\x1e.ppnpack.v1.AdmittedCandidates\"(\n\x12\x41\x64mittedCandidates\x12\x12\n\ncandidates\x18\x01 \x03(\r\"\xf5\x01\n\x05Solid\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nvertices_m\x18\x02 \x03(\x01\x12\x11\n\ttriangles\x18\x03 \x03(\r\x12\x11\n\tvolume_m3\x18\x04 \x01(\x01\x12\'\n\x06pieces\x18\x05 \x03(\x0b\x32\x17.ppnpack.v1.ConvexPiece\x12\x0f\n\x07mass_kg\x18\x06 \x01(\x01\x12+\n\x0e\x63\x65ntre_of_mass\x18\x07 \x01(\x0b\x32\x13.ppnpack.v1.Vector3\x12\x15\n\rinertia_kg_m2\x18\x08 \x03(\x01\x12\x17\n\ncarries_kg\x18\t \x01(\x01H\x00\x88\x01\x01\x42\r\n\x0b_carries_kg\"!\n\x0b\x43onvexPiece\x12\x12\n\nvertices_m\x18\x01 \x03(\x01\"G\n\rShapesRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x0b\n\x03ids\x18\x02 \x03(\x0c\"j\n\x0bShapesReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12!\n\x06shapes\x18\x02 \x03(\x0b\x32\x11.ppnpack.v1.Shape\x12\x0f\n\x07unknown\x18\x03 \x03(\x0c\"b\n\x05Shape\x12\n\n\x02id\x18\x01 \x01(\x0c\x12 \n\x04item\x18\x02 \x01(\x0b\x32\x10.ppnpack.v1.ItemH\x00\x12\"\n\x05solid\x18\x03 \x01(\x0b\x32\x11.ppnpack.v1.SolidH\x00\x42\x07\n\x05shapeb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17ppnpack/v1/record.proto\x12\nppnpack.v1\x1a\x19ppnpack/v1/geometry.proto\x1a\x17ppnpack/v1/header.proto\x1a\x15ppnpack/v1/item.proto\x1a\x18ppnpack/v1/planner.proto\x1a\x16ppnpack/v1/scene.proto\"\xa3\x03\n\x0ePlanningRecord\x12\x0c\n\x04\x63\x65ll\x18\x01 \x01(\t\x12\x12\n\nsession_id\x18\x02 \x01(\t\x12\x0c\n\x04step\x18\x03 \x01(\x04\x12\x15\n\rplanned_at_ns\x18\x04 \x01(\x03\x12&\n\x08versions\x18\x05 \x01(\x0b\x32\x14.ppnpack.v1.Versions\x12\x10\n\x08settings\x18\x06 \x01(\t\x12\x14\n\x0c\x61lternatives\x18\x07 \x01(\r\x12\'\n\x05items\x18\x08 \x03(\x0b\x32\x18.ppnpack.v1.RecordedItem\x12\x31\n\ncandidates\x18\t \x03(\x0b\x32\x1d.ppnpack.v1.RecordedCandidate\x12\x31\n\ncontainers\x18\n \x03(\x0b\x32\x1d.ppnpack.v1.RecordedContainer\x12-\n\x08\x61ttempts\x18\x0b \x03(\x0b\x32\x1b.ppnpack.v1.RecordedAttempt\x12\x0e\n\x06is_cut\x18\r \x01(\x08\x12&\n\x08\x64\x65\x63ision\x18\x0e \x01(\x0b\x32\x14.ppnpack.v1.DecisionJ\x04\x08\x0c\x10\r\"@\n\x0cRecordedItem\x12\x0f\n\x07item_id\x18\x01 \x01(\t\x12\x0e\n\x06object\x18\x02 \x01(\t\x12\x0f\n\x07\x61rrival\x18\x03 \x01(\x04\"\xf8\x01\n\x11RecordedCandidate\x12\x0f\n\x07\x61rrival\x18\x01 \x01(\x04\x12\x0c\n\x04pose\x18\x02 \x01(\r\x12\x0c\n\x04item\x18\x03 \x01(\x0c\x12\r\n\x05solid\x18\x04 \x01(\x0c\x12\x14\n\x07mass_kg\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12-\n\x13heightmap_from_item\x18\x06 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\"\n\x08waits_at\x18\x07 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12$\n\x05rules\x18\x08 \x01(\x0b\x32\x15.ppnpack.v1.ItemRules\x12\x0c\n\x04stop\x18\t \x01(\rB\n\n\x08_mass_kg\"\x85\x01\n\x11RecordedContainer\x12\x11\n\tcontainer\x18\x01 \x01(\t\x12 \n\x05scene\x18\x02 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12,\n\x07\x63ontent\x18\x03 \x01(\x0b\x32\x1b.ppnpack.v1.RecordedContent\x12\r\n\x05stops\x18\x04 \x03(\r\"a\n\x0fRecordedContent\x12(\n\x06\x62odies\x18\x01 \x03(\x0b\x32\x18.ppnpack.v1.RecordedBody\x12\x10\n\x08has_seen\x18\x02 \x01(\x08\x12\x12\n\nis_partial\x18\x03 \x01(\x08\"\xa7\x01\n\x0cRecordedBody\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05solid\x18\x02 \x01(\x0c\x12-\n\x13\x63ontainer_from_item\x18\x03 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x0f\n\x07mass_kg\x18\x04 \x01(\x01\x12\x17\n\ncarries_kg\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12\x12\n\nis_assumed\x18\x06 \x01(\x08\x42\r\n\x0b_carries_kg\"E\n\x0fRecordedAttempt\x12\x32\n\ncontainers\x18\x01 \x03(\x0b\x32\x1e.ppnpack.v1.AdmittedCandidates\"(\n\x12\x41\x64mittedCandidates\x12\x12\n\ncandidates\x18\x01 \x03(\r\"\xf5\x01\n\x05Solid\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nvertices_m\x18\x02 \x03(\x01\x12\x11\n\ttriangles\x18\x03 \x03(\r\x12\x11\n\tvolume_m3\x18\x04 \x01(\x01\x12\'\n\x06pieces\x18\x05 \x03(\x0b\x32\x17.ppnpack.v1.ConvexPiece\x12\x0f\n\x07mass_kg\x18\x06 \x01(\x01\x12+\n\x0e\x63\x65ntre_of_mass\x18\x07 \x01(\x0b\x32\x13.ppnpack.v1.Vector3\x12\x15\n\rinertia_kg_m2\x18\x08 \x03(\x01\x12\x17\n\ncarries_kg\x18\t \x01(\x01H\x00\x88\x01\x01\x42\r\n\x0b_carries_kg\"!\n\x0b\x43onvexPiece\x12\x12\n\nvertices_m\x18\x01 \x03(\x01\"G\n\rShapesRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x0b\n\x03ids\x18\x02 \x03(\x0c\"j\n\x0bShapesReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12!\n\x06shapes\x18\x02 \x03(\x0b\x32\x11.ppnpack.v1.Shape\x12\x0f\n\x07unknown\x18\x03 \x03(\x0c\"b\n\x05Shape\x12\n\n\x02id\x18\x01 \x01(\x0c\x12 \n\x04item\x18\x02 \x01(\x0b\x32\x10.ppnpack.v1.ItemH\x00\x12\"\n\x05solid\x18\x03 \x01(\x0b\x32\x11.ppnpack.v1.SolidH\x00\x42\x07\n\x05shapeb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -37,29 +37,29 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'ppnpack.v1.record_pb2', _gl
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_PLANNINGRECORD']._serialized_start=165
-  _globals['_PLANNINGRECORD']._serialized_end=591
-  _globals['_RECORDEDITEM']._serialized_start=593
-  _globals['_RECORDEDITEM']._serialized_end=657
-  _globals['_RECORDEDCANDIDATE']._serialized_start=660
-  _globals['_RECORDEDCANDIDATE']._serialized_end=908
-  _globals['_RECORDEDCONTAINER']._serialized_start=911
-  _globals['_RECORDEDCONTAINER']._serialized_end=1044
-  _globals['_RECORDEDCONTENT']._serialized_start=1046
-  _globals['_RECORDEDCONTENT']._serialized_end=1143
-  _globals['_RECORDEDBODY']._serialized_start=1146
-  _globals['_RECORDEDBODY']._serialized_end=1313
-  _globals['_RECORDEDATTEMPT']._serialized_start=1315
-  _globals['_RECORDEDATTEMPT']._serialized_end=1384
-  _globals['_ADMITTEDCANDIDATES']._serialized_start=1386
-  _globals['_ADMITTEDCANDIDATES']._serialized_end=1426
-  _globals['_SOLID']._serialized_start=1429
-  _globals['_SOLID']._serialized_end=1674
-  _globals['_CONVEXPIECE']._serialized_start=1676
-  _globals['_CONVEXPIECE']._serialized_end=1709
-  _globals['_SHAPESREQUEST']._serialized_start=1711
-  _globals['_SHAPESREQUEST']._serialized_end=1782
-  _globals['_SHAPESREPLY']._serialized_start=1784
-  _globals['_SHAPESREPLY']._serialized_end=1890
-  _globals['_SHAPE']._serialized_start=1892
-  _globals['_SHAPE']._serialized_end=1990
+  _globals['_PLANNINGRECORD']._serialized_end=584
+  _globals['_RECORDEDITEM']._serialized_start=586
+  _globals['_RECORDEDITEM']._serialized_end=650
+  _globals['_RECORDEDCANDIDATE']._serialized_start=653
+  _globals['_RECORDEDCANDIDATE']._serialized_end=901
+  _globals['_RECORDEDCONTAINER']._serialized_start=904
+  _globals['_RECORDEDCONTAINER']._serialized_end=1037
+  _globals['_RECORDEDCONTENT']._serialized_start=1039
+  _globals['_RECORDEDCONTENT']._serialized_end=1136
+  _globals['_RECORDEDBODY']._serialized_start=1139
+  _globals['_RECORDEDBODY']._serialized_end=1306
+  _globals['_RECORDEDATTEMPT']._serialized_start=1308
+  _globals['_RECORDEDATTEMPT']._serialized_end=1377
+  _globals['_ADMITTEDCANDIDATES']._serialized_start=1379
+  _globals['_ADMITTEDCANDIDATES']._serialized_end=1419
+  _globals['_SOLID']._serialized_start=1422
+  _globals['_SOLID']._serialized_end=1667
+  _globals['_CONVEXPIECE']._serialized_start=1669
+  _globals['_CONVEXPIECE']._serialized_end=1702
+  _globals['_SHAPESREQUEST']._serialized_start=1704
+  _globals['_SHAPESREQUEST']._serialized_end=1775
+  _globals['_SHAPESREPLY']._serialized_start=1777
+  _globals['_SHAPESREPLY']._serialized_end=1883
+  _globals['_SHAPE']._serialized_start=1885
+  _globals['_SHAPE']._serialized_end=1983
 # @@protoc_insertion_point(module_scope)

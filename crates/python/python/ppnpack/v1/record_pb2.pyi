@@ -12,7 +12,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class PlanningRecord(_message.Message):
-    __slots__ = ("cell", "session_id", "step", "planned_at_ns", "versions", "settings", "alternatives", "items", "candidates", "containers", "attempts", "mix", "is_cut", "decision")
+    __slots__ = ("cell", "session_id", "step", "planned_at_ns", "versions", "settings", "alternatives", "items", "candidates", "containers", "attempts", "is_cut", "decision")
     CELL_FIELD_NUMBER: _ClassVar[int]
     SESSION_ID_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
@@ -24,7 +24,6 @@ class PlanningRecord(_message.Message):
     CANDIDATES_FIELD_NUMBER: _ClassVar[int]
     CONTAINERS_FIELD_NUMBER: _ClassVar[int]
     ATTEMPTS_FIELD_NUMBER: _ClassVar[int]
-    MIX_FIELD_NUMBER: _ClassVar[int]
     IS_CUT_FIELD_NUMBER: _ClassVar[int]
     DECISION_FIELD_NUMBER: _ClassVar[int]
     cell: str
@@ -38,10 +37,9 @@ class PlanningRecord(_message.Message):
     candidates: _containers.RepeatedCompositeFieldContainer[RecordedCandidate]
     containers: _containers.RepeatedCompositeFieldContainer[RecordedContainer]
     attempts: _containers.RepeatedCompositeFieldContainer[RecordedAttempt]
-    mix: _containers.RepeatedScalarFieldContainer[bytes]
     is_cut: bool
     decision: _planner_pb2.Decision
-    def __init__(self, cell: _Optional[str] = ..., session_id: _Optional[str] = ..., step: _Optional[int] = ..., planned_at_ns: _Optional[int] = ..., versions: _Optional[_Union[_header_pb2.Versions, _Mapping]] = ..., settings: _Optional[str] = ..., alternatives: _Optional[int] = ..., items: _Optional[_Iterable[_Union[RecordedItem, _Mapping]]] = ..., candidates: _Optional[_Iterable[_Union[RecordedCandidate, _Mapping]]] = ..., containers: _Optional[_Iterable[_Union[RecordedContainer, _Mapping]]] = ..., attempts: _Optional[_Iterable[_Union[RecordedAttempt, _Mapping]]] = ..., mix: _Optional[_Iterable[bytes]] = ..., is_cut: _Optional[bool] = ..., decision: _Optional[_Union[_planner_pb2.Decision, _Mapping]] = ...) -> None: ...
+    def __init__(self, cell: _Optional[str] = ..., session_id: _Optional[str] = ..., step: _Optional[int] = ..., planned_at_ns: _Optional[int] = ..., versions: _Optional[_Union[_header_pb2.Versions, _Mapping]] = ..., settings: _Optional[str] = ..., alternatives: _Optional[int] = ..., items: _Optional[_Iterable[_Union[RecordedItem, _Mapping]]] = ..., candidates: _Optional[_Iterable[_Union[RecordedCandidate, _Mapping]]] = ..., containers: _Optional[_Iterable[_Union[RecordedContainer, _Mapping]]] = ..., attempts: _Optional[_Iterable[_Union[RecordedAttempt, _Mapping]]] = ..., is_cut: _Optional[bool] = ..., decision: _Optional[_Union[_planner_pb2.Decision, _Mapping]] = ...) -> None: ...
 
 class RecordedItem(_message.Message):
     __slots__ = ("item_id", "object", "arrival")

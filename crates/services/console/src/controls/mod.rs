@@ -265,8 +265,8 @@ impl Controls {
                     "{container} is closed, and an empty one is brought."
                 ))
             }
-            Some(standing) if standing.is_ready || !standing.renewal_id.is_empty() => {
-                let text = format!("{container} is empty, or an empty one is being brought");
+            Some(standing) if !standing.renewal_id.is_empty() => {
+                let text = format!("an empty container is being brought to {container}");
                 Err(ControlError::Refused(text))
             }
             Some(standing) => self.open_renewed(target, container, standing),

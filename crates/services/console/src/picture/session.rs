@@ -31,7 +31,6 @@ struct ContainerPart<'a> {
     container: &'a str,
     sequence: u64,
     is_open: bool,
-    is_ready: bool,
     is_coming: bool,
 }
 
@@ -103,7 +102,6 @@ pub(super) fn session_part<'a>(
         container: address(cell, &container.container),
         sequence: container.sequence,
         is_open: container.is_open,
-        is_ready: container.is_ready,
         is_coming: !container.renewal_id.is_empty(),
     });
     let surplus = session.closed.len().saturating_sub(MOST_CLOSED);

@@ -172,7 +172,7 @@ impl CellPlanner {
                 true => Some(Container::open(name.clone(), keep_out.clone(), least)),
                 false => starts.iter().find(|start| start.name == name).cloned(),
             };
-            start.map_or_else(|| Container::closed(name), |start| self.standing(start))
+            start.unwrap_or_else(|| Container::closed(name))
         });
         Ok(containers.collect())
     }

@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{self, ClosingRules, Fill, Missed};
-use ppnpack_protocol::session::{Closing, Container, SessionItem};
+use ppnpack_packing::closing::{self, ClosingRules, Fill};
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_protocol::session::{Closing, Container};
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
 
@@ -48,21 +49,11 @@ impl Done {
     }
 }
 
-/// The items that were looked at in vain in a container, since its content is what it is.
-#[derive(Debug, Default)]
-pub(super) struct MissedIn {
-    /// Which of the containers that stand there, and the arrivals of what lies in it.
-    content: (u64, Vec<usize>),
-    items: Missed,
-}
-
 /// A domain's reason as the session has it.
 fn as_told(why: &closing::Closing) -> Closing {
     match why {
         closing::Closing::NothingFits => Closing::NothingFits,
         closing::Closing::Full { .. } => Closing::Full,
-        closing::Closing::NoneOfLast(_) => Closing::NoneOfLast(why.to_string()),
-        closing::Closing::RestOfOrder { .. } => Closing::RestOfOrder(why.to_string()),
         closing::Closing::OrderComplete => Closing::OrderComplete,
     }
 }
@@ -86,7 +77,7 @@ impl CellPlanner {
         })
     }
 
-    /// Has the session go on with an empty container, now or when it is its turn.
+    /// Has the session go on with an empty container.
     pub(super) fn open_container(&mut self, start: Container) -> Result<(), Refusal> {
         let Container {
             name,
@@ -129,26 +120,27 @@ impl CellPlanner {
         Ok(())
     }
 
-    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is one. Not where one is empty: that is
-    /// exchanged for another size, and what does not fit into any empty one fits nowhere.
+    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is one. Not one that holds nothing, or
+    /// that is no larger than an open one that does: what does not fit into that does not fit into an empty one there.
     pub(super) fn close_fullest(&mut self) -> Result<bool, Refusal> {
         if !self.settings.closing.renews {
             return Ok(false);
         }
         let open = self.open_by_fullness();
         let is_empty = |name: &String| self.session.packed_in(name).next().is_none();
-        if open.iter().any(is_empty) {
-            return self.exchange_empty(&open);
+        let (empty, begun): (Vec<String>, Vec<String>) = open.into_iter().partition(is_empty);
+        let empty = empty.iter().map(|name| self.size(name));
+        let empty = empty.collect::<Result<Vec<ContainerSize>, Refusal>>()?;
+        for name in begun {
+            let size = self.size(&name)?;
+            if empty.iter().any(|empty| is_within(&size, empty)) {
+                continue;
+            }
+            let sequence = self.session.container(&name)?.sequence;
+            self.close_container(&name, sequence, Closing::NothingFits, true)?;
+            return Ok(true);
         }
-        let fills = open.iter().map(|name| self.fill(name));
-        let fills = fills.collect::<Result<Vec<Fill>, Refusal>>()?;
-        let fullest = self.settings.closing.rules.fullest(&fills);
-        let Some(name) = fullest.and_then(|at| open.into_iter().nth(at)) else {
-            return Ok(false);
-        };
-        let sequence = self.session.container(&name)?.sequence;
-        self.close_container(&name, sequence, Closing::NothingFits, true)?;
-        Ok(true)
+        Ok(false)
     }
 
     /// Closes the containers that a rule of the cell closes, where anything changed.
@@ -168,10 +160,6 @@ impl CellPlanner {
                 self.closing.look_after(PAUSE);
             }
         }
-        if let Err(refusal) = self.close_for_next() {
-            tracing::warn!(cell = %self.cell, reason = refusal.message, "not closed yet");
-            self.closing.look_after(PAUSE);
-        }
     }
 
     fn close_where_done(&mut self, name: &str, sequence: u64) -> Result<(), Refusal> {
@@ -181,7 +169,7 @@ impl CellPlanner {
         }
         let fill = self.fill(name)?;
         let rules = self.settings.closing.rules;
-        let by_fill = rules.closing(&fill, &self.missed_in(name).items);
+        let by_fill = rules.closing(&fill);
         let is_complete = by_fill.is_none() && self.is_complete(name);
         let closing = by_fill.or_else(|| is_complete.then_some(closing::Closing::OrderComplete));
         let Some(closing) = closing else {
@@ -191,67 +179,12 @@ impl CellPlanner {
         self.close_container(name, sequence, as_told(&closing), renews)
     }
 
-    /// Closes a container where an order that waits fits whole into none that is open.
-    fn close_for_next(&mut self) -> Result<(), Refusal> {
-        // Where an item is on its way it is not known yet where its order is.
-        if !self.settings.closing.rules.rest_of_order || self.session.pending().is_some() {
-            return Ok(());
-        }
-        // An empty one that comes may take it.
-        if self.is_renewing() {
-            return Ok(());
-        }
-        let open = self.open_by_fullness();
-        let Some(mut orders) = self.orders(&open) else {
-            return Ok(());
-        };
-        let buffer = self.session.buffer(self.settings.method.buffer);
-        orders.begin_with(buffer.map(|item| item.arrival));
-        let fills = open.iter().map(|name| self.fill(name));
-        let fills = fills.collect::<Result<Vec<Fill>, Refusal>>()?;
-        let could_be = orders.closed_for_next().into_iter();
-        let rules = &self.settings.closing.rules;
-        let Some((at, closing)) = rules.fullest_that_may_leave(&fills, could_be) else {
-            return Ok(());
-        };
-        let Some(name) = open.get(at) else {
-            return Ok(());
-        };
-        let sequence = self.session.container(name)?.sequence;
-        let renews = self.settings.closing.renews;
-        self.close_container(name, sequence, as_told(&closing), renews)
-    }
-
-    /// Items of these arrivals were looked at in a container, and have no valid placement there. Not known any more after a restart:
-    /// then they are counted anew.
-    pub(super) fn note_missed(&mut self, name: &str, arrivals: &[usize]) {
-        let rules = self.settings.closing.rules;
-        if rules.none_of_last.is_none() {
-            return;
-        }
-        let missed = self.missed_in(name);
-        for arrival in arrivals {
-            missed.items.note(*arrival, &rules);
-        }
-        self.closing.look_again();
-    }
-
-    /// What was looked at in vain in a container as it is now.
-    fn missed_in(&mut self, name: &str) -> &mut MissedIn {
-        let sequence = self.session.container(name);
-        let sequence = sequence.map_or(0, |container| container.sequence);
-        let lying = self.session.packed_in(name).map(|item| item.arrival);
-        let content = (sequence, lying.collect());
-        let missed = self.missed.entry(name.to_owned()).or_default();
-        if missed.content != content {
-            missed.items.forget();
-            missed.content = content;
-        }
-        missed
+    fn size(&mut self, name: &str) -> Result<ContainerSize, Refusal> {
+        Ok(self.place_of(name)?.planning.grid().container())
     }
 
     fn fill(&mut self, name: &str) -> Result<Fill, Refusal> {
-        let size = self.place_of(name)?.planning.grid().container();
+        let size = self.size(name)?;
         Ok(Fill::of(self.filled_m3(name), size))
     }
 
@@ -264,7 +197,7 @@ impl CellPlanner {
         orders.is_some_and(|orders| orders.complete() == Some(0))
     }
 
-    /// The open containers, that with the greatest volume of items first; of equal ones in the order of the cell.
+    /// The open containers, that of which the greatest share is filled first; of equal ones in the order of the cell.
     pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
         let containers = self.session.containers().iter();
         let open = containers.filter(|container| container.is_open());
@@ -272,7 +205,10 @@ impl CellPlanner {
         if names.len() < 2 {
             return names;
         }
-        let open = names.into_iter().map(|name| (self.filled_m3(&name), name));
+        let open = names.into_iter().map(|name| {
+            let percent = self.fill(&name).map_or(0.0, |fill| fill.percent());
+            (percent, name)
+        });
         let mut open: Vec<(f64, String)> = open.collect();
         open.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         open.into_iter().map(|(_, name)| name).collect()
@@ -281,17 +217,17 @@ impl CellPlanner {
     /// The volume of the items in an open container, in cubic metres; without those whose shape is not known any more.
     fn filled_m3(&mut self, name: &str) -> f64 {
         let items: Vec<_> = self.session.packed_in(name).cloned().collect();
-        self.volume_m3(&items)
-    }
-
-    /// The volume of items, in cubic metres; without those whose shape is not known any more.
-    pub(super) fn volume_m3(&mut self, items: &[SessionItem]) -> f64 {
         let volumes_m3 = items.iter().filter_map(|item| {
             let shape = self.shape(item).ok()?;
             Some(shape.item.mesh_volume_m3())
         });
         volumes_m3.sum()
     }
+}
+
+/// Whether a container is no larger than another one, along any axis.
+fn is_within(size: &ContainerSize, other: &ContainerSize) -> bool {
+    size.x_m <= other.x_m && size.y_m <= other.y_m && size.z_m <= other.z_m
 }
 
 /// A container that is opened, the first that stands there.

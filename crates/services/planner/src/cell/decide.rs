@@ -46,9 +46,6 @@ impl CellPlanner {
             let prepared = self.prepare(items, deadline)?;
             let waited = started.elapsed();
             let found = self.plan(&prepared, alternatives)?;
-            for (container, arrivals) in &found.missed {
-                self.note_missed(container, arrivals);
-            }
             if found.plan.choice().is_some() {
                 break (prepared, found, waited);
             }
@@ -160,13 +157,7 @@ impl CellPlanner {
     ) -> StepPlan<'a> {
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
         let is_all_seen = prepared.left_out.is_empty();
-        // One that was closed for an order is not to be missed by it.
-        let is_one_to_come = self.settings.closing.rules.rest_of_order && self.is_renewing();
-        prepared.step_plan(
-            alternatives,
-            is_all_seen && !is_one_to_come,
-            self.settings.choice,
-        )
+        prepared.step_plan(alternatives, is_all_seen, self.settings.choice)
     }
 
     fn decision(

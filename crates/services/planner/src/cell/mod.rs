@@ -11,7 +11,6 @@ mod expected;
 mod footprint;
 mod inspect;
 mod leaving;
-mod opening;
 mod orders;
 mod place;
 mod poses;
@@ -47,7 +46,7 @@ use crate::record::Recorder;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use closing::{Done, MissedIn};
+use closing::Done;
 use expected::Expected;
 use inspect::ToInspect;
 use place::Place;
@@ -113,8 +112,6 @@ pub(crate) struct CellPlanner {
     closing: Done,
     /// Since when orders wait for more items.
     expected: Expected,
-    /// Of containers, by their names: which items were looked at there in vain.
-    missed: BTreeMap<String, MissedIn>,
     own: Own,
 }
 
@@ -146,7 +143,6 @@ impl Actor for CellPlanner {
         self.give_up_expecting();
         self.close_done();
         self.renew_closed();
-        self.open_ready();
         self.advance();
         self.publish_news();
     }
@@ -210,7 +206,6 @@ impl CellPlanner {
             automatic: Automatic::default(),
             closing: Done::default(),
             expected: Expected::default(),
-            missed: BTreeMap::new(),
             own,
         };
         planner.must_have_its_containers()?;

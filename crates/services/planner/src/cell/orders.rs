@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_protocol::session::{ClosedContainer, Closing, ItemState, OrderLine, SessionItem};
+use ppnpack_protocol::session::{ItemState, OrderLine, SessionItem};
 
 use super::CellPlanner;
 
@@ -47,32 +47,7 @@ impl CellPlanner {
                 orders.expect(order, usize::try_from(items).unwrap_or(usize::MAX));
             }
         }
-        for held_m3 in self.held_when_full_m3() {
-            orders.learn(held_m3);
-        }
         Some(orders)
-    }
-
-    /// What containers held into which nothing went any more, in cubic metres: of those all of whose items are remembered.
-    fn held_when_full_m3(&mut self) -> Vec<f64> {
-        if self.settings.rules.certainty_percent.is_none() {
-            return Vec::new();
-        }
-        let closed = self.session.closed().iter();
-        let closed = closed.filter(|closed| {
-            matches!(
-                closed.closing,
-                Closing::NothingFits | Closing::NoneOfLast(_)
-            )
-        });
-        let held = closed.filter_map(|closed| {
-            let items = self.session.items().iter();
-            let items = items.filter(|item| was_in(closed, item));
-            let items: Vec<SessionItem> = items.cloned().collect();
-            (items.len() == closed.items).then_some(items)
-        });
-        let held: Vec<Vec<SessionItem>> = held.collect();
-        held.iter().map(|items| self.volume_m3(items)).collect()
     }
 
     fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
@@ -83,7 +58,6 @@ impl CellPlanner {
             urgency,
             ..
         } = &item.order_line;
-        let shape = self.shape(item).ok();
         // What is of no order belongs together where each container is for one, and to nothing where they are shared. No order has a
         // name with a blank.
         let none = || match sharing {
@@ -95,7 +69,6 @@ impl CellPlanner {
             group: group.as_deref().map(Arc::from),
             bundle: bundle.as_deref().map(Arc::from),
             mass_kg: self.mass_kg(item),
-            volume_m3: shape.map_or(0.0, |shape| shape.item.mesh_volume_m3()),
             urgency: *urgency,
         }
     }
@@ -103,21 +76,6 @@ impl CellPlanner {
 
 /// Whether a rule can say anything of an item.
 fn has_rules(rules: &ContainerRules, item: &SessionItem) -> bool {
-    let is_of_all = rules.most_kg.is_some()
-        || rules.certainty_percent.is_some()
-        || rules.sharing == Sharing::OneOrder;
+    let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
     is_of_all || item.order_line != OrderLine::default()
-}
-
-/// Whether an item lay in a container that was closed.
-fn was_in(closed: &ClosedContainer, item: &SessionItem) -> bool {
-    let ItemState::Packed {
-        container,
-        sequence,
-        ..
-    } = &item.state
-    else {
-        return false;
-    };
-    (container, *sequence) == (&closed.name, closed.sequence)
 }

@@ -25,9 +25,9 @@ pub(super) struct Renewal {
 }
 
 impl CellPlanner {
-    /// Whether empty containers are to come that are then opened.
+    /// Whether empty containers are to come.
     pub(super) fn is_renewing(&self) -> bool {
-        self.may_open_more() && self.to_be_renewed().next().is_some()
+        self.to_be_renewed().next().is_some()
     }
 
     /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
@@ -124,7 +124,6 @@ impl CellPlanner {
             sequence: closed.sequence,
             ..Container::open(closed.name.clone(), closed.keep_out.clone(), state_number)
         };
-        let start = self.standing(start);
         self.open_container(start)
             .map_err(|refusal| refusal.message)
     }

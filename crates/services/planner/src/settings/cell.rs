@@ -13,7 +13,7 @@ use ppnpack_robot::station::{ArmStation, StationSettings};
 use ppnpack_service::configuration::in_range;
 use serde::{Deserialize, Serialize};
 
-use super::containers::{ClosingSettings, ContainerSettings, OpeningSettings};
+use super::containers::{ClosingSettings, ContainerSettings};
 
 /// The most items that a session may set aside.
 const MAX_SET_ASIDE: usize = 10_000;
@@ -45,8 +45,6 @@ pub struct CellSettings {
     pub choice: ContainerChoice,
     /// What a container may hold, by what is said of the items' orders, groups and masses.
     pub rules: ContainerRules,
-    /// How many containers are open, and which one is opened next.
-    pub opening: OpeningSettings,
     /// When a container is closed.
     pub closing: ClosingSettings,
     /// The arm that has to be able to make the placements; where there is none, that is not checked.
@@ -107,7 +105,6 @@ impl Default for CellSettings {
             containers: BTreeMap::new(),
             choice: ContainerChoice::default(),
             rules: ContainerRules::default(),
-            opening: OpeningSettings::default(),
             closing: ClosingSettings::default(),
             arm: None,
             twin: TwinSettings::default(),
@@ -142,9 +139,6 @@ impl CellSettings {
         if let Some(most_kg) = rules.most_kg {
             in_range("rules.most_kg", most_kg, 0.001..=1e6)?;
         }
-        if let Some(expected_m3) = rules.expected_m3 {
-            in_range("rules.expected_m3", expected_m3, 1e-9..=1e3)?;
-        }
         if let Some((a, b)) = rules.contradiction() {
             return Err(format!(
                 "rules.together: {a} and {b} are in rules.apart, too, and could never be packed: leave one of the pairs out"
@@ -153,23 +147,7 @@ impl CellSettings {
         if let Some(wait_s) = self.closing.order_wait_s {
             in_range("closing.order_wait_s", wait_s, 0.001..=1e6)?;
         }
-        match (rules.certainty_percent, rules.spread_m3, rules.expected_m3) {
-            (None, Some(_), _) => {
-                let remedy = "rules.spread_m3: it says nothing without a certainty: set rules.certainty_percent, or leave it out";
-                return Err(remedy.to_owned());
-            }
-            (Some(_), Some(_), None) => {
-                let remedy =
-                    "rules.spread_m3: of what is not given: set rules.expected_m3, or leave it out";
-                return Err(remedy.to_owned());
-            }
-            (Some(percent), spread_m3, _) => {
-                in_range("rules.certainty_percent", percent, 1.0..=99.9)?;
-                in_range("rules.spread_m3", spread_m3.unwrap_or_default(), 0.0..=1e3)?;
-            }
-            (None, None, _) => {}
-        }
-        let possible = self.closing.rules.validate(rules, self.choice);
+        let possible = self.closing.rules.validate(rules);
         possible.map_err(|error| error.to_string())
     }
 
@@ -201,7 +179,6 @@ impl CellSettings {
         set_aside_in_range(self.set_aside)?;
         in_range("alternatives", self.alternatives, 0..=MAX_ALTERNATIVES)?;
         in_range("poses", self.poses, 1..=MAX_POSES)?;
-        self.opening.validate(self.containers.len())?;
         self.validate_rules()?;
         let candidates = method.buffer * self.poses;
         if candidates > MAX_CANDIDATES {

@@ -1,11 +1,10 @@
-//! The containers of a cell: in what each is otherwise than the cell, how many are open, and when one is closed.
+//! The containers of a cell: in what each is otherwise than the cell, and when one is closed.
 
 use std::collections::BTreeMap;
 
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_robot::station::StationSettings;
-use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::{Cell, KeyError};
 use serde::{Deserialize, Serialize};
 
@@ -21,49 +20,6 @@ pub struct ContainerSettings {
     /// The arm, as it stands to this container.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
-}
-
-/// How many of a cell's containers are open, and which of those that stand ready is opened next, by what waits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OpeningSettings {
-    /// How many are open at most, where not all are: the others stand ready, and which one is opened is chosen by its size. A request
-    /// may open more.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub most: Option<usize>,
-    /// How full containers are expected to become, in percent: the smallest is opened in which so much takes what waits.
-    pub expected_percent: f64,
-}
-
-impl Default for OpeningSettings {
-    fn default() -> Self {
-        Self {
-            most: None,
-            expected_percent: 40.0,
-        }
-    }
-}
-
-impl OpeningSettings {
-    /// Checks that all is possible in a cell of so many containers.
-    pub(super) fn validate(&self, containers: usize) -> Result<(), String> {
-        in_range(
-            "opening.expected_percent",
-            self.expected_percent,
-            1.0..=100.0,
-        )?;
-        match self.most {
-            Some(most) if !(1..containers).contains(&most) => Err(format!(
-                "opening.most: {most}, and the cell has {}: give at least 1 and less than that, or leave it out",
-                match containers {
-                    0 | 1 => "one container, which is open".to_owned(),
-                    containers =>
-                        format!("{containers} containers, of which all may be open without it"),
-                }
-            )),
-            _ => Ok(()),
-        }
-    }
 }
 
 /// When a container is closed without a request that says so.
@@ -129,7 +85,6 @@ impl CellSettings {
     pub(super) fn of_container(&self, own: &ContainerSettings) -> Self {
         let mut alone = Self {
             containers: BTreeMap::new(),
-            opening: OpeningSettings::default(),
             ..self.with_weights()
         };
         alone.grid.container = own.container.unwrap_or(self.grid.container);

@@ -19,7 +19,7 @@ use crate::store::Store;
 pub use cell::{CellSettings, Where};
 pub(crate) use cell::{MAX_ALTERNATIVES, set_aside_in_range};
 pub(crate) use containers::ContainerPlan;
-pub use containers::{ClosingSettings, ContainerSettings, OpeningSettings};
+pub use containers::{ClosingSettings, ContainerSettings};
 
 /// Settings of the planner service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -114,47 +114,22 @@ fn closing_rules_that_do_not_go_together_are_refused_with_what_to_do() {
         let cell: CellSettings = toml::from_str(text).unwrap();
         cell.validate()
     };
-    let possible = "rules = { expected_m3 = 0.01, spread_m3 = 0.001, certainty_percent = 80 }\n\
-                    closing = { renews = true, none_of_last = 12, least_fill_percent = 40, rest_of_order = true }";
+    let possible = "rules = { sharing = \"one-order\" }\n\
+                    closing = { renews = true, fill_percent = 80, order_complete = true }";
     assert_eq!(validated(possible), Ok(()));
     let cell: CellSettings = toml::from_str(possible).unwrap();
     let written = toml::to_string(&cell).unwrap();
     assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
     for (text, remedy) in [
-        (
-            "choice = \"best\"\nclosing = { none_of_last = 12 }",
-            "set choice to",
-        ),
-        ("closing = { none_of_last = 0 }", "at least 1"),
         ("closing = { fill_percent = 101 }", "1 to 100 percent"),
-        (
-            "closing = { least_fill_percent = 80, fill_percent = 70 }",
-            "no more than that",
-        ),
-        (
-            "closing = { rest_of_order = true }",
-            "set rules.certainty_percent",
-        ),
         ("closing = { order_complete = true }", "set rules.sharing"),
-        (
-            "rules = { expected_m3 = 0.01, spread_m3 = 0.001 }",
-            "set rules.certainty_percent",
-        ),
-        (
-            "rules = { certainty_percent = 80, spread_m3 = 0.001 }",
-            "set rules.expected_m3",
-        ),
-        (
-            "rules = { certainty_percent = 100 }",
-            "rules.certainty_percent",
-        ),
     ] {
         let refused = validated(text).unwrap_err();
         assert!(refused.contains(remedy), "{refused}");
     }
-    let unknown = toml::from_str::<CellSettings>("closing = { none_of_the_last = 3 }");
+    let unknown = toml::from_str::<CellSettings>("closing = { none_of_last = 3 }");
     let unknown = unknown.unwrap_err().to_string();
-    assert!(unknown.contains("none_of_the_last"), "{unknown}");
+    assert!(unknown.contains("none_of_last"), "{unknown}");
 }
 
 #[test]

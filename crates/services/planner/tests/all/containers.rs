@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 
 use crate::common::containers::{Rig, close, open};
-use crate::common::{self, announcement, block, placed, square};
+use crate::common::{self, announcement, block, cell, placed, soon, square};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::Sharing;
 use ppnpack_planner::{ClosingSettings, ContainerSettings};
-use ppnpack_service::ServiceSettings;
+use ppnpack_service::stream::Latest;
+use ppnpack_service::{ServiceSettings, embedded};
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::v1::{self, Status};
 
 #[test]
@@ -299,75 +302,45 @@ fn a_container_of_one_order_is_closed_when_that_is_complete() {
 }
 
 #[test]
-fn a_container_into_which_none_of_the_last_items_fitted_is_closed() {
+fn a_container_that_is_full_is_closed_though_a_smaller_one_is_empty() {
     let rig = Rig::new(&["left", "right"], |settings| {
-        settings.closing.rules.none_of_last = Some(2);
         let left = settings.containers.get_mut("left").unwrap();
         left.container = Some(ContainerSize {
-            x_m: 0.06,
-            y_m: 0.06,
-            z_m: 0.3,
+            x_m: 0.12,
+            y_m: 0.12,
+            z_m: 0.1,
         });
-        settings.method.buffer = 1;
+        settings.rules.most_kg = Some(2.0);
+        settings.closing.renews = true;
     });
+    let bridge = embedded::process(&rig.hub, Service::Bridge, "bridge-1").unwrap();
+    let sessions: Latest<v1::Session> =
+        Latest::subscribe(&bridge, &cell(), Stream::Session, MAX_MESSAGE_BYTES).unwrap();
     common::begin(&rig.client);
-    let small = announcement("small", square("small", 4, 0.01));
-    let large =
-        (0..3).map(|number| announcement(&format!("i{number}"), square("large", 12, 0.001)));
+    let heavy = |item_id: &str| v1::Announcement {
+        order_line: Some(v1::OrderLine {
+            mass_kg: 1.5,
+            ..v1::OrderLine::default()
+        }),
+        ..announcement(item_id, square("large", 20, 0.001))
+    };
     rig.call(v1::AnnounceRequest {
-        items: std::iter::once(small).chain(large).collect(),
+        items: vec![heavy("a"), heavy("b")],
         ..v1::AnnounceRequest::default()
     });
-    assert_eq!(rig.step().container, "left");
     assert_eq!(rig.step().container, "right");
-    assert!(rig.session().closed.is_empty());
-    assert_eq!(rig.step().container, "right");
-    let session = rig.session();
-    assert_eq!(session.closed.len(), 1);
-    let closed = &session.closed[0];
-    assert_eq!((closed.container.as_str(), closed.items), ("left", 1));
-    assert_eq!(closed.reason(), v1::ClosingReason::NoneOfLast);
-    assert_eq!(closed.text, "none of the last 2 items fitted");
-    // Why is still known after a restart.
-    let rig = rig.restarted(|_| {});
-    assert_eq!(rig.session().closed, session.closed);
-    rig.finish();
-}
-
-#[test]
-fn a_container_is_closed_for_an_order_that_is_not_certain_to_fit() {
-    let rig = Rig::new(&["left", "right"], |settings| {
-        settings.rules.expected_m3 = Some(0.004);
-        settings.rules.spread_m3 = Some(0.0005);
-        settings.rules.certainty_percent = Some(80.0);
-        settings.closing.rules.rest_of_order = true;
-        settings.method.buffer = 6;
+    rig.call(v1::AutomaticRequest {
+        is_automatic: true,
+        ..v1::AutomaticRequest::default()
     });
-    common::begin(&rig.client);
-    let lines = ["a1", "a2", "b1", "b2", "c1", "c2"].map(|item_id| v1::Announcement {
-        order_line: Some(of_order(&item_id[..1])),
-        ..announcement(item_id, square("box", 8, 0.0016))
-    });
-    rig.call(v1::AnnounceRequest {
-        items: lines.to_vec(),
-        ..v1::AnnounceRequest::default()
-    });
-    let first = [(); 3].map(|()| rig.step());
-    let first = first.map(|decision| decision.container);
-    assert_eq!(first, ["left", "left", "right"]);
-    let session = rig.session();
-    let closed = &session.closed[0];
-    assert_eq!((closed.container.as_str(), closed.items), ("left", 2));
-    assert_eq!(closed.reason(), v1::ClosingReason::RestOfOrder);
-    assert_eq!(
-        closed.text,
-        "the rest of order c (0.0032 m³) fits with 0 % certainty"
-    );
-    rig.call(open("left", 1));
-    let (packed, _) = pack(&rig);
-    let mut lying = pairs(&packed);
-    lying.sort_unstable();
-    assert_eq!(lying, [("b2", "right"), ("c1", "left"), ("c2", "left")]);
+    let closed = loop {
+        let session = sessions.wait(soon()).unwrap().message.unwrap();
+        if let Some(closed) = session.closed.first() {
+            break closed.clone();
+        }
+    };
+    assert_eq!((closed.container.as_str(), closed.items), ("right", 1));
+    assert_eq!(closed.reason(), v1::ClosingReason::NothingFits);
     rig.finish();
 }
 

@@ -14,7 +14,6 @@ mod inspecting;
 mod interrupting;
 mod limits;
 mod loads;
-mod opening;
 mod orders;
 mod poses;
 mod replaying;
