@@ -48,7 +48,7 @@ def main():
     objects = os.environ.get("PPNPACK_BENCH_OBJECTS")
     print("# Benchmarks\n")
     print(f"Machine: {machine()}, {os.cpu_count()} cores; commit {commit()}, {datetime.date.today():%-d %B %Y}. One thread unless a row says otherwise. "
-          f"Objects of steps and kernels: {'the folder ' + pathlib.Path(objects).name if objects else 'the built-in set'}; "
+          f"Objects of steps: {'the folder ' + pathlib.Path(objects).name if objects else 'the built-in set'}; "
           "the other groups use the built-in set. "
           "'Every value computed' is the engine's plain survey of all placements, without bounds and without the "
           "processor's wider vectors. Medians with 95 % intervals, from one run of `scripts/bench`; what is measured is said in "

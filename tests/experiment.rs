@@ -346,7 +346,8 @@ fn comparisons_of_ways_grids_margins_and_values_are_kept_as_printed() {
     let folder = tempfile::tempdir().unwrap();
     // Nothing may be learned from the first hundred.
     let sequences = sequences(folder.path(), [110, 5], 90);
-    let method = folder.path().join("method.json");
+    // Results are named by the file.
+    let method = folder.path().join("filling.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let method = method.to_str().unwrap();
     let run = |options: &[&str]| {

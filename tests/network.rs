@@ -153,25 +153,6 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
 }
 
 #[test]
-fn a_network_whose_features_meet_at_the_full_resolution_is_trained_and_packs() {
-    let folder = tempfile::tempdir().unwrap();
-    let dataset = dataset(folder.path());
-    let out = folder.path().join("out");
-    let full = [
-        "--finest",
-        "full",
-        "--no-resting-heights",
-        "--sequences",
-        "1",
-    ];
-    succeed(&training(&dataset, &out, &full));
-    assert_eq!(card(&out)["architecture"]["finest"], "full");
-    let model = out.join("model.safetensors");
-    let summary = pack(folder.path(), &["--model", model.to_str().unwrap()]);
-    assert_eq!(summary["degraded"], serde_json::json!([]), "{summary}");
-}
-
-#[test]
 fn table_3_refuses_a_dataset_without_values_before_it_trains() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = recorded(folder.path(), &[]);

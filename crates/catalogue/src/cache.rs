@@ -1,4 +1,4 @@
-//! What takes long to make, on disk: models, so that a catalogue is decomposed once, and the built-in set of meshes.
+//! Models on disk, so that a catalogue is decomposed once.
 
 use std::fs;
 use std::io::{self, Read};
@@ -18,7 +18,7 @@ const VERSION: u32 = 2;
 /// Larger entries are not read, in bytes.
 const MAX_ENTRY_BYTES: u64 = 1 << 30;
 
-/// Where models, and what else takes long to make, are kept between runs.
+/// Where models are kept between runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum CacheDir {
     /// `$XDG_CACHE_HOME/ppnpack`, else `~/.cache/ppnpack`; nowhere if neither variable is set.
@@ -117,22 +117,6 @@ impl Cache {
                 .join(format!("{}.model", key.0.to_hex())),
         )
     }
-}
-
-/// What `make` gives, kept in a directory between runs. The name says all that it depends on: it is made once for each.
-pub fn kept<T: Serialize + DeserializeOwned>(
-    directory: &CacheDir,
-    name: &str,
-    make: impl FnOnce() -> T,
-) -> T {
-    let Some(path) = Cache::new(directory).directory.map(|it| it.join(name)) else {
-        return make();
-    };
-    load(&path).unwrap_or_else(|| {
-        let made = make();
-        store(&path, &made);
-        made
-    })
 }
 
 /// What a file of the cache holds; `None` where there is none or it is damaged.
@@ -239,18 +223,6 @@ mod tests {
         }
         cache.put(&key, &entry());
         assert_eq!(cache.get(&key), Some(entry()));
-    }
-
-    #[test]
-    fn what_has_a_name_is_made_once_and_anew_where_it_is_damaged() {
-        let directory = tempfile::tempdir().unwrap();
-        let at = CacheDir::At(directory.path().to_owned());
-        let get = |name: &str, value: u32| kept(&at, name, || vec![value]);
-        assert_eq!(get("a", 1), [1]);
-        assert_eq!((get("a", 2), get("b", 3)), (vec![1], vec![3]));
-        fs::write(directory.path().join("a"), "damaged").unwrap();
-        assert_eq!((get("a", 4), get("a", 5)), (vec![4], vec![4]));
-        assert_eq!(kept(&CacheDir::Nowhere, "a", || 6), 6);
     }
 
     #[test]

@@ -4,12 +4,14 @@ use std::path::PathBuf;
 
 use ppnpack_files::WriteError;
 
+use crate::settings::FORMAT_VERSION;
+
 /// Why a dataset could not be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
     /// A file cannot be read.
-    #[error("{} cannot be read: {source}; give the folder of a finished dataset", path.display())]
+    #[error("{} cannot be read: {source}; give the folder of a finished dataset, or make it once more", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -21,20 +23,18 @@ pub enum DatasetError {
     Write(#[from] WriteError),
     /// A file is of another version of the format.
     #[error(
-        "{} has version {found} of the format, but this program reads version {readable}: make the dataset \
+        "{} has version {found} of the format, but this program reads version {FORMAT_VERSION}: make the dataset \
          anew, or use the program that made it",
         path.display()
     )]
     Version {
         /// The file.
         path: PathBuf,
-        /// Its version.
+        /// Its version; 0 where it names none.
         found: u64,
-        /// The version that this program reads.
-        readable: u32,
     },
     /// A file is not what it should be.
-    #[error("{} is damaged: {reason}; generate the dataset again, which keeps its intact files", path.display())]
+    #[error("{} is damaged: {reason}; make the dataset again, which keeps its intact files", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -52,26 +52,6 @@ pub enum DatasetError {
         /// Which settings, with both values.
         difference: String,
     },
-    /// The folder has more sequences than were asked for.
-    #[error(
-        "{} holds a dataset of {found} sequences, more than the {asked} asked for: ask for at least as many, or \
-         choose another folder",
-        folder.display()
-    )]
-    MoreSequences {
-        /// The folder.
-        folder: PathBuf,
-        /// How many it has.
-        found: u32,
-        /// How many were asked for.
-        asked: u32,
-    },
-    /// Another process writes into the folder.
-    #[error("another process is writing into {}: wait for it, or choose another folder", folder.display())]
-    InUse {
-        /// The folder.
-        folder: PathBuf,
-    },
     /// Settings that no dataset can have.
     #[error("a dataset cannot have these settings: {0}")]
     Settings(String),
@@ -82,16 +62,5 @@ pub enum DatasetError {
         sequence: u32,
         /// What is wrong.
         reason: String,
-    },
-    /// Sequences are missing when the dataset is to be finished.
-    #[error(
-        "{} sequences are still missing, the first is {first}: play them before finishing",
-        count
-    )]
-    Unfinished {
-        /// How many.
-        count: usize,
-        /// The first of them.
-        first: u32,
     },
 }

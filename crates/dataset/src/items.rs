@@ -1,153 +1,76 @@
-//! The items of a dataset in a file, so that training needs no meshes.
+//! The heightmap pairs of a dataset's objects, so that training needs no meshes.
 //!
-//! ```text
-//! 8 bytes  "PPNITEMS"
-//! u32      version of the format, little-endian
-//! u64      size before compression, in bytes, little-endian
-//! ...      zstd of the items in postcard
-//! ```
+//! | array | shape | |
+//! |---|---|---|
+//! | `sizes` | objects, yaws, 2 | cells of the footprint along x and y |
+//! | `top`, `bottom` | all cells | of each object and yaw the cells of the footprint, row-major |
 
 use std::sync::Arc;
 
-use nalgebra::{Point2, Vector3};
 use ppnpack_packing::grid::{MAX_CELLS, Units};
 use ppnpack_packing::item::{Item, ItemView, ViewSurfaces};
-use serde::{Deserialize, Serialize};
+use safetensors::{Dtype, SafeTensors};
 
-use crate::files::decompress;
-use crate::settings::{FORMAT_VERSION, Settings};
-use crate::shard::Flaw;
+use crate::arrays::{Arrays, numbers};
+use crate::settings::Settings;
 
-const MAGIC: &[u8; 8] = b"PPNITEMS";
-const LEVEL: i32 = 12;
-
-/// The most bytes of all items before compression.
-const MAX_BYTES: u64 = 1 << 30;
-
-/// An item; its finely sampled underside is left out.
-#[derive(Debug, Serialize, Deserialize)]
-struct Stored {
-    name: String,
-    mesh_volume_m3: f64,
-    views: Vec<StoredView>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct StoredView {
-    nx: u16,
-    ny: u16,
-    top: Vec<Units>,
-    bottom: Vec<Units>,
-    origin_from_corner_m: [f64; 3],
-    centre_of_mass_m: [f64; 2],
-}
-
-/// The content of the items' file; gives what is wrong with them.
-pub(crate) fn encode(items: &[Arc<Item>], settings: &Settings) -> Result<Vec<u8>, String> {
-    let cell_m = settings.grid.resolution().cell_m();
-    let mut stored = Vec::new();
-    for item in items {
-        let views = item.views().iter().map(|view| StoredView::of(view, cell_m));
-        let record = Stored {
-            name: item.name().to_string(),
-            mesh_volume_m3: item.mesh_volume_m3(),
-            views: views.collect::<Result<_, String>>()?,
-        };
-        stored = postcard::to_extend(&record, stored).map_err(|error| error.to_string())?;
-    }
-    if stored.len() as u64 > MAX_BYTES {
-        return Err(format!("the items have more than {MAX_BYTES} bytes"));
-    }
-    let mut content = MAGIC.to_vec();
-    content.extend(FORMAT_VERSION.to_le_bytes());
-    content.extend((stored.len() as u64).to_le_bytes());
-    content.extend(zstd::encode_all(&stored[..], LEVEL).map_err(|error| error.to_string())?);
-    Ok(content)
-}
-
-/// The items of a file, which must be those that the settings count.
-pub(crate) fn decode(content: &[u8], settings: &Settings) -> Result<Vec<Arc<Item>>, Flaw> {
-    let header = content
-        .strip_prefix(MAGIC)
-        .and_then(|rest| rest.split_first_chunk::<4>())
-        .and_then(|(version, rest)| Some((version, rest.split_first_chunk::<8>()?)));
-    let Some((version, (bytes, packed))) = header else {
-        return Err("it holds no items of a dataset".to_owned().into());
+/// Packs the items, each with as many views as the grid has yaws.
+pub(crate) fn arrays(items: &[Arc<Item>], yaws: usize) -> Arrays {
+    let views = || items.iter().flat_map(|item| item.views());
+    let sizes = views().flat_map(|view| [view.nx(), view.ny()]);
+    let sizes = sizes.map(|cells| (cells as u32).to_le_bytes());
+    let surface = |of: fn(&ItemView) -> &[Units]| {
+        let heights = views().flat_map(of);
+        heights.map(|height| height.to_le_bytes())
     };
-    let version = u32::from_le_bytes(*version);
-    if version != FORMAT_VERSION {
-        return Err(Flaw::Version(u64::from(version)));
+    let cells = views().map(|view| view.nx() * view.ny()).sum();
+    let mut arrays = Arrays::default();
+    arrays.add("sizes", Dtype::U32, vec![items.len(), yaws, 2], sizes);
+    arrays.add("top", Dtype::I16, vec![cells], surface(ItemView::top));
+    arrays.add("bottom", Dtype::I16, vec![cells], surface(ItemView::bottom));
+    arrays
+}
+
+/// Reads the items that the settings count; or gives what is wrong.
+pub(crate) fn read(
+    arrays: &SafeTensors<'_>,
+    settings: &Settings,
+) -> Result<Vec<Arc<Item>>, String> {
+    let sizes = numbers(arrays, "sizes", Dtype::U32, u32::from_le_bytes)?;
+    let top = numbers(arrays, "top", Dtype::I16, i16::from_le_bytes)?;
+    let bottom = numbers(arrays, "bottom", Dtype::I16, i16::from_le_bytes)?;
+    let (mut top, mut bottom) = (&top[..], &bottom[..]);
+    let yaws = settings.grid.resolution().yaws().count();
+    let (found, objects) = (sizes.len(), settings.objects as usize);
+    if found != objects * yaws * 2 {
+        return Err(format!(
+            "it has {found} sizes for {objects} objects of {yaws} yaws"
+        ));
     }
-    let bytes = u64::from_le_bytes(*bytes);
-    if bytes > MAX_BYTES {
-        return Err("its items are larger than they can be".to_owned().into());
-    }
-    let stored = decompress(packed, bytes)?;
-    let (mut rest, mut items) = (&stored[..], Vec::new());
-    while !rest.is_empty() {
-        let taken = postcard::take_from_bytes::<Stored>(rest);
-        let (record, after) =
-            taken.map_err(|error| format!("an item cannot be decoded: {error}"))?;
-        items.push(Arc::new(record.item(settings)?));
-        rest = after;
-    }
-    if items.len() != settings.objects as usize {
-        let (found, expected) = (items.len(), settings.objects);
-        return Err(format!("it has {found} items instead of {expected}").into());
+    let mut take = |size: &[u32]| {
+        let (nx, ny) = match size {
+            [nx, ny] => (*nx as usize, *ny as usize),
+            _ => (0, 0),
+        };
+        if !(1..=MAX_CELLS).contains(&nx) || !(1..=MAX_CELLS).contains(&ny) {
+            return Err(format!("a footprint has {nx} x {ny} cells"));
+        }
+        let (top, bottom) = (taken(&mut top, nx * ny)?, taken(&mut bottom, nx * ny)?);
+        Ok(ViewSurfaces::of_cells(nx, ny, top, bottom))
+    };
+    let mut items = Vec::new();
+    for (object, sizes) in sizes.chunks_exact(yaws * 2).enumerate() {
+        let views = sizes.chunks_exact(2).map(&mut take);
+        let views = views.collect::<Result<_, String>>()?;
+        let item = Item::new(&format!("object {object}"), views, 0.0);
+        items.push(Arc::new(item.map_err(|error| error.to_string())?));
     }
     Ok(items)
 }
 
-impl StoredView {
-    fn of(view: &ItemView, cell_m: f64) -> Result<Self, String> {
-        let side = |cells: usize| u16::try_from(cells).map_err(|error| error.to_string());
-        let centre = view.centre_of_mass_m(cell_m);
-        Ok(Self {
-            nx: side(view.nx())?,
-            ny: side(view.ny())?,
-            top: view.top().to_vec(),
-            bottom: view.bottom().to_vec(),
-            origin_from_corner_m: view.origin_from_corner_m().into(),
-            centre_of_mass_m: [centre.x, centre.y],
-        })
-    }
-
-    /// The surfaces; gives what is wrong.
-    fn surfaces(self) -> Result<ViewSurfaces, String> {
-        let (nx, ny) = (usize::from(self.nx), usize::from(self.ny));
-        if !(1..=MAX_CELLS).contains(&nx) || !(1..=MAX_CELLS).contains(&ny) {
-            return Err(format!("its footprint has {nx} x {ny} cells"));
-        }
-        let (origin, centre) = (&self.origin_from_corner_m, &self.centre_of_mass_m);
-        if !origin.iter().chain(centre).all(|length| length.is_finite()) {
-            return Err("a length is not finite".to_owned());
-        }
-        Ok(ViewSurfaces {
-            nx,
-            ny,
-            top: self.top,
-            bottom: self.bottom,
-            underside: None,
-            origin_from_corner_m: Vector3::from(self.origin_from_corner_m),
-            centre_of_mass_m: Some(Point2::from(self.centre_of_mass_m)),
-        })
-    }
-}
-
-impl Stored {
-    /// The item; gives what is wrong.
-    fn item(self, settings: &Settings) -> Result<Item, String> {
-        let name = self.name;
-        let wrong = |what: String| format!("item {name}: {what}");
-        let (found, yaws) = (self.views.len(), settings.grid.resolution().yaws().count());
-        if found != yaws {
-            return Err(wrong(format!("it has {found} yaws instead of {yaws}")));
-        }
-        if !self.mesh_volume_m3.is_finite() {
-            return Err(wrong("its volume is not finite".to_owned()));
-        }
-        let views = self.views.into_iter().map(StoredView::surfaces);
-        let views = views.collect::<Result<_, _>>().map_err(wrong)?;
-        Item::new(&name, views, self.mesh_volume_m3).map_err(|error| error.to_string())
-    }
+fn taken(rest: &mut &[Units], count: usize) -> Result<Vec<Units>, String> {
+    let split = rest.split_at_checked(count);
+    let (taken, after) = split.ok_or("its surfaces end too early")?;
+    *rest = after;
+    Ok(taken.to_vec())
 }

@@ -1,9 +1,8 @@
 //! Training data of placement proposal networks: what an exhaustive expert sees and prefers, step by step.
 //!
-//! A dataset is a folder. `manifest.json` says what it was made with and names the other files with their digests;
-//! `items.bin` has the heightmap pairs of all objects; each `shard-NNNNN.bin` the steps of some consecutive sequences. A
-//! step has the container's heightmap, and for each candidate of the buffer the optimal valid placements per yaw, with
-//! all ties, and optionally the value of every placement.
+//! A dataset is a folder. `settings.json` says what it is made with; `items.safetensors.zst` has the heightmap pairs of all
+//! objects; each `sequence-NNNNN.safetensors.zst` the steps of a sequence. A step has the container's heightmap, and for each
+//! candidate of the buffer the optimal valid placements per yaw, with all ties, and optionally the value of every placement.
 //!
 //! Writing: a [`Recorder`] watches an episode and asks the [`Expert`] for the labels; a [`DatasetWriter`] keeps
 //! finished sequences so that a killed run goes on where it was. Reading: [`Dataset`].
@@ -21,17 +20,16 @@
 //! assert!(Split::of(19) == Split::Test);
 //! ```
 
+mod arrays;
 mod draw;
 mod error;
 mod expert;
-mod files;
 mod items;
-mod manifest;
 mod reader;
 mod record;
 mod recorder;
+mod sequence;
 mod settings;
-mod shard;
 mod validate;
 mod values;
 mod writer;
@@ -39,7 +37,6 @@ mod writer;
 pub use draw::{Drawn, draw};
 pub use error::DatasetError;
 pub use expert::Expert;
-pub use manifest::{FileEntry, MANIFEST_FILE, Manifest, ShardEntry};
 pub use reader::{Dataset, Split};
 pub use record::{CandidateRecord, Corner, SequenceRecord, StepRecord, TIE_TOLERANCE, YawOptima};
 pub use recorder::Recorder;

@@ -1,20 +1,23 @@
 //! Reading a dataset.
 
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ppnpack_packing::item::Item;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 
+use crate::arrays::{MAX_BYTES, read};
 use crate::error::DatasetError;
-use crate::files::read_bounded;
 use crate::items;
-use crate::manifest::{FileEntry, MANIFEST_FILE, Manifest};
 use crate::record::StepRecord;
-use crate::settings::{FORMAT_VERSION, Settings};
-use crate::shard::{Flaw, Layout};
+use crate::sequence::{Layout, sequence_path};
+use crate::settings::{FORMAT_VERSION, ITEMS_FILE, SETTINGS_FILE, Settings};
 
-/// Larger manifests are not read, in bytes.
-pub(crate) const MAX_JSON_BYTES: u64 = 1 << 28;
+/// Larger settings are not read, in bytes.
+const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
 /// Which part of a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -42,53 +45,67 @@ impl Split {
 #[derive(Debug)]
 pub struct Dataset {
     folder: PathBuf,
-    manifest: Manifest,
     layout: Layout,
+    hash: String,
 }
 
 impl Dataset {
-    /// Opens the folder of a finished dataset: reads and checks its manifest and items.
+    /// Opens the folder of a finished dataset: reads and checks its settings and items.
     ///
     /// # Errors
-    /// [`DatasetError`] where there is none, or it is damaged or of another version.
+    /// [`DatasetError`] where there is none, or it is damaged, unfinished or of another version.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
-        let path = folder.join(MANIFEST_FILE);
-        let content = read_bounded(&path, MAX_JSON_BYTES)?;
-        let manifest = parse(&content).map_err(|flaw| flaw.at(&path))?;
-        let content = read(folder, &manifest.items)?;
-        let items = items::decode(&content, &manifest.settings)
-            .map_err(|flaw| flaw.at(&folder.join(&manifest.items.file)))?;
+        let path = folder.join(SETTINGS_FILE);
+        let damaged = |reason| DatasetError::Damaged {
+            path: path.clone(),
+            reason,
+        };
+        // The version goes first: of another one, nothing else can be relied on.
+        let found: Value = read_settings(&path)?;
+        let version = found.get("format_version").and_then(Value::as_u64);
+        if version != Some(u64::from(FORMAT_VERSION)) {
+            let found = version.unwrap_or(0);
+            return Err(DatasetError::Version { path, found });
+        }
+        let settings: Settings = read_settings(&path)?;
+        settings.validate().map_err(damaged)?;
+        let items_path = folder.join(ITEMS_FILE);
+        let items = read(&items_path, MAX_BYTES, |arrays| {
+            items::read(arrays, &settings)
+        })?;
+
+        let mut hasher = blake3::Hasher::new();
+        let sequences = (0..settings.sequences).map(|number| sequence_path(folder, number));
+        for file in [path.clone(), items_path].into_iter().chain(sequences) {
+            let opened = File::open(&file).map_err(read_error(&file))?;
+            hasher.update_reader(opened).map_err(read_error(&file))?;
+        }
         Ok(Self {
             folder: folder.to_owned(),
-            layout: Layout::new(manifest.settings.clone(), items),
-            manifest,
+            layout: Layout { settings, items },
+            hash: hasher.finalize().to_hex().to_string(),
         })
     }
 
-    /// What the dataset consists of.
-    pub fn manifest(&self) -> &Manifest {
-        &self.manifest
-    }
-
-    /// What it was made with.
+    /// The settings it was made with.
     pub fn settings(&self) -> &Settings {
-        &self.manifest.settings
+        &self.layout.settings
     }
 
-    /// The dataset's digest, in hexadecimal: over the settings and the digests of all files.
+    /// The digest of all files, in hexadecimal.
     pub fn hash(&self) -> &str {
-        &self.manifest.hash
+        &self.hash
     }
 
-    /// The items that records refer to by index, in the settings' resolution; without undersides.
+    /// The items that records refer to by index, in the settings' resolution: their heightmap pairs alone.
     pub fn items(&self) -> &[Arc<Item>] {
         &self.layout.items
     }
 
-    /// The steps of a split, by sequence and step. `progress` is called with the sequences done and their total.
+    /// Reads the steps of a split, by sequence and step. `progress` is called with the sequences done and their total.
     ///
     /// Values take two bytes per placement and candidate, about 14 kB a step of the reference setting; where they are
-    /// not asked for, they take neither time nor memory.
+    /// not asked for, they take no memory.
     ///
     /// # Errors
     /// [`DatasetError`] where a file cannot be read or is damaged.
@@ -98,57 +115,32 @@ impl Dataset {
         with_values: bool,
         progress: &dyn Fn(usize, usize),
     ) -> Result<Vec<StepRecord>, DatasetError> {
-        let is_wanted = |sequence: &u32| Split::of(*sequence) == split;
-        let total = (0..self.manifest.sequences).filter(is_wanted).count();
-        let (mut done, mut steps) = (0, Vec::new());
-        for entry in &self.manifest.shards {
-            let sequences = entry.first_sequence..entry.first_sequence + entry.sequences;
-            if !sequences.clone().any(|sequence| is_wanted(&sequence)) {
-                continue;
-            }
-            let path = self.folder.join(&entry.file.file);
-            let content = read(&self.folder, &entry.file)?;
-            let shard = self.layout.open(&content).map_err(|flaw| flaw.at(&path))?;
-            let found = shard.blocks.iter().map(|block| block.sequence);
-            if !found.eq(sequences) {
-                let reason = "it has other sequences than the manifest says".to_owned();
-                return Err(DatasetError::Damaged { path, reason });
-            }
-            let wanted = shard.blocks.iter();
-            for block in wanted.filter(|block| is_wanted(&block.sequence)) {
-                let found = self.layout.unpack(block, with_values);
-                steps.extend(found.map_err(|reason| Flaw::Damaged(reason).at(&path))?);
-                done += 1;
-                progress(done, total);
-            }
+        let all = 0..self.layout.settings.sequences;
+        let wanted: Vec<u32> = all.filter(|number| Split::of(*number) == split).collect();
+        let mut steps = Vec::new();
+        for (done, sequence) in (1..).zip(&wanted) {
+            steps.extend(self.layout.read(&self.folder, *sequence, with_values)?);
+            progress(done, wanted.len());
         }
         Ok(steps)
     }
 }
 
-/// The content of a file that is exactly what the manifest says.
-fn read(folder: &Path, entry: &FileEntry) -> Result<Vec<u8>, DatasetError> {
-    let path = folder.join(&entry.file);
-    let content = read_bounded(&path, entry.bytes)?;
-    if entry.matches(&content) {
-        Ok(content)
-    } else {
-        let reason = "its content is not what the manifest names".to_owned();
-        Err(DatasetError::Damaged { path, reason })
+fn read_error(path: &Path) -> impl Fn(io::Error) -> DatasetError {
+    move |source| DatasetError::Read {
+        path: path.to_owned(),
+        source,
     }
 }
 
-/// A manifest, checked. The version goes first: of another one, nothing else can be relied on.
-fn parse(content: &[u8]) -> Result<Manifest, Flaw> {
-    let wrong = |error: serde_json::Error| Flaw::Damaged(error.to_string());
-    let value: serde_json::Value = serde_json::from_slice(content).map_err(wrong)?;
-    let version = value.pointer("/settings/format_version");
-    match version.and_then(serde_json::Value::as_u64) {
-        Some(version) if version == u64::from(FORMAT_VERSION) => {}
-        Some(version) => return Err(Flaw::Version(version)),
-        None => return Err("it names no version of the format".to_owned().into()),
-    }
-    let manifest: Manifest = serde_json::from_value(value).map_err(wrong)?;
-    manifest.validate()?;
-    Ok(manifest)
+/// Reads a file of settings.
+pub(crate) fn read_settings<T: DeserializeOwned>(path: &Path) -> Result<T, DatasetError> {
+    let mut content = Vec::new();
+    let opened = File::open(path).map(|file| file.take(MAX_SETTINGS_BYTES));
+    let read = opened.and_then(|mut file| file.read_to_end(&mut content));
+    read.map_err(read_error(path))?;
+    serde_json::from_slice(&content).map_err(|error| DatasetError::Damaged {
+        path: path.to_owned(),
+        reason: error.to_string(),
+    })
 }

@@ -2,7 +2,6 @@
 
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::Placement;
-use serde::{Deserialize, Serialize};
 
 use crate::values::Values;
 
@@ -19,7 +18,7 @@ pub struct SequenceRecord {
 }
 
 /// A step of the expert.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct StepRecord {
     /// The sequence it belongs to.
     pub sequence: u32,
@@ -32,19 +31,18 @@ pub struct StepRecord {
 }
 
 /// What the expert says of a candidate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CandidateRecord {
     /// Its index into the dataset's items.
     pub object: u32,
     /// The optimal valid placements, one entry per yaw.
     pub yaws: Vec<YawOptima>,
     /// The value of every possible placement, where the dataset has them.
-    #[serde(skip)]
     pub values: Option<Values>,
 }
 
 /// The optimal valid placements of a candidate at one yaw: those with the least value, all ties.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct YawOptima {
     /// The least value of a valid placement; infinite where none is valid.
     pub value: f64,
@@ -61,7 +59,7 @@ impl YawOptima {
 }
 
 /// The cell of a footprint's corner with the lowest indices.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Corner {
     /// Cell index along x.
     pub x: u16,

@@ -7,13 +7,14 @@ use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::error::DatasetError;
-
 /// The version of the files' format; readers refuse others.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
-/// The file of a dataset's settings, written before anything else.
+/// The file of a dataset's settings.
 pub const SETTINGS_FILE: &str = "settings.json";
+
+/// The file of a dataset's items.
+pub(crate) const ITEMS_FILE: &str = "items.safetensors.zst";
 
 /// What a dataset is made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,8 +39,8 @@ pub struct Settings {
     pub length: u32,
     /// Whether the value of every placement is kept.
     pub has_values: bool,
-    /// Sequences in a shard; the last may have fewer.
-    pub sequences_per_shard: u32,
+    /// How many sequences it has.
+    pub sequences: u32,
 }
 
 /// How the expert packs: an exhaustive search of this heuristic.
@@ -58,39 +59,27 @@ pub struct ExpertSettings {
 }
 
 impl Settings {
-    /// Checks everything that readers rely on.
-    pub(crate) fn validate(&self) -> Result<(), DatasetError> {
-        let refuse = |what: String| Err(DatasetError::Settings(what));
+    /// Checks everything that readers rely on; gives what is wrong.
+    pub(crate) fn validate(&self) -> Result<(), String> {
         let within = |what: &str, value: u32, most: u32| {
             if (1..=most).contains(&value) {
                 Ok(())
             } else {
-                refuse(format!("{what} must be 1 to {most}, but is {value}"))
+                Err(format!("{what} must be 1 to {most}, but is {value}"))
             }
         };
         within("the number of objects", self.objects, 1_000_000)?;
+        within("the number of sequences", self.sequences, 10_000_000)?;
         within("the length of a sequence", self.length, 100_000)?;
         within("the buffer", self.expert.buffer, 1000)?;
-        let per_shard = self.sequences_per_shard;
-        within("the number of sequences in a shard", per_shard, 10_000)?;
         let resolution = self.grid.resolution();
-        if !(1..=360).contains(&resolution.yaws().count()) {
-            return refuse("the grid must have 1 to 360 yaws".to_owned());
-        }
+        let yaws = u32::try_from(resolution.yaws().count()).unwrap_or(u32::MAX);
+        within("the number of the grid's yaws", yaws, 360)?;
         match Grid::new(self.grid.container(), resolution.clone()) {
             Ok(grid) if grid == self.grid => Ok(()),
-            Ok(_) => refuse("the grid's cells do not follow from the container's size".to_owned()),
-            Err(error) => refuse(error.to_string()),
+            Ok(_) => Err("the grid's cells do not follow from the container's size".to_owned()),
+            Err(error) => Err(error.to_string()),
         }
-    }
-
-    /// The digest of all settings.
-    pub(crate) fn hash(&self) -> blake3::Hash {
-        let leaves = leaves(self).into_iter();
-        let lines: String = leaves
-            .map(|(name, value)| format!("{name}={value}\n"))
-            .collect();
-        blake3::hash(lines.as_bytes())
     }
 
     /// Which settings differ from those of `found`, with both values; `None` where all are equal.

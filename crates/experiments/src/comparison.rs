@@ -29,7 +29,11 @@ use crate::document;
 use crate::method::{cell_for, sdfm};
 use crate::network::NetworkOptions;
 use crate::runs::{Runs, RunsOptions, hash};
+use crate::sheet::{Cell, Column};
 use crate::statistics::Mean;
+
+/// A column of the tables.
+pub(crate) type Measured<'a> = Column<'a, Run>;
 
 /// What all comparisons are told.
 #[derive(Debug, Args)]
@@ -132,30 +136,6 @@ pub(crate) struct Run {
     pub(crate) box_compactness: f64,
     pub(crate) mesh_floor_compactness: f64,
     pub(crate) height_m: f64,
-}
-
-/// The means over the sequences of a method.
-#[derive(Debug, Clone, Serialize)]
-pub(crate) struct Means {
-    pub(crate) cases: usize,
-    pub(crate) decision_s: Mean,
-    pub(crate) propose_s: Mean,
-    pub(crate) evaluate_s: Mean,
-    pub(crate) check_s: Mean,
-    pub(crate) items: Mean,
-    pub(crate) fallen_out: Mean,
-    /// Of all sequences together, the steps and those that were searched exhaustively, as none of their proposals was valid.
-    pub(crate) steps: usize,
-    pub(crate) steps_widened: usize,
-    pub(crate) voxels_cm3: Mean,
-    pub(crate) meshes_cm3: Mean,
-    /// By the floor times the greatest height, after the paper's published code.
-    pub(crate) floor_compactness_percent: Mean,
-    /// By the minimum bounding box of what was packed, as in the paper's text.
-    pub(crate) box_compactness_percent: Mean,
-    /// The first with the volume of the meshes.
-    pub(crate) mesh_floor_compactness_percent: Mean,
-    pub(crate) height_m: Mean,
 }
 
 impl<'a> Comparison<'a> {
@@ -359,32 +339,68 @@ impl Setting {
     }
 }
 
-impl Means {
-    pub(crate) fn of(runs: &[Run]) -> Self {
-        let mean = |value: fn(&Run) -> f64| Mean::of(runs.iter().map(value));
-        Self {
-            cases: runs.len(),
-            decision_s: mean(|run| run.decision_s),
-            propose_s: mean(|run| run.propose_s),
-            evaluate_s: mean(|run| run.evaluate_s),
-            check_s: mean(|run| run.check_s),
-            items: mean(|run| run.items as f64),
-            fallen_out: mean(|run| (run.placed - run.items) as f64),
-            steps: runs.iter().map(|run| run.placed).sum(),
-            steps_widened: runs.iter().map(|run| run.steps_widened).sum(),
-            voxels_cm3: mean(|run| run.voxels_m3 * 1e6),
-            meshes_cm3: mean(|run| run.meshes_m3 * 1e6),
-            floor_compactness_percent: mean(|run| run.floor_compactness * 100.0),
-            box_compactness_percent: mean(|run| run.box_compactness * 100.0),
-            mesh_floor_compactness_percent: mean(|run| run.mesh_floor_compactness * 100.0),
-            height_m: mean(|run| run.height_m),
-        }
-    }
-
-    /// How many steps were widened, of how many.
-    pub(crate) fn widened(&self) -> String {
-        format!("{} of {}", self.steps_widened, self.steps)
-    }
+/// What is said of each method; the stages of its decisions, too, where they are to be shown.
+pub(crate) fn columns(has_stages: bool) -> [Measured<'static>; 19] {
+    let stage = |key, head, value: fn(&Run) -> f64| {
+        Measured::mean_ms(key, head, value).shown_if(has_stages)
+    };
+    let ratio = |key, head, value: fn(&Run) -> f64| {
+        Measured::new(key, head, move |runs: &[Run], others: &[Run]| {
+            Cell::mean(ratio_percent(runs, others, value), 1)
+        })
+    };
+    let percent = |key, head, value: fn(&Run) -> f64| {
+        Measured::mean(key, head, 1, move |run| 100.0 * value(run))
+    };
+    let cm3 = |key, head, value: fn(&Run) -> f64| {
+        Measured::mean(key, head, 0, move |run| 1e6 * value(run))
+    };
+    [
+        Measured::sum("cases", "", |_| 1).shown_if(false),
+        Measured::mean_ms("decision_s", "decision per item", |run| run.decision_s),
+        stage("propose_s", "proposing", |run| run.propose_s),
+        stage("evaluate_s", "evaluating", |run| run.evaluate_s),
+        stage("check_s", "checking", |run| run.check_s),
+        Measured::mean("items", "items packed", 1, |run| run.items as f64),
+        cm3("voxels_cm3", "voxel volume (cm³)", |run| run.voxels_m3),
+        percent(
+            "floor_compactness_percent",
+            "compactness by floor (%)",
+            |run| run.floor_compactness,
+        ),
+        percent("box_compactness_percent", "compactness by box (%)", |run| {
+            run.box_compactness
+        }),
+        cm3("meshes_cm3", "mesh volume (cm³)", |run| run.meshes_m3),
+        percent(
+            "mesh_floor_compactness_percent",
+            "mesh compactness by floor (%)",
+            |run| run.mesh_floor_compactness,
+        ),
+        Measured::mean("height_m", "", 3, |run: &Run| run.height_m).shown_if(false),
+        ratio(
+            "floor_compactness_ratio_percent",
+            "share of the search's compactness (%)",
+            |run| run.floor_compactness,
+        ),
+        ratio(
+            "mesh_volume_ratio_percent",
+            "of its mesh volume (%)",
+            |run| run.meshes_m3,
+        ),
+        ratio("decision_ratio_percent", "of its time (%)", |run| {
+            run.decision_s
+        })
+        .shown_if(has_stages),
+        Measured::mean("fallen_out", "fell out", 2, |run| {
+            (run.placed - run.items) as f64
+        }),
+        Measured::sum("steps", "", |run| run.placed).shown_if(false),
+        Measured::sum("steps_widened", "", |run: &Run| run.steps_widened).shown_if(false),
+        Measured::share("steps_widened_percent", "steps widened", |run| {
+            [run.steps_widened, run.placed]
+        }),
+    ]
 }
 
 /// The sum of a value over some runs divided by the sum over others on the same sequences, in percent. The interval

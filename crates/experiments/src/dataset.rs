@@ -1,15 +1,14 @@
 //! `ppnpack dataset`: training data for placement proposal networks.
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_dataset::{
-    DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Manifest, Recorder,
-    SequenceRecord, Settings, draw,
+    Dataset, DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Recorder,
+    SequenceRecord, Settings, Split, draw,
 };
 use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
@@ -37,9 +36,6 @@ const SHAPES: [Choice<ShapeClass>; 2] = [
     ("irregular", ShapeClass::Irregular, "all others"),
 ];
 
-/// Sequences in a shard: of a killed run at most this many per worker are played again.
-const SEQUENCES_PER_SHARD: u32 = 10;
-
 /// Packs random sequences with the exhaustive SDF minimisation and records, for every item of the buffer at every
 /// step, which placements are the best. A killed run goes on where it was when the command is repeated.
 #[derive(Debug, Args)]
@@ -51,7 +47,7 @@ pub struct DatasetArguments {
     #[arg(long, value_parser = one_of(&SHAPES))]
     shapes: Option<ShapeClass>,
 
-    /// How many sequences; more than a finished dataset has are added to it
+    /// How many sequences; what a folder has of them is kept
     #[arg(long, value_name = "COUNT", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
     sequences: u32,
 
@@ -93,48 +89,25 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
-    /// Where --cases begin: a multiple of ten
+    /// Where --cases begin
     #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "cases")]
     first: u32,
 
-    /// Play so many of all sequences alone, tens of them; a run without this, with the folders of all as --from, makes one dataset of them
+    /// Play so many of all sequences alone; the same command without this, in a folder with the files of all, makes the dataset
     #[arg(long, value_name = "COUNT")]
     cases: Option<u32>,
-
-    /// Take over what other folders of the same settings have: those of ranges
-    #[arg(long, value_name = "DIR", num_args = 1..)]
-    from: Vec<PathBuf>,
 
     /// Print a summary as JSON instead of a line
     #[arg(long)]
     json: bool,
 }
 
-impl DatasetArguments {
-    /// The sequences that are played here.
-    fn range(&self) -> Outcome<Range<u32>> {
-        let Some(cases) = self.cases else {
-            return Ok(0..self.sequences);
-        };
-        let end = self.first.saturating_add(cases).min(self.sequences);
-        let is_whole = |at: u32| at.is_multiple_of(SEQUENCES_PER_SHARD) || at == self.sequences;
-        match is_whole(self.first) && is_whole(end) {
-            true => Ok(self.first..end),
-            false => Err(Failure::input(format_args!(
-                "--first {} --cases {cases}: a file has {SEQUENCES_PER_SHARD} sequences; give multiples of that",
-                self.first
-            ))),
-        }
-    }
-}
-
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     hash: &'a str,
     sequences: u32,
-    steps: u64,
-    candidates: u64,
-    bytes: u64,
+    steps: usize,
+    candidates: usize,
 }
 
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
@@ -148,8 +121,7 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     };
     let settings = settings(arguments, &catalogue, &simulated)?;
     refuse_known(arguments, &catalogue, &settings)?;
-    let (items, sequences) = (catalogue.items(), arguments.sequences);
-    let writer = DatasetWriter::open(&arguments.out, settings.clone(), items, sequences)
+    let writer = DatasetWriter::open(&arguments.out, settings.clone(), catalogue.items())
         .map_err(of_folder)?;
     let workers = arguments
         .workers
@@ -159,18 +131,16 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
         let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
         writer.add(&played).or_run()
     };
-    for other in &arguments.from {
-        writer.adopt(other).map_err(of_given)?;
-    }
-    let range = arguments.range()?;
     let mut missing = writer.missing();
-    missing.retain(|sequence| range.contains(sequence));
+    if let Some(cases) = arguments.cases {
+        let range = arguments.first..arguments.first.saturating_add(cases);
+        missing.retain(|sequence| range.contains(sequence));
+    }
     workers::map("Playing sequences", &missing, workers, add)?;
     if arguments.cases.is_some() {
         return print_range(arguments, missing.len());
     }
-    let manifest = writer.finish().or_run()?;
-    print(arguments, &manifest)
+    print(arguments, &writer.finish().or_run()?)
 }
 
 fn settings(
@@ -196,7 +166,7 @@ fn settings(
         seed: arguments.seed,
         length: arguments.length,
         has_values: arguments.values,
-        sequences_per_shard: SEQUENCES_PER_SHARD,
+        sequences: arguments.sequences,
     })
 }
 
@@ -204,14 +174,6 @@ fn settings(
 fn of_folder(error: DatasetError) -> Failure {
     match error {
         DatasetError::Write(_) | DatasetError::Read { .. } => Failure::Run(error.into()),
-        _ => Failure::Input(error.into()),
-    }
-}
-
-/// What is wrong with a folder of --from is an input's fault; that its shards cannot be written here is not.
-fn of_given(error: DatasetError) -> Failure {
-    match error {
-        DatasetError::Write(_) => Failure::Run(error.into()),
         _ => Failure::Input(error.into()),
     }
 }
@@ -313,29 +275,30 @@ fn print_range(arguments: &DatasetArguments, played: usize) -> Outcome {
     }
     let folder = arguments.out.display();
     Ok(print_line(&format!(
-        "{folder}: {played} sequences were played; `ppnpack dataset --from` makes a dataset of all ranges"
+        "{folder}: {played} sequences were played; the same command without --cases makes the dataset"
     ))?)
 }
 
-fn print(arguments: &DatasetArguments, manifest: &Manifest) -> Outcome {
-    let shards = manifest.shards.iter().map(|shard| shard.file.bytes);
+fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {
+    let load = |split| dataset.load(split, false, &|_, _| {}).or_run();
+    let (mut steps, mut candidates) = (0, 0);
+    for step in load(Split::Train)?.iter().chain(&load(Split::Test)?) {
+        steps += 1;
+        candidates += step.candidates.len();
+    }
     let summary = Summary {
-        hash: &manifest.hash,
-        sequences: manifest.sequences,
-        steps: manifest.steps,
-        candidates: manifest.candidates,
-        bytes: manifest.items.bytes + shards.sum::<u64>(),
+        hash: dataset.hash(),
+        sequences: arguments.sequences,
+        steps,
+        candidates,
     };
     if arguments.json {
         return Ok(print_json(&summary)?);
     }
     Ok(print_line(&format!(
-        "{}: {} sequences, {} steps, {} candidates, {:.1} MB, hash {}",
+        "{}: {} sequences, {steps} steps, {candidates} candidates, hash {}",
         arguments.out.display(),
         summary.sequences,
-        summary.steps,
-        summary.candidates,
-        summary.bytes as f64 / 1e6,
         summary.hash
     ))?)
 }

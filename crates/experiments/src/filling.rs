@@ -21,8 +21,7 @@ use crate::document::{self, OutOptions};
 use crate::runs::{Runs, RunsOptions, hash};
 use apart::{Apart, Physics};
 pub(crate) use bench::{Bench, catalogue};
-use results::{Results, Table};
-use ways::Comparison;
+use results::Results;
 pub(crate) use ways::Way;
 
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
@@ -34,18 +33,14 @@ pub(crate) struct FillingArguments {
     #[command(flatten)]
     sequences: SequenceOptions<0, 100>,
 
-    /// What is compared
-    #[arg(long, value_enum, default_value_t = Comparison::Stages)]
-    compare: Comparison,
+    /// A JSON file with the methods to compare, such as experiments/filling.json; the first is what the others are compared with, and
+    /// results are named by the file
+    #[arg(long, value_name = "FILE")]
+    methods: PathBuf,
 
-    /// Of what is compared, only this method beside the first; may be given several times
-    #[arg(long, value_name = "NAME", conflicts_with = "methods")]
+    /// Of them, only this one beside the first; may be given several times
+    #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-
-    /// A JSON file with the methods to compare, in place of those of --compare; the first is what the others are compared
-    /// with
-    #[arg(long, value_name = "FILE", conflicts_with = "compare")]
-    methods: Option<PathBuf>,
 
     /// The physics of the cells that are packed in; each has a table of its own
     #[arg(
@@ -67,6 +62,14 @@ pub(crate) struct FillingArguments {
     out: OutOptions,
 }
 
+impl FillingArguments {
+    /// What results are named by.
+    fn name(&self) -> String {
+        let stem = self.methods.file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
+    }
+}
+
 /// One packed sequence.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Run {
@@ -85,35 +88,27 @@ pub(crate) struct Run {
 }
 
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
-    let ways = match &arguments.methods {
-        Some(path) => ways::read(path)?,
-        None => arguments.compare.ways(&arguments.only)?,
-    };
+    let ways = ways::chosen(&arguments.methods, &arguments.only)?;
     let ways: Vec<Way> = ways
         .into_iter()
         .map(|way| way.seen_by(&arguments.view))
         .collect();
-    let compare = arguments.compare;
-    let mut results = Results::new(compare.title(), &ways, arguments);
+    let name = &arguments.name();
+    let mut results = Results::new(&ways, arguments);
     for physics in &arguments.physics {
-        let runs = pack_all(arguments, &ways, &physics.apart())?;
-        results.tables.push(Table::new(*physics, &ways, &runs));
+        results.add(*physics, pack_all(arguments, &ways, &physics.apart())?);
     }
-    let name = compare.name();
-    let chart = match compare {
-        Comparison::Stages | Comparison::Limits | Comparison::Views => results.steadiness(),
-        Comparison::Efforts => results.times(),
-    };
     let folder = arguments.out.folder(name);
-    document::figure(&folder, name, chart.to_svg([760, 460]))?;
-    arguments.out.publish(name, &results, &results.markdown())
+    let size = [760, 460];
+    document::figure(&folder, name, results.steadiness().to_svg(size))?;
+    let times = format!("{name}-times");
+    document::figure(&folder, &times, results.times().to_svg(size))?;
+    arguments.out.publish(name, &results, &results.text)
 }
 
 /// Packs all sequences in all ways, those first that come first; gives the runs by way, then sequence.
 fn pack_all(arguments: &FillingArguments, ways: &[Way], apart: &Apart) -> Outcome<Vec<Vec<Run>>> {
-    let folder = &arguments
-        .runs
-        .folder(&arguments.out, arguments.compare.name());
+    let folder = &arguments.runs.folder(&arguments.out, &arguments.name());
     let of_way = |way: &Way| {
         let catalogue = catalogue(&arguments.catalogue, way)?;
         let cases = arguments.sequences.read(&catalogue)?;

@@ -28,6 +28,7 @@ mod pareto;
 mod physical;
 mod runs;
 mod scene;
+mod sheet;
 mod statistics;
 mod stream;
 mod table3;

@@ -1,7 +1,7 @@
 //! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose placements.
 
 use clap::{Args, ValueEnum};
-use ppnpack_chart::{PointSeries, Scatter};
+use ppnpack_chart::Scatter;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{PROPOSAL_YAWS, at_least_one};
@@ -12,11 +12,11 @@ use serde::Serialize;
 
 use crate::cases::SequenceOptions;
 use crate::comparison::{
-    Comparison, ComparisonOptions, Contender, Means, SHARE, Setting, WIDENED, point, ratio_percent,
+    Comparison, ComparisonOptions, Contender, Run, SHARE, Setting, WIDENED, columns,
 };
 use crate::document::{self, OutOptions};
 use crate::scene;
-use crate::statistics::Mean;
+use crate::sheet::{Lines, scatter};
 
 /// Packs test sequences on several grids with every source of proposals at several shares K.
 #[derive(Debug, Args)]
@@ -42,7 +42,7 @@ pub(crate) struct ParetoArguments {
     )]
     percents: Vec<f64>,
 
-    /// How many yaws at most the network and the coarse search propose for; the others follow the nearest
+    /// How many yaws at most the network proposes for; the others follow the nearest
     #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
     proposal_yaws: usize,
 
@@ -80,24 +80,14 @@ impl GridOption {
     }
 }
 
-/// A way to propose on one grid.
-#[derive(Debug, Serialize)]
-struct Line {
-    method: String,
-    proposals: ProposalSource,
-    #[serde(flatten)]
-    means: Means,
-    /// Of the exhaustive search's, on the same sequences and grid.
-    mesh_volume_ratio_percent: Mean,
-    decision_ratio_percent: Mean,
-}
-
 #[derive(Debug, Serialize)]
 struct OfGrid {
     name: &'static str,
     key: &'static str,
     settings: Setting,
-    lines: Vec<Line>,
+    lines: Lines<Run>,
+    #[serde(skip)]
+    table: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -122,7 +112,7 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
     draw(arguments, &results)?;
     arguments
         .out
-        .publish("pareto", &results, &markdown(&results))
+        .publish("pareto", &results, &markdown(arguments, &results))
 }
 
 /// What a grid comes to.
@@ -135,20 +125,15 @@ fn compare(
     let contenders = contenders(arguments, &comparison);
     let kept = arguments.comparison.runs.folder(&arguments.out, "pareto");
     let packed = comparison.pack(&contenders, &cases, &kept)?;
-    let all = packed.first().map_or(&[][..], |runs| runs);
     let (key, name, ..) = option.parts();
-    let lines = contenders.into_iter().zip(&packed);
-    let lines = lines.map(|(contender, runs)| Line {
-        method: contender.name,
-        proposals: contender.proposals,
-        means: Means::of(runs),
-        mesh_volume_ratio_percent: ratio_percent(runs, all, |run| run.meshes_m3),
-        decision_ratio_percent: ratio_percent(runs, all, |run| run.decision_s),
-    });
+    let names = contenders.iter().map(|contender| contender.name.clone());
+    let mut lines = Lines::new("method", names.zip(packed).collect());
+    lines.keep("proposals", contenders.iter().map(|one| &one.proposals));
     Ok(OfGrid {
         name,
         key,
-        lines: lines.collect(),
+        table: lines.table("proposals", &columns(true)),
+        lines,
         settings: comparison.setting,
     })
 }
@@ -178,7 +163,7 @@ fn contenders(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<C
 fn draw(arguments: &ParetoArguments, results: &Results) -> Outcome {
     let folder = arguments.out.folder("pareto");
     let draw = |name: &str, grids: &[OfGrid]| {
-        document::figure(&folder, name, scatter(grids).to_svg([900, 600]))
+        document::figure(&folder, name, chart(grids).to_svg([900, 600]))
     };
     for grid in &results.grids {
         draw(&format!("pareto-{}", grid.key), std::slice::from_ref(grid))?;
@@ -186,60 +171,34 @@ fn draw(arguments: &ParetoArguments, results: &Results) -> Outcome {
     draw("pareto", &results.grids)
 }
 
-fn scatter(grids: &[OfGrid]) -> Scatter {
-    let point = |line: &Line| {
-        let decision_ms = line.means.decision_s.scaled(1e3);
-        let compactness = &line.means.mesh_floor_compactness_percent;
-        point(&line.method, &decision_ms, compactness)
-    };
-    let series = grids.iter().map(|grid| PointSeries {
-        name: grid.name.to_owned(),
-        reference: false,
-        points: grid.lines.iter().map(point).collect(),
-    });
-    Scatter {
-        title: "Mesh-volume compactness against decision time".to_owned(),
-        x_label: "Decision time per item (ms)".to_owned(),
-        y_label: "Compactness of the meshes by the floor (%)".to_owned(),
-        series: series.collect(),
-    }
+fn chart(grids: &[OfGrid]) -> Scatter {
+    scatter(
+        "Mesh-volume compactness against decision time",
+        [
+            "Decision time per item (ms)",
+            "Compactness of the meshes by the floor (%)",
+        ],
+        (["decision_s", "mesh_floor_compactness_percent"], 1e3),
+        grids.iter().map(|grid| (grid.name, &grid.lines)),
+    )
 }
 
-fn markdown(results: &Results) -> String {
+fn markdown(arguments: &ParetoArguments, results: &Results) -> String {
     let mut text = "# Decision time against packed volume\n\n".to_owned();
     if let Some(first) = results.grids.first() {
         text += &format!(
-            "{} sequences, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same \
-             grid, in this run. Compactness is over the floor times the greatest height. {SHARE} {WIDENED}\n",
-            first.lines.first().map_or(0, |line| line.means.cases),
+            "Sequences {} to {}, the same for every method; SDFM, {}; shares are of the exhaustive search (`all`) on the same grid, in this \
+             run. Compactness is over the floor times the greatest height. {SHARE} {WIDENED}\n",
+            arguments.sequences.first,
+            arguments.sequences.last(),
             first.settings.in_words(results.workers),
         );
     }
-    for grid in &results.grids {
-        text += &format!(
-            "\n## {}\n\n| proposals | decision per item (ms) | proposing | evaluating | checking | items packed | mesh volume \
-             (cm³) | mesh compactness by floor (%) | share of mesh volume (%) | share of decision time (%) | steps widened |\n\
-             |---|---|---|---|---|---|---|---|---|---|---|\n",
-            grid.name
-        );
-        for line in &grid.lines {
-            let Line { means, .. } = line;
-            text += &format!(
-                "| {} | {} | {:.3} | {:.3} | {:.3} | {} | {} | {} | {} | {} | {} |\n",
-                line.method,
-                means.decision_s.scaled(1e3).shown(3),
-                means.propose_s.mean * 1e3,
-                means.evaluate_s.mean * 1e3,
-                means.check_s.mean * 1e3,
-                means.items.shown(1),
-                means.meshes_cm3.shown(0),
-                means.mesh_floor_compactness_percent.shown(1),
-                line.mesh_volume_ratio_percent.shown(1),
-                line.decision_ratio_percent.shown(1),
-                means.widened(),
-            );
-        }
-        text += &format!("\n![{}](pareto-{}.svg)\n", grid.name, grid.key);
+    for OfGrid {
+        name, key, table, ..
+    } in &results.grids
+    {
+        text += &format!("\n## {name}\n\n{table}\n![{name}](pareto-{key}.svg)\n");
     }
     if let Some(reason) = &results.without_network {
         text += &format!("\nThe network is missing: {reason}.\n");

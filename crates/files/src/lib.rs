@@ -77,20 +77,6 @@ fn unfinished(folder: &Path) -> std::io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// Removes the files that killed processes left half written. Only for the one process that writes into the folder.
-///
-/// # Errors
-/// What the system says.
-pub fn remove_unfinished(folder: &Path) -> std::io::Result<()> {
-    for entry in std::fs::read_dir(folder)? {
-        let entry = entry?;
-        if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
-            std::fs::remove_file(entry.path())?;
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,17 +102,5 @@ mod tests {
         std::fs::write(&plain, b"x").unwrap();
         let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
         assert_eq!(mode(&whole), mode(&plain));
-    }
-
-    #[test]
-    fn what_was_left_half_written_is_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let kept = folder.path().join("kept");
-        write_whole(&kept, b"x").unwrap();
-        unfinished(folder.path()).unwrap().keep().unwrap();
-        assert_eq!(folder.path().read_dir().unwrap().count(), 2);
-        remove_unfinished(folder.path()).unwrap();
-        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
-        assert!(kept.exists());
     }
 }

@@ -1,4 +1,4 @@
-//! Whole planning steps at three grids, and the kernels they are made of.
+//! Whole planning steps at three grids.
 //!
 //! The container is half full, packed by SDFM itself. Objects are the built-in household set, or those of the folder
 //! in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the one before, all cells changed, so that
@@ -15,22 +15,17 @@ mod grids;
 use std::hint::black_box;
 use std::sync::Arc;
 
-use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
-use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_catalogue::object::Model;
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::containers::{ContainerChoice, ContainersStep, OpenContainer, OpenContainers};
-use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::loads::LoadSettings;
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders};
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::plan::{Candidate, Evaluator, Planner, StepInput};
-use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, ProposeRandom, Proposer};
+use ppnpack_packing::plan::{Candidate, Planner, StepInput};
+use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
@@ -44,8 +39,6 @@ struct Setting {
     grid: Grid,
     /// Consecutive scenes of an episode, with the buffer each was planned for.
     steps: Vec<(Scene, Vec<Candidate>)>,
-    /// What these steps placed, and where.
-    placed: Vec<(Arc<Item>, RestingPlacement)>,
 }
 
 impl Setting {
@@ -57,10 +50,7 @@ impl Setting {
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
         let sequence =
             Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
-        let mut recorder = Recorder {
-            steps: vec![],
-            placed: vec![],
-        };
+        let mut recorder = Recorder { steps: vec![] };
         let mut planner = planner(
             &grid,
             Box::new(ProposeAll),
@@ -79,38 +69,7 @@ impl Setting {
             name,
             grid,
             steps: recorder.steps,
-            placed: recorder.placed,
         }
-    }
-
-    /// A step at this part of the episode, of which all solids are known, and carry so many times their own mass.
-    fn laden(
-        &self,
-        catalogue: &Catalogue,
-        part: f64,
-        factor: Option<f64>,
-    ) -> (Scene, Vec<Candidate>) {
-        let index = (self.steps.len() as f64 * part) as usize;
-        let (scene, candidates) = &self.steps[index];
-        let model = |item: &Item| {
-            let mut objects = catalogue.objects.iter();
-            let object = objects.find(|object| object.item.name() == item.name());
-            let mut model = Model::clone(&object.unwrap().model);
-            model.carries_kg = factor.map(|factor| factor * model.mass.mass_kg);
-            Arc::new(model)
-        };
-        let solids = self.placed[..index].iter().map(|(item, resting)| {
-            LyingSolid::new(
-                model(item),
-                item.container_from_item(&self.grid, resting).unwrap(),
-            )
-        });
-        let candidates = candidates.iter().map(|candidate| Candidate {
-            model: Some(model(&candidate.item)),
-            ..candidate.clone()
-        });
-        let scene = scene.clone().with_content(solids.collect());
-        (scene, candidates.collect())
     }
 
     /// The step at which the container is half full, and the same with every cell one unit higher.
@@ -130,13 +89,10 @@ impl Setting {
 /// Records the scenes and buffers of an episode.
 struct Recorder {
     steps: Vec<(Scene, Vec<Candidate>)>,
-    placed: Vec<(Arc<Item>, RestingPlacement)>,
 }
 
 impl Observer for Recorder {
-    fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
-        let item = Arc::clone(&step.candidate.item);
-        self.placed.push((item, step.choice.resting));
+    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
         let scene = with_surface(input.grid, input.scene.heightmap());
         self.steps.push((scene, input.candidates.to_vec()));
     }
@@ -301,97 +257,6 @@ fn steps(criterion: &mut Criterion) {
     }
 }
 
-fn kernels(criterion: &mut Criterion) {
-    for setting in GRIDS.map(Setting::new) {
-        let Setting { name, grid, .. } = &setting;
-        let ([scene], raised, candidates) = setting.half_full();
-        let mut group = criterion.benchmark_group("kernel");
-        group.sample_size(30);
-        // Ranking by first-fit takes the resting heights and nothing else until its first value is asked for.
-        let mut proposals = Proposals::default();
-        let input = StepInput::new(grid, scene, candidates);
-        ProposeAll.propose(&input, &mut proposals).unwrap();
-        let buffer: Vec<usize> = (0..candidates.len()).collect();
-        for (label, heuristic) in [
-            ("resting heights of the buffer", Heuristic::FirstFit),
-            ("resting heights and distance levels", Heuristic::Sdfm),
-        ] {
-            let mut search = search(grid, heuristic);
-            let mut step = 0_u64;
-            group.bench_function(BenchmarkId::new(label, name), |bencher| {
-                bencher.iter(|| {
-                    step += 1;
-                    let scene = if step.is_multiple_of(2) {
-                        scene
-                    } else {
-                        &raised
-                    };
-                    let input = StepInput {
-                        step,
-                        ..StepInput::new(grid, scene, candidates)
-                    };
-                    search.rank(&input, &buffer, &proposals).unwrap();
-                });
-            });
-        }
-        // 256 placements of SDFM's ranking, checked one by one.
-        let mut search = search(grid, Heuristic::Sdfm);
-        search.rank(&input, &buffer, &proposals).unwrap();
-        let ranked: Vec<_> = std::iter::from_fn(|| search.next_best(&input).unwrap())
-            .take(256)
-            .collect();
-        let mut published = PublishedStability::default();
-        let mut physical = PhysicalStability::new(Default::default());
-        let view = |at: &ppnpack_packing::plan::Evaluated| {
-            &candidates[at.candidate].item.views()[at.resting.placement.yaw]
-        };
-        group.bench_function(
-            BenchmarkId::new("published stability x 256", name),
-            |bencher| {
-                bencher.iter(|| {
-                    for at in &ranked {
-                        black_box(published.is_stable(
-                            grid,
-                            scene.heightmap(),
-                            view(at),
-                            &at.resting,
-                        ));
-                    }
-                });
-            },
-        );
-        group.bench_function(
-            BenchmarkId::new("physical stability x 256", name),
-            |bencher| {
-                bencher.iter(|| {
-                    for at in &ranked {
-                        black_box(physical.is_stable(grid, scene, view(at), &at.resting));
-                    }
-                });
-            },
-        );
-        group.bench_function(
-            BenchmarkId::new("values of all placements of an item", name),
-            |bencher| {
-                bencher.iter_batched(
-                    || &candidates[0].item.views()[0],
-                    |view| {
-                        survey(
-                            grid,
-                            scene.heightmap(),
-                            view,
-                            Heuristic::Sdfm,
-                            &Weights::default(),
-                        )
-                    },
-                    BatchSize::SmallInput,
-                );
-            },
-        );
-        group.finish();
-    }
-}
-
 /// Four containers, filled by an eighth to a half, and one buffer.
 fn containers(criterion: &mut Criterion) {
     for setting in GRIDS.into_iter().take(2).map(Setting::new) {
@@ -491,45 +356,5 @@ fn waiting_orders(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What it costs that every object carries only so much: the whole step, with a pile that differs from the last one's by some items.
-fn loads(criterion: &mut Criterion) {
-    for setting in GRIDS.map(Setting::new) {
-        let Setting { name, grid, .. } = &setting;
-        let catalogue = catalogue(grid);
-        let mut group = criterion.benchmark_group("loads");
-        group.sample_size(30);
-        for (label, factor) in [
-            ("no limits", None),
-            ("limits that all keep", Some(1e3)),
-            ("twice its own mass", Some(2.0)),
-        ] {
-            let [step, other] = [0.5, 0.45].map(|part| setting.laden(&catalogue, part, factor));
-            let mut checks = physical();
-            checks.extend(LoadSettings::default().checks());
-            let search = search(grid, Heuristic::Sdfm).bounded();
-            let order = Order::Balance;
-            let mut planner =
-                Planner::new(Box::new(ProposeAll), Box::new(search), checks, order, 0);
-            let mut number = 0_u64;
-            group.bench_function(BenchmarkId::new(label, name), |bencher| {
-                bencher.iter(|| {
-                    number += 1;
-                    let (scene, candidates) = if number.is_multiple_of(2) {
-                        &step
-                    } else {
-                        &other
-                    };
-                    let input = StepInput {
-                        step: number,
-                        ..StepInput::new(grid, scene, candidates)
-                    };
-                    black_box(planner.plan(&input).unwrap().choice())
-                });
-            });
-        }
-        group.finish();
-    }
-}
-
-criterion_group!(benches, steps, containers, waiting_orders, loads, kernels);
+criterion_group!(benches, steps, containers, waiting_orders);
 criterion_main!(benches);

@@ -1,9 +1,7 @@
-//! The built-in household set: everyday objects made by this program, for demonstrations and tests
-//! that need no files.
+//! The built-in household set: 96 everyday objects, for demonstrations and tests that need no files.
 //!
-//! The set is the same in every run, bit for bit on one build. Every mesh is a closed manifold in a
-//! resting pose: it stands on its flat underside at z = 0 and is centred in x and y. Hollow things
-//! are hollow: bowls and mugs enclose the volume of their walls only.
+//! Every mesh is a closed manifold in a resting pose: it stands on its flat underside at z = 0 and is centred in x and y.
+//! Hollow things are hollow: bowls and mugs enclose the volume of their walls only.
 //!
 //! ```
 //! let mut objects = ppnpack_household::OBJECTS.iter();
@@ -15,59 +13,40 @@
 //!
 //! [`builtin`] is the set for `Catalogue::load`.
 
-mod field;
-mod outline;
-mod set;
-mod simplify;
-mod solid;
-mod surface_nets;
-mod surfaces;
-#[cfg(test)]
-mod tests;
-
 use std::sync::{Arc, LazyLock};
 
-use ppnpack_catalogue::cache::{CacheDir, kept};
+use nalgebra::Point3;
 use ppnpack_catalogue::catalogue::{NamedMesh, Source};
-use rayon::prelude::*;
+use ppnpack_catalogue::mesh::Mesh;
 
 /// What stands for the set where a folder of meshes could be named.
 pub const BUILTIN: &str = "builtin";
 
-/// All objects of the set, by ascending volume. The first use builds them, in parallel, which takes
-/// about a second of one core.
-pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| built().into());
+/// All objects of the set, by ascending volume.
+pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| {
+    let read = postcard::from_bytes::<Vec<Stored>>(FILE);
+    #[expect(clippy::expect_used, reason = "the file is part of the program")]
+    let stored = read.expect("the built-in objects are whole");
+    stored.into_iter().map(object).collect()
+});
 
-/// What the set follows from: another text makes it anew.
-const SOURCES: [&str; 15] = [
-    include_str!("field.rs"),
-    include_str!("lib.rs"),
-    include_str!("outline.rs"),
-    include_str!("set/boxes.rs"),
-    include_str!("set/home.rs"),
-    include_str!("set/mod.rs"),
-    include_str!("set/packs.rs"),
-    include_str!("set/produce.rs"),
-    include_str!("set/tableware.rs"),
-    include_str!("set/tools.rs"),
-    include_str!("set/toys.rs"),
-    include_str!("simplify.rs"),
-    include_str!("solid.rs"),
-    include_str!("surface_nets.rs"),
-    include_str!("surfaces.rs"),
-];
+/// The objects in postcard, in the order of [`OBJECTS`].
+const FILE: &[u8] = include_bytes!("../objects.postcard");
 
-/// The objects that a setting names: the set for [`BUILTIN`], which is kept where models are, else those of a folder of meshes.
-pub fn source(name: &str, cache: &CacheDir) -> Source {
-    if name != BUILTIN {
-        return Source::Folder(name.into());
+/// An object's name, density in kg/m^3, vertices in whole micrometres and triangles. Each coordinate is the difference to that of
+/// the vertex before, each corner to the corner before.
+type Stored = (String, f64, Vec<[i32; 3]>, Vec<[i32; 3]>);
+
+/// Stands for a coordinate of -0.0.
+const NEGATIVE_ZERO: i32 = i32::MIN;
+
+/// The objects that a setting names: the set for [`BUILTIN`], else those of a folder of meshes.
+pub fn source(name: &str) -> Source {
+    if name == BUILTIN {
+        builtin()
+    } else {
+        Source::Folder(name.into())
     }
-    let mut hasher = blake3::Hasher::new();
-    for source in SOURCES {
-        hasher.update(source.as_bytes());
-    }
-    let name = format!("{}.household", hasher.finalize().to_hex());
-    Source::Meshes(kept(cache, &name, || OBJECTS.to_vec()).into())
 }
 
 /// The set as the source of a catalogue.
@@ -75,23 +54,32 @@ pub fn builtin() -> Source {
     Source::Meshes(Arc::clone(&OBJECTS))
 }
 
-fn built() -> Vec<NamedMesh> {
-    let recipes = set::recipes().into_par_iter();
-    let objects = recipes.map(|(name, mass_g, build)| {
-        let mesh = build().into_mesh();
-        let volume_m3 = mesh.signed_volume_m3();
-        let object = NamedMesh {
-            name: name.to_owned(),
-            density_kg_m3: mass_g * 1e-3 / volume_m3,
-            mesh,
-        };
-        (volume_m3, object)
+fn object((name, density_kg_m3, steps, turns): Stored) -> NamedMesh {
+    let metres = |micrometres: i32| match micrometres {
+        NEGATIVE_ZERO => -0.0,
+        whole => f64::from(whole) / 1e6,
+    };
+    let mut last = [0_i32; 3];
+    let vertices = steps.iter().map(|step| {
+        for (coordinate, step) in last.iter_mut().zip(step) {
+            *coordinate = coordinate.wrapping_add(*step);
+        }
+        Point3::from(last.map(metres))
     });
-    let mut objects: Vec<_> = objects.collect();
-    objects.sort_by(|(one_m3, one), (other_m3, other)| {
-        one_m3
-            .total_cmp(other_m3)
-            .then_with(|| one.name.cmp(&other.name))
+    let vertices = vertices.collect();
+    let mut last = 0_i32;
+    let triangles = turns.iter().map(|turns| {
+        turns.map(|turn| {
+            last = last.wrapping_add(turn);
+            last as u32
+        })
     });
-    objects.into_iter().map(|(_, object)| object).collect()
+    NamedMesh {
+        name,
+        mesh: Mesh {
+            vertices,
+            triangles: triangles.collect(),
+        },
+        density_kg_m3,
+    }
 }

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a panic is a failing test")]
 
 use std::collections::BTreeSet;
-use std::time::Instant;
 
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
@@ -18,27 +17,34 @@ fn the_built_in_set_loads_without_repairs() {
         cache,
         ..Settings::default()
     };
-    let start = Instant::now();
     let source = ppnpack_household::builtin();
     let catalogue =
         Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| ()).unwrap();
-    eprintln!(
-        "{} built-in objects: cold {:?}",
-        catalogue.len(),
-        start.elapsed()
-    );
-    let start = Instant::now();
-    let reports = inspect(&source, &settings).unwrap();
-    eprintln!("warm {:?}", start.elapsed());
     let names: BTreeSet<_> = catalogue
         .objects
         .iter()
         .map(|object| &object.model.name)
         .collect();
-    assert_eq!(names.len(), catalogue.len());
-    assert!(!catalogue.is_empty());
-    for report in reports {
+    assert_eq!((names.len(), catalogue.len()), (96, 96));
+    for report in inspect(&source, &settings).unwrap() {
         let repairs = report.outcome.unwrap().repairs;
         assert!(repairs.is_empty(), "{:?}: {repairs:?}", report.path);
+    }
+    let volumes_m3 = catalogue.objects.iter().map(|it| it.model.volume_m3);
+    assert!(volumes_m3.is_sorted());
+}
+
+#[test]
+fn every_object_stands_on_the_ground_in_the_middle_and_fits_the_container() {
+    for object in ppnpack_household::OBJECTS.iter() {
+        let bounds = object.mesh.bounds().unwrap();
+        for (extent_m, most_m) in bounds.extents_m().iter().zip([0.32, 0.32, 0.30]) {
+            assert!(*extent_m < most_m, "{} is {extent_m} m long", object.name);
+        }
+        assert_eq!(bounds.lowest.z, 0.0, "{}", object.name);
+        let touching = object.mesh.vertices.iter().filter(|v| v.z == 0.0).count();
+        assert!(touching >= 3, "{}", object.name);
+        let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
+        assert!(middle.xy().coords.amax() < 1e-6, "{}", object.name);
     }
 }

@@ -13,32 +13,10 @@ pub enum Fusion {
     Concatenation,
 }
 
-/// The finest resolution at which the features of container and item meet.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Finest {
-    /// Half of the container's: each block pools after its convolutions, as in the paper's text.
-    #[default]
-    Half,
-    /// The container's own: each block but the first pools before its convolutions, as in the paper's published code.
-    Full,
-}
-
-/// How activations are normalised.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Normalisation {
-    /// Over the batch; folded into the convolutions for inference.
-    #[default]
-    Batch,
-    /// Not at all.
-    None,
-}
-
 /// The architecture of a placement proposal network.
 ///
-/// Two encoders with one block per entry of `widths` (two 3 x 3 convolutions, and a 2 x 2 maximum pool where `finest` has it), a
-/// fusion of their features at each resolution, and a decoder back to the container's resolution.
+/// Two encoders with one block per entry of `widths` (two 3 x 3 convolutions and a 2 x 2 maximum pool), a fusion of their
+/// features at each resolution, and a decoder back to the container's resolution.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Architecture {
@@ -48,11 +26,6 @@ pub struct Architecture {
     pub head: usize,
     /// How the two encoders' features meet.
     pub fusion: Fusion,
-    /// How fine the features are that meet first.
-    #[serde(default)]
-    pub finest: Finest,
-    /// How activations are normalised.
-    pub normalisation: Normalisation,
     /// Whether the exact resting heights, a correlation of the two heightmaps in (max, +), are an input to the head.
     pub resting_heights: bool,
 }
@@ -64,8 +37,6 @@ impl Default for Architecture {
             widths: vec![8, 16, 16, 16],
             head: 8,
             fusion: Fusion::Correlation,
-            finest: Finest::Half,
-            normalisation: Normalisation::Batch,
             resting_heights: true,
         }
     }
@@ -88,17 +59,9 @@ pub const MAX_DEPTH: usize = 6;
 pub const MAX_WIDTH: usize = 1024;
 
 impl Architecture {
-    /// How many times the resolution is halved.
-    pub fn halvings(&self) -> usize {
-        match self.finest {
-            Finest::Half => self.widths.len(),
-            Finest::Full => self.widths.len().saturating_sub(1),
-        }
-    }
-
-    /// The cells that every map's sides are a multiple of; even, as scores are kept by the parity of their cells.
+    /// The cells that every map's sides are a multiple of: each block halves the resolution.
     pub fn stride(&self) -> usize {
-        1 << self.halvings().clamp(1, MAX_DEPTH)
+        1 << self.widths.len().clamp(1, MAX_DEPTH)
     }
 
     /// Checks that the network can be built.
@@ -139,26 +102,14 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_pools_first_halves_once_less() {
-        let stride = |depth, finest| {
+    fn each_block_halves_the_resolution() {
+        let stride = |depth| {
             let architecture = Architecture {
                 widths: vec![8; depth],
-                finest,
                 ..Architecture::default()
             };
             architecture.stride()
         };
-        assert_eq!([1, 4].map(|depth| stride(depth, Finest::Half)), [2, 16]);
-        assert_eq!(
-            [1, 2, 5].map(|depth| stride(depth, Finest::Full)),
-            [2, 2, 16]
-        );
-    }
-
-    #[test]
-    fn a_card_from_before_there_was_a_choice_meets_at_half_the_resolution() {
-        let card = r#"{"widths": [8], "head": 8, "fusion": "correlation", "normalisation": "batch", "resting_heights": true}"#;
-        let architecture: Architecture = serde_json::from_str(card).unwrap();
-        assert_eq!(architecture.finest, Finest::Half);
+        assert_eq!([1, 4].map(stride), [2, 16]);
     }
 }

@@ -13,19 +13,8 @@ pub enum Loss {
     /// The optimal placements rank above all others by a margin, per yaw and over all yaws.
     #[default]
     Ranking,
-    /// The scores approximate the heuristic's values.
+    /// The scores approximate by how much the heuristic's values exceed the candidate's optimum.
     Mse,
-}
-
-/// What regression approximates.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RegressionTarget {
-    /// By how much a placement's value exceeds the candidate's optimum.
-    #[default]
-    AboveOptimum,
-    /// The value itself.
-    Value,
 }
 
 /// Which placements of a candidate the loss is over.
@@ -76,9 +65,6 @@ pub struct TrainingSettings {
     /// learns where nothing fits, and spends less on it than on the order of what the planner chooses among.
     #[serde(default = "TrainingSettings::full_weight")]
     pub misfit_weight: f64,
-    /// What regression approximates.
-    #[serde(default)]
-    pub regress_to: RegressionTarget,
     /// Up to where regression tells its targets apart, in units of the objective; what does not fit or is not valid has this
     /// target. The bulk of a container's placements lies far above the optimum: told apart too, it would be most of the
     /// squared error.
@@ -137,7 +123,6 @@ impl Default for TrainingSettings {
             loss: Loss::Ranking,
             loss_over: LossOver::Fitting,
             misfit_weight: Self::full_weight(),
-            regress_to: RegressionTarget::default(),
             cut_off: Self::usual_cut_off(),
             epochs: 25,
             batch: 16,
@@ -200,7 +185,6 @@ mod tests {
             for name in [
                 "loss_over",
                 "misfit_weight",
-                "regress_to",
                 "cut_off",
                 "schedule",
                 "validation_tenths",

@@ -1,4 +1,4 @@
-//! Colours: the item palette, the colour map of heights, and the arithmetic between colour spaces.
+//! Colours: the item palette and the colour map of heights.
 
 use nalgebra::Vector3;
 
@@ -92,7 +92,7 @@ impl Colour {
     }
 
     /// A colour from the bytes of its channels.
-    fn from_channels(channels: Vector3<u8>) -> Self {
+    pub(crate) fn from_channels(channels: Vector3<u8>) -> Self {
         Self {
             red: channels.x,
             green: channels.y,
@@ -107,18 +107,6 @@ impl Colour {
             .find(|rgb| rgb.iter().all(|channel| (0.0..=1.0).contains(channel)))
             .unwrap_or_else(|| Vector3::repeat(0.5));
         Self::from_channels(linear.map(srgb_byte))
-    }
-
-    /// Red, green and blue in linear light, 0 to 1.
-    pub(crate) fn to_linear(self) -> Vector3<f32> {
-        Vector3::new(self.red, self.green, self.blue).map(|channel| {
-            let value = f32::from(channel) / 255.0;
-            if value <= 0.040_45 {
-                value / 12.92
-            } else {
-                ((value + 0.055) / 1.055).powf(2.4)
-            }
-        })
     }
 }
 
@@ -146,32 +134,6 @@ fn oklab_to_linear(lightness: f64, chroma: f64, hue: f64) -> Vector3<f64> {
     )
 }
 
-/// Turns linear light into sRGB bytes by a table, as a picture has millions of channels.
-pub(crate) struct SrgbTable {
-    bytes: Vec<u8>,
-}
-
-impl SrgbTable {
-    /// Fine enough that neighbouring entries differ by at most one step, but for the very darkest.
-    const ENTRIES: usize = 4_096;
-
-    pub(crate) fn new() -> Self {
-        let entry = |index| srgb_byte(index as f64 / (Self::ENTRIES - 1) as f64);
-        Self {
-            bytes: (0..Self::ENTRIES).map(entry).collect(),
-        }
-    }
-
-    /// The nearest colour; channels beyond 0 to 1 are cut off.
-    pub(crate) fn colour(&self, linear: Vector3<f32>) -> Colour {
-        let last = Self::ENTRIES - 1;
-        Colour::from_channels(linear.map(|value| {
-            let index = (value.clamp(0.0, 1.0) * last as f32).round() as usize;
-            self.bytes.get(index.min(last)).copied().unwrap_or(0)
-        }))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,23 +153,15 @@ mod tests {
     #[test]
     fn heights_run_from_dark_to_light() {
         let luminance = |share| {
-            Colour::of_share(share)
-                .to_linear()
+            let Colour { red, green, blue } = Colour::of_share(share);
+            Vector3::new(red, green, blue)
+                .map(f64::from)
                 .dot(&Vector3::new(0.2, 0.7, 0.1))
         };
-        let steps: Vec<f32> = (0..=20)
+        let steps: Vec<f64> = (0..=20)
             .map(|step| luminance(f64::from(step) / 20.0))
             .collect();
         assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
         assert_eq!(Colour::of_share(f64::NAN), Colour::of_share(0.0));
-    }
-
-    #[test]
-    fn linear_light_returns_to_the_same_colour() {
-        let table = SrgbTable::new();
-        for value in 30..=255u8 {
-            let colour = Colour::from_channels(Vector3::new(value, value, 255 - value / 2));
-            assert_eq!(table.colour(colour.to_linear()), colour);
-        }
     }
 }

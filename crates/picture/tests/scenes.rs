@@ -105,30 +105,24 @@ fn equal_scenes_give_equal_bytes() {
 }
 
 #[test]
-fn items_shade_the_floor_and_have_lit_and_dark_sides() {
+fn items_have_lit_and_dark_sides() {
     let cube = cube();
-    let empty = draw(&Scene3d {
-        items: vec![],
-        container_m: Some(CONTAINER_M),
-    });
     let grey = Colour {
         red: 160,
         green: 160,
         blue: 160,
     };
-    let items = vec![item(&cube, [0.1, 0.1, 0.0], grey)];
-    let filled = draw(&Scene3d {
-        items,
-        container_m: Some(CONTAINER_M),
+    let image = draw(&Scene3d {
+        items: vec![item(&cube, [0.1, 0.1, 0.0], grey)],
+        container_m: None,
     });
-    let sum = |image: &Image| -> u64 {
-        let channels = |at: &Colour| [at.red, at.green, at.blue].map(u64::from);
-        image.pixels().iter().flat_map(channels).sum()
-    };
-    assert!(sum(&filled) < sum(&empty));
-    let shades: std::collections::BTreeSet<u8> =
-        filled.pixels().iter().map(|pixel| pixel.green).collect();
-    assert!(shades.len() > 60, "{} shades", shades.len());
+    let mut shades = [0; 256];
+    for pixel in image.pixels() {
+        shades[usize::from(pixel.green)] += 1;
+    }
+    // The top, two sides and the background; lines are thinner.
+    let of_many = shades.iter().filter(|pixels| **pixels > 80).count();
+    assert_eq!(of_many, 4);
 }
 
 #[test]

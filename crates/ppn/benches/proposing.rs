@@ -42,7 +42,7 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
     let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
     let settings = Settings::default();
-    let source = ppnpack_household::source(name, &settings.cache);
+    let source = ppnpack_household::source(name);
     let catalogue = Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap();
     // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
     let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());

@@ -74,7 +74,7 @@ impl Catalogue {
         };
         let resolution = grid.inner.resolution();
         let inner = py.detach(|| {
-            let source = ppnpack_household::source(source, &settings.cache);
+            let source = ppnpack_household::source(source);
             catalogue::Catalogue::load(&source, &settings, resolution, &|_, _| ())
         });
         let inner = inner.or_value_error()?;

@@ -100,7 +100,13 @@ fn measure(what: &str, shown: &[Arc<Model>], recogniser: &Recogniser, are_known:
         for pose in poses.filter(|pose| model.resting_poses[*pose].probability >= 0.02) {
             for _ in 0..2 {
                 let mut at = |low, high| random.random_range(low..high);
-                let truth = at_rest(model, pose, at(0.0, 6.28), at(-0.12, 0.12), at(-0.08, 0.08));
+                let truth = at_rest(
+                    model,
+                    pose,
+                    at(0.0, std::f64::consts::TAU),
+                    at(-0.12, 0.12),
+                    at(-0.08, 0.08),
+                );
                 let clusters = segmented(&[(model, truth)], &NoiseModel::default()).clusters;
                 views += 1;
                 let found = clusters

@@ -77,7 +77,7 @@ const POSES: [Choice<Pose>; 2] = [
 impl CatalogueOptions {
     /// Where the objects come from.
     pub fn source(&self) -> Source {
-        ppnpack_household::source(&self.catalogue, &self.cache())
+        ppnpack_household::source(&self.catalogue)
     }
 
     /// How they are made.

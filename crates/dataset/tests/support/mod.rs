@@ -1,12 +1,15 @@
 //! A small packing task: boxes, slabs and corner pieces in a container of 12 x 10 cells.
 #![allow(dead_code, reason = "not every test file uses all of it")]
 
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 use ppnpack_dataset::{
-    DatasetWriter, Expert, ExpertSettings, FORMAT_VERSION, Recorder, SequenceRecord, Settings, draw,
+    Dataset, DatasetWriter, Expert, ExpertSettings, FORMAT_VERSION, Recorder, SequenceRecord,
+    Settings, draw,
 };
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
@@ -85,7 +88,7 @@ pub(crate) fn settings(has_values: bool) -> Settings {
         seed: 3,
         length: 6,
         has_values,
-        sequences_per_shard: 2,
+        sequences: 3,
     }
 }
 
@@ -148,32 +151,23 @@ pub(crate) fn record(settings: &Settings, sequence: u32) -> SequenceRecord {
     played(settings, sequence).0
 }
 
-pub(crate) fn writer(folder: &Path, settings: &Settings, sequences: u32) -> DatasetWriter {
-    DatasetWriter::open(folder, settings.clone(), items(), sequences).unwrap()
+pub(crate) fn writer(folder: &Path, settings: &Settings) -> DatasetWriter {
+    DatasetWriter::open(folder, settings.clone(), items()).unwrap()
 }
 
 /// Writes a whole dataset.
-pub(crate) fn write(folder: &Path, settings: &Settings, sequences: u32) {
-    let writer = writer(folder, settings, sequences);
+pub(crate) fn write(folder: &Path, settings: &Settings) -> Dataset {
+    let writer = writer(folder, settings);
     for sequence in writer.missing() {
         writer.add(&record(settings, sequence)).unwrap();
     }
-    writer.finish().unwrap();
+    writer.finish().unwrap()
 }
 
-/// Every file of a folder with its content, but for the lock.
-pub(crate) fn content(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut files: Vec<_> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap())
-        .map(|entry| {
-            (
-                entry.file_name().into_string().unwrap(),
-                std::fs::read(entry.path()).unwrap(),
-            )
-        })
-        .filter(|(name, _)| name != ".lock")
-        .collect();
-    files.sort();
-    files
+/// Every file of a folder with its content.
+pub(crate) fn content(folder: &Path) -> BTreeMap<OsString, Vec<u8>> {
+    let entries = folder.read_dir().unwrap().map(|entry| entry.unwrap());
+    entries
+        .map(|entry| (entry.file_name(), std::fs::read(entry.path()).unwrap()))
+        .collect()
 }

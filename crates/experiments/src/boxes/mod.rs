@@ -110,7 +110,7 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     let instances = settings.all_instances();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
     let folder = arguments.runs.folder(&arguments.out, "boxes");
-    let mut results = Results::new(&settings, arguments.runs.workers());
+    let mut packed = Vec::new();
     for setting in &arguments.settings {
         for method in &arguments.methods {
             let rollouts = (*method == Method::LookAhead).then_some(settings.rollouts);
@@ -129,10 +129,9 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
                 })
             };
             let runs = arguments.runs.make(&together, pack)?;
-            results.add(*setting, *method, &runs.concat());
+            packed.push((*setting, *method, runs.concat()));
         }
     }
-    arguments
-        .out
-        .publish("boxes", &results, &results.markdown())
+    let results = Results::new(&settings, arguments.runs.workers(), packed);
+    arguments.out.publish("boxes", &results, &results.text)
 }

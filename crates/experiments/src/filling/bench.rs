@@ -50,7 +50,7 @@ impl Bench {
         let grid: Grid = way.grid.build().or_input()?;
         let method = Method {
             seed,
-            ..way.method.clone()
+            ..way.method.clone().for_poses(way.poses)
         };
         let known = CellSettings {
             container: grid.container(),

@@ -1,15 +1,11 @@
-//! The ways to fill containers that are compared.
+//! The ways to fill containers that are compared: those of a file, such as `experiments/filling.json`.
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::options::ViewOptions;
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, SET_ASIDE, Stability};
-use ppnpack_packing::objective::Weights;
-use ppnpack_packing::scene_value::SceneValue;
-use ppnpack_packing::trial::{TrialLimits, TrialSettings};
+use ppnpack_packing::method::{Method, SET_ASIDE};
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
@@ -48,22 +44,6 @@ impl Default for Way {
 }
 
 impl Way {
-    /// The paper's objective on 5 mm and 8 yaws, and tries within what counts as steady; changed.
-    fn new(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
-        let mut way = Self {
-            name: name.into(),
-            set_aside: 0,
-            ..Self::default()
-        };
-        way.grid.cell_m = 0.005;
-        way.grid.yaws = 8;
-        way.method.trial.limits = within(30.0, 20.0);
-        way.method.weights = Some(Weights::default());
-        way.method.scene_value = SceneValue::off();
-        change(&mut way);
-        way
-    }
-
     /// The same way behind the cameras that are asked for, where it has none of its own.
     pub(crate) fn seen_by(self, view: &ViewOptions) -> Self {
         Self {
@@ -84,22 +64,6 @@ impl Way {
         }
     }
 
-    /// No placement is tried; a geometric test decides, or none.
-    fn untried(name: &str, stability: Stability) -> Self {
-        Self::new(name, |way| {
-            way.method.stability = stability;
-            way.method.trial = TrialSettings::off();
-        })
-    }
-
-    /// Placements are tried, judged by the weights that suit the number of poses.
-    fn tried(name: impl Into<String>, change: impl FnOnce(&mut Self)) -> Self {
-        Self::new(name, |way| {
-            change(way);
-            way.method.weights = Some(Weights::for_poses(way.poses));
-        })
-    }
-
     /// Checks that it is possible, before others are run for long.
     fn validate(&self) -> Result<(), String> {
         if !(1..=MOST_POSES).contains(&self.poses) {
@@ -116,156 +80,8 @@ impl Way {
     }
 }
 
-/// What is compared.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Comparison {
-    /// What each stage brings: tries, resting poses, setting aside
-    Stages,
-    /// How many placements of an item a step tries
-    Efforts,
-    /// The limits of tilt and slide that a tried placement has to keep within
-    Limits,
-    /// What sees the container: an exact scan, one camera, two
-    Views,
-}
-
-impl Comparison {
-    /// What its document and its chart are named.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Stages => "filling",
-            Self::Efforts => "effort",
-            Self::Limits => "limits",
-            Self::Views => "views",
-        }
-    }
-
-    /// The heading of its document.
-    pub(super) fn title(self) -> &'static str {
-        match self {
-            Self::Stages => "Filling: how full, how steady",
-            Self::Efforts => "Effort: what more time brings",
-            Self::Limits => "Limits: volume against steadiness",
-            Self::Views => "Views: what a camera costs",
-        }
-    }
-
-    /// What the others are compared with.
-    fn first(self) -> Way {
-        match self {
-            Self::Views => as_pack("exact scan", None),
-            _ => Way::untried("published test", Stability::Published),
-        }
-    }
-
-    /// What is compared; the others are compared with the first. Of them only those of these names, where there are any.
-    pub(super) fn ways(self, only: &[String]) -> Outcome<Vec<Way>> {
-        let mut compared = match self {
-            Self::Stages => stages(),
-            Self::Efforts => efforts(),
-            Self::Limits => limits(),
-            Self::Views => views(),
-        };
-        let names: Vec<&str> = compared.iter().map(|way| way.name.as_str()).collect();
-        if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
-            return Err(Failure::input(format_args!(
-                "--only {unknown:?}: there is no such method; there are {names:?}"
-            )));
-        }
-        compared.retain(|way| only.is_empty() || only.contains(&way.name));
-        compared.insert(0, self.first());
-        Ok(compared)
-    }
-}
-
-/// What `ppnpack pack` does where nothing is said.
-fn as_pack(name: &str, camera: Option<CameraSettings>) -> Way {
-    Way {
-        name: name.to_owned(),
-        camera,
-        ..Way::default()
-    }
-}
-
-fn views() -> Vec<Way> {
-    let of = |cameras| CameraSettings {
-        cameras,
-        ..CameraSettings::default()
-    };
-    vec![
-        as_pack("one camera", Some(of(1))),
-        as_pack("two cameras", Some(of(2))),
-    ]
-}
-
-fn stages() -> Vec<Way> {
-    let aside = |way: &mut Way| way.set_aside = 20;
-    let posed = |way: &mut Way| way.poses = 4;
-    let fine = |way: &mut Way| {
-        way.grid.cell_m = 0.0025;
-        way.grid.yaws = 16;
-    };
-    vec![
-        Way::tried("tried", |_| ()),
-        Way::tried("tried, 4 poses", posed),
-        Way::tried("tried, 20 set aside", aside),
-        Way::tried("tried, 4 poses, 20 set aside", |way| {
-            posed(way);
-            aside(way);
-        }),
-        Way::tried("tried, 20 set aside, 2.5 mm and 16 yaws", |way| {
-            fine(way);
-            aside(way);
-        }),
-        as_pack("as ppnpack pack", None),
-        Way::new("tried, published weights", |_| ()),
-        Way::untried("no test", Stability::None),
-        Way::untried("physical test", Stability::Physical),
-    ]
-}
-
-fn efforts() -> Vec<Way> {
-    let tried = |tries: usize| {
-        let name = match tries {
-            1 => "1 try".to_owned(),
-            _ => format!("{tries} tries"),
-        };
-        Way::tried(name, |way| {
-            way.method.trial.tries_per_item = tries;
-        })
-    };
-    [0, 1, 3, 10, 40, 160].map(tried).to_vec()
-}
-
-fn limits() -> Vec<Way> {
-    let way = |(tilt, slide_mm): (f64, f64)| {
-        Way::tried(format!("{tilt:.0} degrees, {slide_mm:.0} mm"), |way| {
-            way.method.trial.limits = within(tilt, slide_mm);
-        })
-    };
-    let limits = [
-        (8.0, 6.0),
-        (15.0, 12.0),
-        (20.0, 15.0),
-        (25.0, 18.0),
-        (30.0, 20.0),
-        (35.0, 30.0),
-        (60.0, 60.0),
-    ];
-    limits.map(way).to_vec()
-}
-
-/// The usual limits but for tilt and slide.
-fn within(tilt_degrees: f64, slide_mm: f64) -> TrialLimits {
-    TrialLimits {
-        tilt_rad: tilt_degrees.to_radians(),
-        slide_m: slide_mm * 1e-3,
-        ..TrialLimits::default()
-    }
-}
-
 /// The ways of a file.
-pub(super) fn read(path: &Path) -> Outcome<Vec<Way>> {
+fn read(path: &Path) -> Outcome<Vec<Way>> {
     let wrong = |error: &dyn std::fmt::Display| {
         Failure::input(format_args!("--methods {}: {error}", path.display()))
     };
@@ -281,21 +97,39 @@ pub(super) fn read(path: &Path) -> Outcome<Vec<Way>> {
     Ok(ways)
 }
 
+/// The ways of a file, or the first of them and those of these names, where there are any.
+pub(super) fn chosen(path: &Path, only: &[String]) -> Outcome<Vec<Way>> {
+    let ways = read(path)?;
+    let names: Vec<&str> = ways.iter().map(|way| way.name.as_str()).collect();
+    if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {
+        return Err(Failure::input(format_args!(
+            "--only {unknown:?}: there is no such method; there are {names:?}"
+        )));
+    }
+    let is_chosen =
+        |(index, way): &(usize, Way)| *index == 0 || only.is_empty() || only.contains(&way.name);
+    let ways = ways.into_iter().enumerate().filter(is_chosen);
+    Ok(ways.map(|(_, way)| way).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
 
     use super::*;
 
+    fn file(name: &str) -> std::path::PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../experiments")
+            .join(name)
+    }
+
     #[test]
     fn what_is_compared_is_possible_and_no_way_is_like_another() {
-        for comparison in Comparison::value_variants() {
-            let ways = comparison.ways(&[]).unwrap();
+        for name in ["filling.json", "effort.json", "limits.json", "views.json"] {
+            let ways = chosen(&file(name), &[]).unwrap();
             let names: BTreeSet<&str> = ways.iter().map(|way| way.name.as_str()).collect();
             assert_eq!(names.len(), ways.len());
-            for way in &ways {
-                way.validate().unwrap();
-            }
         }
     }
 
@@ -303,7 +137,7 @@ mod tests {
     fn methods_are_chosen_by_name_and_the_first_is_always_there() {
         let names = |only: &[&str]| {
             let only: Vec<String> = only.iter().map(ToString::to_string).collect();
-            let ways = Comparison::Stages.ways(&only);
+            let ways = chosen(&file("filling.json"), &only);
             ways.map(|ways| ways.into_iter().map(|way| way.name).collect::<Vec<_>>())
         };
         let chosen = names(&["as ppnpack pack", "tried"]).unwrap();

@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     let apart = arguments.physics.apart();
     let folder = arguments.runs.folder(&arguments.out, "loads");
     let margins = arguments.margins.iter().copied().map(Some);
-    let mut results = Results::new(arguments, &way);
+    let mut packed = Vec::new();
     for margin in std::iter::once(None).chain(margins) {
         let packing = Packing::new(&way, margin, &catalogue, &limits, &apart);
         packing.way.method.validate().map_err(Failure::input)?;
@@ -92,12 +92,10 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
             let name = format!("{:05}", case.number);
             kept.finish(&name, is_right, || packing.pack(case))
         };
-        let runs = arguments.runs.make(&cases, pack)?;
-        results.add(margin, runs, &limits);
+        packed.push((margin, arguments.runs.make(&cases, pack)?));
     }
-    let chart = results.chart().to_svg([760, 340]);
+    let results = Results::new(arguments, &way, packed, &limits);
+    let chart = results.chart.to_svg([760, 340]);
     document::figure(&arguments.out.folder("loads"), "loads", chart)?;
-    arguments
-        .out
-        .publish("loads", &results, &results.markdown())
+    arguments.out.publish("loads", &results, &results.text)
 }

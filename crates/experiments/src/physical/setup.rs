@@ -60,10 +60,7 @@ pub(super) fn catalogue(
     let load = |source: &Source| options::load(source, &settings, resolution);
     let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
     let unseen = all.len();
-    let known = load(&ppnpack_household::source(
-        &arguments.known,
-        &settings.cache,
-    ))?;
+    let known = load(&ppnpack_household::source(&arguments.known))?;
     for object in known.objects {
         if all.find(&object.model.name).is_some() {
             return Err(Failure::input(format_args!(

@@ -191,7 +191,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let (arm, station) = arguments.arm.station()?.unzip();
     let grid = way.grid.build().or_input()?;
     let folder = arguments.runs.folder(&arguments.out, "stream");
-    let mut results = Results::new(arguments, &way);
+    let mut packed = Vec::new();
     for setting in arguments.settings() {
         let packing = Packing {
             way: &way,
@@ -227,11 +227,10 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             let name = format!("{:05}-{orders}", stream.number);
             kept.finish(&name, is_right, || packing.pack(stream))
         };
-        results.add(setting, arguments.runs.make(&streams, pack)?);
+        packed.push((setting, arguments.runs.make(&streams, pack)?));
     }
-    arguments
-        .out
-        .publish("stream", &results, &results.markdown())
+    let results = Results::new(arguments, &way, packed);
+    arguments.out.publish("stream", &results, &results.text)
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {

@@ -9,7 +9,11 @@ use super::packing::{Container, Run};
 use super::{Choice, Setting, StreamArguments};
 use crate::comparison::WIDENED;
 use crate::filling::Way;
-use crate::statistics::{Mean, percentage, quantiles};
+use crate::sheet::{Cell, Column, Lines};
+use crate::statistics::Mean;
+
+/// A column of this experiment's tables.
+type Measured<'a> = Column<'a, Run>;
 
 /// All that was found.
 #[derive(Debug, Serialize)]
@@ -21,50 +25,9 @@ pub(super) struct Results<'a> {
     has_orders: bool,
     choice: Choice,
     way: &'a Way,
-    lines: Vec<Line>,
+    lines: Lines<Run>,
     #[serde(skip)]
-    first: Vec<Run>,
-}
-
-/// Packed in one way.
-#[derive(Debug, Serialize)]
-struct Line {
-    setting: Setting,
-    /// In which something was packed.
-    used: Mean,
-    /// To the first line, stream by stream.
-    used_difference: Mean,
-    used_difference_percent: f64,
-    /// In how many containers an order is.
-    containers_an_order: Mean,
-    in_one_container_percent: f64,
-    complete_percent: f64,
-    closed: usize,
-    /// How many, by the rules that closed them.
-    closed_by: BTreeMap<String, usize>,
-    /// How many, by their sizes.
-    closed_sizes: BTreeMap<String, usize>,
-    /// How much of their volume was filled, in percent; 0 where none was closed.
-    filled_percent: f64,
-    /// Of a closed container: the mean over streams of their means.
-    meshes_cm3: Mean,
-    /// To the first line, stream by stream.
-    difference_cm3: Mean,
-    difference_percent: f64,
-    items: Mean,
-    /// Items in closed containers, and how many of these there are for a thousand.
-    containers_per_thousand: Mean,
-    unsteady: usize,
-    placed: usize,
-    /// Searched exhaustively, as none of their proposals was valid.
-    steps_widened: usize,
-    unplaceable: usize,
-    decision_median_s: f64,
-    decision_95_s: f64,
-    /// From one pick to the next, where there is an arm.
-    cycle_s: Option<Mean>,
-    /// Of the meshes of an item that is inside a container, closed or not.
-    litres_an_item: f64,
+    pub(super) text: String,
 }
 
 impl Run {
@@ -98,66 +61,6 @@ impl Setting {
     }
 }
 
-impl Line {
-    fn new(setting: Setting, runs: &[Run], first: &[Run]) -> Self {
-        let cm3 = |run: &Run| run.mean(|container| container.meshes_m3 * 1e6);
-        let pairs = runs.iter().zip(first);
-        let difference_cm3 = Mean::of(pairs.map(|(run, first)| cm3(run) - cm3(first)));
-        let compared = Mean::of(first.iter().map(cm3)).mean;
-        let items = |run: &Run| run.mean(|container| container.items as f64);
-        let all = || runs.iter().flat_map(Run::all);
-        let closed = || runs.iter().flat_map(|run| &run.closed);
-        let decisions = runs.iter().flat_map(|run| run.decision_s.iter().copied());
-        let [decision_median_s, decision_95_s] = quantiles(decisions, [0.5, 0.95]);
-        let with_arm = runs.iter().filter(|run| !run.cycle_s.is_empty());
-        let cycles_s = with_arm.map(|run| Mean::of(run.cycle_s.iter().copied()).mean);
-        let cycles_s: Vec<f64> = cycles_s.collect();
-        let pairs = runs.iter().zip(first);
-        let used_difference = Mean::of(pairs.map(|(run, first)| run.used() - first.used()));
-        let used_first = Mean::of(first.iter().map(Run::used)).mean;
-        let of_orders = || runs.iter().flat_map(|run| &run.containers_of_orders);
-        let in_one = of_orders().filter(|containers| **containers == 1).count();
-        let an_order =
-            |run: &Run| Mean::of(run.containers_of_orders.iter().map(|of| *of as f64)).mean;
-        Self {
-            setting,
-            used: Mean::of(runs.iter().map(Run::used)),
-            used_difference_percent: 100.0 * used_difference.mean / used_first,
-            used_difference,
-            containers_an_order: Mean::of(runs.iter().map(an_order)),
-            in_one_container_percent: percentage(in_one, of_orders().count()),
-            complete_percent: percentage(
-                runs.iter().map(|run| run.complete_orders).sum(),
-                runs.iter().map(|run| run.orders).sum(),
-            ),
-            closed_by: counted(all().filter_map(|container| container.closed_by.clone())),
-            closed_sizes: counted(closed().map(Container::size)),
-            filled_percent: percentage_of(
-                closed().map(|container| container.meshes_m3).sum(),
-                closed().map(Container::volume_m3).sum(),
-            ),
-            closed: runs.iter().map(|run| run.closed.len()).sum(),
-            meshes_cm3: Mean::of(runs.iter().map(cm3)),
-            difference_percent: 100.0 * difference_cm3.mean / compared,
-            difference_cm3,
-            items: Mean::of(runs.iter().map(items)),
-            containers_per_thousand: Mean::of(runs.iter().map(|run| 1e3 / items(run))),
-            unsteady: all().map(|container| container.unsteady).sum(),
-            placed: all().map(|container| container.placed).sum(),
-            steps_widened: all().map(|container| container.steps_widened).sum(),
-            unplaceable: runs.iter().map(|run| run.unplaceable).sum(),
-            decision_median_s,
-            decision_95_s,
-            litres_an_item: {
-                let meshes_m3: f64 = all().map(|container| container.meshes_m3).sum();
-                let items: usize = all().map(|container| container.items).sum();
-                meshes_m3 * 1e3 / items.max(1) as f64
-            },
-            cycle_s: (!cycles_s.is_empty()).then(|| Mean::of(cycles_s.into_iter())),
-        }
-    }
-}
-
 impl Container {
     /// Its size, for people.
     fn size(&self) -> String {
@@ -170,161 +73,195 @@ impl Container {
     }
 }
 
-fn percentage_of(part: f64, whole: f64) -> f64 {
-    match whole > 0.0 {
-        true => 100.0 * part / whole,
-        false => 0.0,
+/// How often each comes, with what comes first.
+fn counted(what: impl Iterator<Item = String>) -> Cell {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for one in what {
+        *counts.entry(one).or_default() += 1;
     }
-}
-
-fn listed(counts: &BTreeMap<String, usize>) -> String {
-    let counts = counts
+    let shown = counts
         .iter()
         .map(|(what, count)| format!("{what}: {count}"));
-    counts.collect::<Vec<String>>().join(", ")
+    Cell::new(shown.collect::<Vec<String>>().join(", "), counts)
 }
 
-/// How often each comes.
-fn counted(rules: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
-    let mut counts = BTreeMap::new();
-    for rule in rules {
-        *counts.entry(rule).or_default() += 1;
+fn all(runs: &[Run]) -> impl Iterator<Item = &Container> {
+    runs.iter().flat_map(Run::all)
+}
+
+fn closed(runs: &[Run]) -> impl Iterator<Item = &Container> {
+    runs.iter().flat_map(|run| &run.closed)
+}
+
+/// What closed containers hold.
+fn volumes() -> [Measured<'static>; 13] {
+    let of_all = |run: &Run, value: fn(&Container) -> usize| run.all().map(value).sum::<usize>();
+    let unsteady = move |run: &Run| of_all(run, |it| it.unsteady);
+    let placed = move |run: &Run| of_all(run, |it| it.placed);
+    let cm3 = |run: &Run| run.mean(|container| container.meshes_m3 * 1e6);
+    let items = |run: &Run| run.mean(|container| container.items as f64);
+    [
+        Measured::sum("closed", "closed", |run| run.closed.len()),
+        Measured::mean("meshes_cm3", "mesh volume (cm³)", 0, cm3),
+        Measured::difference("difference_cm3", "difference (cm³)", 0, cm3),
+        Measured::change("difference_percent", cm3),
+        Measured::mean("items", "items", 1, items),
+        Measured::mean(
+            "containers_per_thousand",
+            "containers per 1,000 items",
+            1,
+            move |run| 1e3 / items(run),
+        ),
+        Measured::share("unsteady_percent", "unsteady", move |run| {
+            [unsteady(run), placed(run)]
+        }),
+        Measured::sum("unsteady", "", unsteady).shown_if(false),
+        Measured::sum("placed", "", placed).shown_if(false),
+        Measured::sum("steps_widened", "steps widened", move |run| {
+            of_all(run, |it| it.steps_widened)
+        }),
+        Measured::sum("unplaceable", "fit nowhere", |run| run.unplaceable),
+        Measured::time("decision_median_s", "decision, median", (0.5, 1), |run| {
+            &run.decision_s
+        }),
+        Measured::time("decision_95_s", "95 %", (0.95, 1), |run| &run.decision_s),
+    ]
+}
+
+/// How many containers orders take.
+fn orders() -> [Measured<'static>; 6] {
+    let percent = |key, head, of_run: fn(&Run) -> [usize; 2]| {
+        Measured::new(key, head, move |runs: &[Run], _| {
+            let counts = runs.iter().map(of_run);
+            let [part, whole] = counts.fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            Cell::percent(part, whole)
+        })
+    };
+    [
+        Measured::mean("used", "containers used", 1, Run::used),
+        Measured::difference("used_difference", "difference", 1, Run::used),
+        Measured::change("used_difference_percent", Run::used),
+        Measured::mean("containers_an_order", "containers an order", 2, |run| {
+            Mean::of(run.containers_of_orders.iter().map(|of| *of as f64)).mean
+        }),
+        percent(
+            "in_one_container_percent",
+            "orders in one container",
+            |run| {
+                let of_orders = &run.containers_of_orders;
+                let in_one = of_orders.iter().filter(|containers| **containers == 1);
+                [in_one.count(), of_orders.len()]
+            },
+        ),
+        percent("complete_percent", "complete orders", |run| {
+            [run.complete_orders, run.orders]
+        }),
+    ]
+}
+
+/// The arm's planned time from one pick to the next, where there is an arm.
+fn cycles() -> [Measured<'static>; 2] {
+    fn cycle_s(runs: &[Run]) -> Mean {
+        let with_arm = runs.iter().filter(|run| !run.cycle_s.is_empty());
+        Mean::of(with_arm.map(|run| Mean::of(run.cycle_s.iter().copied()).mean))
     }
-    counts
+    [
+        Measured::new("cycle_s", "cycle (s)", |runs: &[Run], _| {
+            Cell::mean(cycle_s(runs), 2)
+        }),
+        Measured::new("litres_an_hour", "litres an hour", |runs: &[Run], _| {
+            let meshes_m3: f64 = all(runs).map(|container| container.meshes_m3).sum();
+            let items: usize = all(runs).map(|container| container.items).sum();
+            let litres_an_item = meshes_m3 * 1e3 / items.max(1) as f64;
+            let litres = litres_an_item * 3600.0 / cycle_s(runs).mean;
+            Cell::new(format!("{litres:.0}"), litres)
+        }),
+    ]
+}
+
+/// Why containers were closed, of which sizes, and how much of their volume was filled.
+fn closings() -> [Measured<'static>; 3] {
+    [
+        Measured::new("closed_by", "by", |runs: &[Run], _| {
+            counted(all(runs).filter_map(|container| container.closed_by.clone()))
+        }),
+        Measured::new("closed_sizes", "sizes", |runs: &[Run], _| {
+            counted(closed(runs).map(Container::size))
+        }),
+        Measured::new("filled_percent", "filled", |runs: &[Run], _| {
+            let filled_m3: f64 = closed(runs).map(|container| container.meshes_m3).sum();
+            let whole_m3: f64 = closed(runs).map(Container::volume_m3).sum();
+            let percent = 100.0 * filled_m3 / whole_m3.max(f64::MIN_POSITIVE);
+            Cell::new(format!("{percent:.1} %"), percent)
+        }),
+    ]
 }
 
 impl<'a> Results<'a> {
-    pub(super) fn new(arguments: &StreamArguments, way: &'a Way) -> Self {
-        Self {
-            workers: arguments.runs.workers(),
-            first_stream: arguments.first,
-            streams: arguments.streams,
-            source: arguments.source.said(arguments.wanted()),
-            has_orders: arguments.source.has_orders(),
-            choice: arguments.choice,
-            way,
-            lines: Vec::new(),
-            first: Vec::new(),
-        }
-    }
-
-    /// Adds the runs of a line.
-    pub(super) fn add(&mut self, setting: Setting, runs: Vec<Run>) {
-        let first = match self.lines.is_empty() {
-            true => &runs,
-            false => &self.first,
-        };
-        self.lines.push(Line::new(setting, &runs, first));
-        if self.lines.len() == 1 {
-            self.first = runs;
-        }
-    }
-
-    pub(super) fn markdown(&self) -> String {
-        let choice = match self.choice {
+    /// Of the runs by the settings of the lines.
+    pub(super) fn new(
+        arguments: &StreamArguments,
+        way: &'a Way,
+        runs: Vec<(Setting, Vec<Run>)>,
+    ) -> Self {
+        let has_orders = arguments.source.has_orders();
+        let workers = arguments.runs.workers();
+        let source = arguments.source.said(arguments.wanted());
+        let choice = match arguments.choice {
             Choice::Fullest => {
                 "the fullest container in which an item of the buffer has a valid placement"
             }
             Choice::Best => "the container of the valid placement with the best value",
         };
+        let has_arm = runs
+            .iter()
+            .any(|(_, runs)| runs.iter().any(|run| !run.cycle_s.is_empty()));
+        let settings: Vec<Setting> = runs.iter().map(|(setting, _)| *setting).collect();
+        let runs = runs
+            .into_iter()
+            .map(|(setting, runs)| (setting.shown(has_orders), runs));
+        let mut lines = Lines::new("name", runs.collect());
+        lines.keep("setting", settings);
         let mut text = format!(
             "# Streams: several containers open\n\n\
-             {} streams of {} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
+             {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
              has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
-             {WIDENED} Decision times are of one step on one thread, {} streams at once.\n\n\
-             | open | closed | mesh volume (cm³) | difference (cm³) | | items | containers per 1,000 items | unsteady | steps widened | fit nowhere | \
-             decision, median | 95 % |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-            self.streams,
-            self.source,
-            self.first_stream,
-            self.way.name,
-            self.way.method.buffer,
-            self.workers
+             {WIDENED} Decision times are of one step on one thread, {workers} streams at once.\n\n{}",
+            arguments.streams,
+            arguments.first,
+            way.name,
+            way.method.buffer,
+            lines.table("open", &volumes()),
         );
-        for line in &self.lines {
+        if has_orders {
             text += &format!(
-                "| {} | {} | {} | {} | {:+.1} % | {} | {} | {:.1} % ({} of {}) | {} | {} | {:.1} ms | {:.1} ms |\n",
-                line.setting.shown(self.has_orders),
-                line.closed,
-                line.meshes_cm3.shown(0),
-                line.difference_cm3.shown(0),
-                line.difference_percent,
-                line.items.shown(1),
-                line.containers_per_thousand.shown(1),
-                percentage(line.unsteady, line.placed),
-                line.unsteady,
-                line.placed,
-                line.steps_widened,
-                line.unplaceable,
-                line.decision_median_s * 1e3,
-                line.decision_95_s * 1e3
+                "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
+                 stream. *Complete* orders have all of their items in containers.\n\n{}",
+                lines.table("open", &orders())
             );
         }
-        if self.has_orders {
-            text += &self.orders_markdown();
-        }
-        if self.lines.iter().any(|line| line.cycle_s.is_some()) {
-            text += &self.arm_markdown();
-        }
-        text + &self.closings_markdown()
-    }
-
-    fn arm_markdown(&self) -> String {
-        let mut text = "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n\
-                        | open | cycle (s) | litres an hour |\n|---|---|---|\n"
-            .to_owned();
-        for line in &self.lines {
-            if let Some(cycle_s) = line.cycle_s {
-                text += &format!(
-                    "| {} | {} | {:.0} |\n",
-                    line.setting.shown(self.has_orders),
-                    cycle_s.shown(2),
-                    line.litres_an_item * 3600.0 / cycle_s.mean
-                );
-            }
-        }
-        text
-    }
-
-    /// Why containers were closed, of which sizes.
-    fn closings_markdown(&self) -> String {
-        let mut text =
-            "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n\
-             | open | closed | by | sizes | filled |\n|---|---|---|---|---|\n"
-                .to_owned();
-        for line in &self.lines {
+        if has_arm {
             text += &format!(
-                "| {} | {} | {} | {} | {:.1} % |\n",
-                line.setting.shown(self.has_orders),
-                line.closed,
-                listed(&line.closed_by),
-                listed(&line.closed_sizes),
-                line.filled_percent
+                "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n{}",
+                lines.table("open", &cycles())
             );
         }
-        text
-    }
-
-    fn orders_markdown(&self) -> String {
-        let mut text = "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-                        stream. *Complete* orders have all of their items in containers.\n\n\
-                        | open | containers used | difference | | containers an order | orders in one container | complete orders |\n\
-                        |---|---|---|---|---|---|---|\n"
-            .to_owned();
-        for line in &self.lines {
-            text += &format!(
-                "| {} | {} | {} | {:+.1} % | {} | {:.1} % | {:.1} % |\n",
-                line.setting.shown(true),
-                line.used.shown(1),
-                line.used_difference.shown(1),
-                line.used_difference_percent,
-                line.containers_an_order.shown(2),
-                line.in_one_container_percent,
-                line.complete_percent
-            );
+        text += &format!(
+            "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n{}",
+            lines.table("open", &closings())
+        );
+        Self {
+            workers,
+            first_stream: arguments.first,
+            streams: arguments.streams,
+            source,
+            has_orders,
+            choice: arguments.choice,
+            way,
+            lines,
+            text,
         }
-        text
     }
 }

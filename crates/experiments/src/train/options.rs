@@ -3,9 +3,9 @@
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{Choice, one_of, parse_device, positive};
-use ppnpack_model::architecture::{Architecture, Finest, Fusion, Normalisation};
+use ppnpack_model::architecture::{Architecture, Fusion};
 use ppnpack_model::settings::{
-    Device, Loss, LossOver, MOST_VALIDATION_TENTHS, RegressionTarget, Schedule, TrainingSettings,
+    Device, Loss, LossOver, MOST_VALIDATION_TENTHS, Schedule, TrainingSettings,
 };
 
 use crate::workers;
@@ -14,8 +14,7 @@ use crate::workers;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Network")]
 pub(crate) struct SizeOptions {
-    /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper's text has 64,128,256,512,
-    /// its published code 64,128,256,512,1024 with --finest full
+    /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper has 64,128,256,512
     #[arg(
         long,
         value_name = "LIST",
@@ -27,10 +26,6 @@ pub(crate) struct SizeOptions {
     /// Channels at the container's resolution
     #[arg(long, value_name = "COUNT", default_value_t = 8)]
     head: usize,
-
-    /// The finest resolution at which the features of container and item meet
-    #[arg(long, value_parser = one_of(&FINESTS), default_value = "half")]
-    finest: Finest,
 }
 
 impl SizeOptions {
@@ -39,7 +34,6 @@ impl SizeOptions {
         let architecture = Architecture {
             widths: self.widths.clone(),
             head: self.head,
-            finest: self.finest,
             ..Architecture::default()
         };
         architecture.validate().or_input()?;
@@ -57,10 +51,6 @@ pub(super) struct NetworkOptions {
     #[arg(long, value_parser = one_of(&FUSIONS), default_value = "correlation")]
     fusion: Fusion,
 
-    /// How activations are normalised
-    #[arg(long, value_parser = one_of(&NORMALISATIONS), default_value = "batch")]
-    normalisation: Normalisation,
-
     /// Leave out the exact resting heights: the network of the paper sees heightmaps alone
     #[arg(long)]
     no_resting_heights: bool,
@@ -70,7 +60,6 @@ impl NetworkOptions {
     fn architecture(&self) -> Outcome<Architecture> {
         Ok(Architecture {
             fusion: self.fusion,
-            normalisation: self.normalisation,
             resting_heights: !self.no_resting_heights,
             ..self.size.architecture()?
         })
@@ -92,11 +81,7 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "WEIGHT", value_parser = misfit_weight)]
     misfit_weight: Option<f64>,
 
-    /// What --loss mse approximates
-    #[arg(long, value_parser = one_of(&REGRESSION_TARGETS), default_value = "above-optimum")]
-    regress_to: RegressionTarget,
-
-    /// Up to where --loss mse tells what it approximates apart, in units of the objective [default: 10 above the optimum]
+    /// Up to where --loss mse tells values apart, in units of the objective above the optimum [default: 10]
     #[arg(long, value_name = "VALUE", value_parser = positive, allow_hyphen_values = true)]
     cut_off: Option<f64>,
 
@@ -127,18 +112,12 @@ impl TrainingOptions {
             let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
             return Err(Failure::input(what));
         }
-        // The cut-off that is usual above the optimum is below nearly all values.
-        if self.regress_to == RegressionTarget::Value && self.cut_off.is_none() {
-            let what = "--regress-to value needs --cut-off, a value that few placements exceed, such as 200";
-            return Err(Failure::input(what));
-        }
         let usual = TrainingSettings::default();
         Ok(TrainingSettings {
             architecture: network.architecture()?,
             loss: self.loss,
             loss_over: self.loss_over,
             misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
-            regress_to: self.regress_to,
             cut_off: self.cut_off.unwrap_or(usual.cut_off),
             epochs: self.epochs as usize,
             learning_rate: self.learning_rate,
@@ -214,19 +193,6 @@ impl RunOptions {
     }
 }
 
-const FINESTS: [Choice<Finest>; 2] = [
-    (
-        "half",
-        Finest::Half,
-        "Half of the container's, as in the paper's text",
-    ),
-    (
-        "full",
-        Finest::Full,
-        "The container's, as in its published code",
-    ),
-];
-
 const FUSIONS: [Choice<Fusion>; 2] = [
     (
         "correlation",
@@ -236,26 +202,12 @@ const FUSIONS: [Choice<Fusion>; 2] = [
     ("concat", Fusion::Concatenation, "Side by side"),
 ];
 
-const NORMALISATIONS: [Choice<Normalisation>; 2] = [
-    ("batch", Normalisation::Batch, "Over the batch"),
-    ("none", Normalisation::None, "Not at all"),
-];
-
-const REGRESSION_TARGETS: [Choice<RegressionTarget>; 2] = [
-    (
-        "above-optimum",
-        RegressionTarget::AboveOptimum,
-        "How far a value lies above the candidate's optimum",
-    ),
-    ("value", RegressionTarget::Value, "The value itself"),
-];
-
 const LOSSES: [Choice<Loss>; 2] = [
     ("ranking", Loss::Ranking, "The optima rank above the rest"),
     (
         "mse",
         Loss::Mse,
-        "Regression to the heuristic's values; needs a dataset made with --values",
+        "Regression to how far the heuristic's values lie above the optimum; needs a dataset made with --values",
     ),
 ];
 

@@ -23,6 +23,6 @@ pub(crate) fn catalogue(grid: &Grid) -> Catalogue {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
     let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
     let settings = Settings::default();
-    let source = ppnpack_household::source(name, &settings.cache);
+    let source = ppnpack_household::source(name);
     Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap()
 }

@@ -1,8 +1,6 @@
-//! Which triangle is nearest at each pixel: the part that cameras and lights share.
+//! Which triangle is nearest at each pixel.
 //!
-//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit, for pinholes alone, with a
-//! triangle's number per pixel. This one draws: `f32`, for the parallel rays of lights too, and what a pixel keeps is up to
-//! who shades it.
+//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit. This one draws, in `f32`.
 #![allow(
     clippy::indexing_slicing,
     reason = "pixel indices stay below width x height, as each loop clamps its range; vertex indices are valid in every Geometry"
@@ -17,27 +15,19 @@ use crate::image::Size;
 /// Nothing closer to the eye than this, in metres, is drawn.
 const NEAREST_M: f32 = 1e-3;
 
-/// The extent of nothing: see [`ShadowMap::extent`].
-const NO_EXTENT: [f32; 4] = [
-    f32::INFINITY,
-    f32::NEG_INFINITY,
-    f32::INFINITY,
-    f32::NEG_INFINITY,
-];
-
 /// A vertex in a picture: pixels from the top left, and a measure that grows towards the viewer and is linear across
 /// the picture.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Projected {
-    pub(super) x: f32,
-    pub(super) y: f32,
+struct Projected {
+    x: f32,
+    y: f32,
     /// Not positive where the vertex cannot be drawn.
-    pub(super) nearness: f32,
+    nearness: f32,
 }
 
 /// Calls `visit(pixel index, nearness)` for every pixel whose centre lies in the triangle.
 #[inline]
-pub(super) fn fill_triangle(
+fn fill_triangle(
     [a, b, c]: [Projected; 3],
     width: usize,
     height: usize,
@@ -88,7 +78,7 @@ pub(super) fn fill_triangle(
 /// A camera aimed at a picture of a given size.
 #[derive(Debug, Clone)]
 pub(super) struct Lens {
-    pub(super) eye: Point3<f32>,
+    eye: Point3<f32>,
     forward: Vector3<f32>,
     right: Vector3<f32>,
     up: Vector3<f32>,
@@ -137,14 +127,6 @@ impl Lens {
             nearness: 1.0 / depth,
         }
     }
-
-    /// From the eye through a pixel's centre, as long as one metre of depth.
-    #[inline]
-    pub(super) fn ray(&self, column: usize, row: usize) -> Vector3<f32> {
-        let x = (column as f32 + 0.5 - self.centre.x) / self.focal;
-        let y = (self.centre.y - row as f32 - 0.5) / self.focal;
-        self.forward + self.right * x + self.up * y
-    }
 }
 
 /// What a camera sees: per pixel the nearest triangle.
@@ -186,129 +168,10 @@ impl View {
         }
     }
 
-    /// The triangle seen at a pixel, and its depth in metres.
+    /// The triangle seen at a pixel.
     #[inline]
-    pub(super) fn at(&self, pixel: usize) -> Option<(usize, f32)> {
-        let nearness = self.nearness[pixel];
-        (nearness > 0.0).then(|| (self.triangle[pixel] as usize, 1.0 / nearness))
-    }
-}
-
-/// What a distant light sees: how far towards it the nearest surface is, over a square around the focus.
-pub(super) struct ShadowMap {
-    side: usize,
-    texels_per_m: f32,
-    focus: Point3<f32>,
-    /// Along the map's columns and rows (in texels per metre) and towards the light (of unit length).
-    axes: [Vector3<f32>; 3],
-    /// The texels that anything can be drawn on: least and greatest column, least and greatest row.
-    extent: [f32; 4],
-    nearness: Vec<f32>,
-    projected: Vec<Projected>,
-}
-
-impl ShadowMap {
-    /// A map of `side` x `side` texels.
-    pub(super) fn new(side: usize) -> Self {
-        Self {
-            side,
-            texels_per_m: 1.0,
-            focus: Point3::origin(),
-            axes: [Vector3::zeros(); 3],
-            extent: NO_EXTENT,
-            nearness: vec![f32::NEG_INFINITY; side * side],
-            projected: Vec::new(),
-        }
-    }
-
-    /// Draws what casts shadows as seen from a light in the direction `towards_light`, which has unit length.
-    pub(super) fn draw(&mut self, geometry: &Geometry, towards_light: &Vector3<f32>) {
-        let (focus, radius) = geometry.focus;
-        self.focus = focus;
-        self.texels_per_m = self.side as f32 / (2.0 * radius);
-        let right = towards_light
-            .cross(&Vector3::z())
-            .try_normalize(1e-3)
-            .unwrap_or_else(Vector3::x);
-        let down = right.cross(towards_light);
-        self.axes = [
-            right * self.texels_per_m,
-            down * self.texels_per_m,
-            *towards_light,
-        ];
-
-        self.nearness.fill(f32::NEG_INFINITY);
-        let mut projected = std::mem::take(&mut self.projected);
-        projected.clear();
-        let casters = geometry.vertices.iter().take(geometry.caster_vertices);
-        projected.extend(casters.map(|vertex| self.project(vertex)));
-        self.extent = projected
-            .iter()
-            .fold(NO_EXTENT, |[low_x, high_x, low_y, high_y], at| {
-                [
-                    low_x.min(at.x),
-                    high_x.max(at.x),
-                    low_y.min(at.y),
-                    high_y.max(at.y),
-                ]
-            });
-        for triangle in geometry.triangles.iter().take(geometry.caster_triangles) {
-            let corners = triangle.map(|corner| projected[corner as usize]);
-            fill_triangle(corners, self.side, self.side, |texel, nearness| {
-                let nearest = &mut self.nearness[texel];
-                if nearness > *nearest {
-                    *nearest = nearness;
-                }
-            });
-        }
-        self.projected = projected;
-    }
-
-    #[inline]
-    fn project(&self, point: &Point3<f32>) -> Projected {
-        let [right, down, towards_light] = &self.axes;
-        let offset = point - self.focus;
-        let half = self.side as f32 / 2.0;
-        Projected {
-            x: half + offset.dot(right),
-            y: half + offset.dot(down),
-            nearness: offset.dot(towards_light),
-        }
-    }
-
-    /// The share of the light that reaches a point, from two looks around it: `spin` (cosine and sine) turns
-    /// them, `radius_m` is how far they reach. Points outside the map are lit.
-    #[inline]
-    pub(super) fn visibility(
-        &self,
-        point: &Point3<f32>,
-        normal: &Vector3<f32>,
-        spin: [f32; 2],
-        radius_m: f32,
-    ) -> f32 {
-        // One near and one far, on opposite sides; the passes turn them all around.
-        const NEAR: f32 = 0.45;
-        const FAR: f32 = -0.90;
-        let texel_m = 1.0 / self.texels_per_m;
-        // Looking from a little above the surface keeps it from shading itself.
-        let lifted = self.project(&(point + normal * (1.5 * texel_m + 0.25 * radius_m)));
-        let radius = radius_m * self.texels_per_m;
-        let [low_x, high_x, low_y, high_y] = self.extent;
-        let reached = lifted.x > low_x - radius
-            && lifted.x < high_x + radius
-            && lifted.y > low_y - radius
-            && lifted.y < high_y + radius;
-        if !reached {
-            return 1.0;
-        }
-        let least = lifted.nearness + 0.5 * texel_m;
-        let side = self.side as f32;
-        let lit = |distance: f32| {
-            let column = lifted.x + distance * radius * spin[0];
-            let row = lifted.y + distance * radius * spin[1];
-            let inside = column >= 0.0 && row >= 0.0 && column < side && row < side;
-            !inside || self.nearness[row as usize * self.side + column as usize] <= least
-        };
-        0.5 * f32::from(u8::from(lit(NEAR)) + u8::from(lit(FAR)))
+    pub(super) fn at(&self, pixel: usize) -> Option<usize> {
+        let nearness = self.nearness.get(pixel)?;
+        (*nearness > 0.0).then(|| self.triangle[pixel] as usize)
     }
 }

@@ -1,10 +1,10 @@
 use nalgebra::Vector3;
-use ppnpack_model::architecture::{Architecture, Finest, Normalisation};
+use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::settings::TrainingSettings;
 use ppnpack_model::weights::to_bytes;
 use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
-use ppnpack_packing::item::{ItemView, ViewSurfaces};
+use ppnpack_packing::item::ViewSurfaces;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -48,14 +48,6 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
         },
     };
     Model::new("a test", &bytes, card).unwrap()
-}
-
-/// The architecture that ships, and the one whose features meet at the container's own resolution.
-fn architectures() -> [Architecture; 2] {
-    [Finest::Half, Finest::Full].map(|finest| Architecture {
-        finest,
-        ..Architecture::default()
-    })
 }
 
 fn plain(architecture: &Architecture) -> Model {
@@ -111,14 +103,12 @@ fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
     let resolution = Grid::reference().resolution().clone();
     // The second admits items that need a larger canvas than others do.
     for grid in [Grid::reference(), Grid::new(long, resolution).unwrap()] {
-        for architecture in architectures() {
-            a_batch_gives_what_single_runs_give(&grid, &architecture);
-        }
+        a_batch_gives_what_single_runs_give(&grid);
     }
 }
 
-fn a_batch_gives_what_single_runs_give(grid: &Grid, architecture: &Architecture) {
-    let model = plain(architecture);
+fn a_batch_gives_what_single_runs_give(grid: &Grid) {
+    let model = plain(&Architecture::default());
     let (items, scene) = (items(5), heightmap(grid, 1));
     let all: Vec<&Item> = items.iter().collect();
     let mut batched = Inference::new(&model, grid, Device::Cpu).unwrap();
@@ -137,43 +127,6 @@ fn a_batch_gives_what_single_runs_give(grid: &Grid, architecture: &Architecture)
 }
 
 #[test]
-fn at_the_full_resolution_scores_move_with_what_lies_there() {
-    let grid = Grid::reference();
-    let model = plain(&Architecture {
-        widths: vec![4],
-        finest: Finest::Full,
-        resting_heights: false,
-        ..Architecture::default()
-    });
-    let items = items(20);
-    let is_small = |view: &ItemView| view.nx().max(view.ny()) < 12;
-    let small = items.iter().find(|item| is_small(&item.views()[0]));
-    let item = small.unwrap();
-    let view = &item.views()[0];
-    let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
-    let layout = inference.layout;
-    let mut scores = |bump: (usize, usize)| {
-        let mut heights = vec![0; grid.nx() * grid.ny()];
-        heights[bump.0 * grid.ny() + bump.1] = 50;
-        let scene = Heightmap::from_units(grid.nx(), grid.ny(), heights).unwrap();
-        inference.score(&scene, &[item]).unwrap().scores
-    };
-    let still = scores((15, 15));
-    let at = |scores: &[f32], x, y| scores[layout.cell_of((x, y), view)];
-    for (dx, dy) in [(1, 0), (0, 1)] {
-        let moved = scores((15 + dx, 15 + dy));
-        // Where neither convolutions nor the item reach a wall.
-        let (free_x, free_y) = (3..grid.nx() - view.nx() - 3, 3..grid.ny() - view.ny() - 3);
-        let mut differing = 0;
-        for (x, y) in free_x.flat_map(|x| free_y.clone().map(move |y| (x, y))) {
-            close(&[at(&still, x, y)], &[at(&moved, x + dx, y + dy)]);
-            differing += usize::from(at(&still, x, y) != at(&moved, x, y));
-        }
-        assert!(differing > 0, "the bump changes no score");
-    }
-}
-
-#[test]
 fn folding_changes_nothing() {
     let grid = Grid::reference();
     let shaken = |parameters: &Parameters| {
@@ -183,40 +136,29 @@ fn folding_changes_nothing() {
             }
         }
     };
-    let without = architectures().map(|architecture| Architecture {
-        normalisation: Normalisation::None,
-        ..architecture
-    });
-    for architecture in architectures().into_iter().chain(without) {
-        let model = model(&architecture, shaken);
-        let items = items(3);
-        let all: Vec<&Item> = items.iter().collect();
-        let scene = heightmap(&grid, 3);
-        let mut folded = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        let expected = folded.score(&scene, &all).unwrap();
-        // The same with normalisation left in place.
-        let mut plain = Inference::new(&model, &grid, Device::Cpu).unwrap();
-        let (mut unfolded, parameters) = Network::new(&architecture, tch::Device::Cpu).unwrap();
-        for (name, tensor) in parameters.tensors() {
-            copy_into("a test", name, &model.tensors()[name], tensor).unwrap();
-        }
-        unfolded.set_training(false);
-        plain.network = unfolded;
-        let found = plain.score(&scene, &all).unwrap();
-        close(&expected.scores, &found.scores);
+    let architecture = Architecture::default();
+    let model = model(&architecture, shaken);
+    let items = items(3);
+    let all: Vec<&Item> = items.iter().collect();
+    let scene = heightmap(&grid, 3);
+    let mut folded = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let expected = folded.score(&scene, &all).unwrap();
+    // The same with normalisation left in place.
+    let mut plain = Inference::new(&model, &grid, Device::Cpu).unwrap();
+    let (mut unfolded, parameters) = Network::new(&architecture, tch::Device::Cpu).unwrap();
+    for (name, tensor) in parameters.tensors() {
+        copy_into("a test", name, &model.tensors()[name], tensor).unwrap();
     }
+    unfolded.set_training(false);
+    plain.network = unfolded;
+    let found = plain.score(&scene, &all).unwrap();
+    close(&expected.scores, &found.scores);
 }
 
 #[test]
 fn every_proposal_fits_and_no_placement_is_proposed_twice() {
-    for architecture in architectures() {
-        every_proposal_fits(&architecture);
-    }
-}
-
-fn every_proposal_fits(architecture: &Architecture) {
     let grid = Grid::reference();
-    let model = plain(architecture);
+    let model = plain(&Architecture::default());
     let (items, scene) = (items(6), heightmap(&grid, 4));
     let all: Vec<&Item> = items.iter().collect();
     let mut inference = Inference::new(&model, &grid, Device::Cpu).unwrap();
@@ -336,15 +278,13 @@ fn maps_have_the_lowest_score_of_each_cell() {
     let items = items(4);
     let all: Vec<&Item> = items.iter().collect();
     for grid in [Grid::reference(), uneven()] {
-        for architecture in architectures() {
-            maps_agree_with_single_placements(&grid, &architecture, &all);
-        }
+        maps_agree_with_single_placements(&grid, &all);
     }
 }
 
 /// Cell by cell, what a map says is looked for among the scores of all placements that fit.
-fn maps_agree_with_single_placements(grid: &Grid, architecture: &Architecture, items: &[&Item]) {
-    let model = plain(architecture);
+fn maps_agree_with_single_placements(grid: &Grid, items: &[&Item]) {
+    let model = plain(&Architecture::default());
     let mut inference = Inference::new(&model, grid, Device::Cpu).unwrap();
     let scene = heightmap(grid, 8);
     let scores = inference.score(&scene, items).unwrap();

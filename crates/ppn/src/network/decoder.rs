@@ -2,7 +2,7 @@
 
 use tch::{TchError, Tensor};
 
-use ppnpack_model::architecture::{Architecture, Finest, Normalisation};
+use ppnpack_model::architecture::Architecture;
 
 use super::fusion::fused_width;
 use super::layers::Mixing;
@@ -16,8 +16,7 @@ pub(crate) const RESTING_CHANNELS: i64 = 2;
 ///
 /// Each output cell of such a de-convolution has one input cell, so it is a [`Mixing`] to four times the channels,
 /// spread over the four output cells. At the container's resolution nothing mixes neighbours any more, so the four
-/// are left apart as *phases*: cell `(2 x + dx, 2 y + dy)` is cell `(x, y)` of phase `2 dx + dy`. Where the finest features are at
-/// that resolution already, the hidden layer is taken apart so.
+/// are left apart as *phases*: cell `(2 x + dx, 2 y + dy)` is cell `(x, y)` of phase `2 dx + dy`.
 #[derive(Debug)]
 pub(super) struct Decoder {
     blocks: Vec<Mixing>,
@@ -25,7 +24,6 @@ pub(super) struct Decoder {
     hidden: Mixing,
     resting: Option<Tensor>,
     score: Mixing,
-    finest: Finest,
 }
 
 impl Decoder {
@@ -34,7 +32,6 @@ impl Decoder {
         architecture: &Architecture,
     ) -> Result<Self, TchError> {
         let head = architecture.head as i64;
-        let normalisation = architecture.normalisation;
         let widths = architecture.widths.iter().map(|width| *width as i64);
         let widths: Vec<i64> = widths.collect();
         let mut blocks = Vec::new();
@@ -44,30 +41,21 @@ impl Decoder {
             decoded = widths.get(level - 1).copied().unwrap_or(head);
             let name = format!("decoder.{level}");
             let shape = (inputs, 4 * decoded);
-            blocks.push(Mixing::new(parameters, &name, shape, normalisation)?);
+            blocks.push(Mixing::new(parameters, &name, shape)?);
         }
         let finest = widths.first().copied().unwrap_or(head);
         let inputs = decoded + fused_width(architecture.fusion, finest);
-        let none = Normalisation::None;
-        let spread = match architecture.finest {
-            Finest::Half => 4 * head,
-            Finest::Full => head,
-        };
-        let mut layer = |name: &str, shape, normalisation| {
-            Mixing::new(parameters, &format!("head.{name}"), shape, normalisation)
-        };
         Ok(Self {
             blocks,
-            mixing: layer("mixing", (inputs, 2 * head), normalisation)?,
-            hidden: layer("hidden", (2 * head, spread), none)?,
-            score: layer("score", (head, 1), none)?,
+            mixing: Mixing::new(parameters, "head.mixing", (inputs, 2 * head))?,
+            hidden: Mixing::plain(parameters, "head.hidden", (2 * head, 4 * head))?,
+            score: Mixing::plain(parameters, "head.score", (head, 1))?,
             resting: if architecture.resting_heights {
                 let shape = [head, RESTING_CHANNELS];
                 Some(parameters.weight("head.resting.weight", &shape, RESTING_CHANNELS)?)
             } else {
                 None
             },
-            finest: architecture.finest,
         })
     }
 
@@ -95,7 +83,8 @@ impl Decoder {
         let input = beside(finest, decoded.as_ref())?;
         let mixed = self.mixing.forward(&input, training)?.f_relu_()?;
         let hidden = self.hidden.forward(&mixed, training)?;
-        let mut hidden = self.by_phase(&hidden, finest)?;
+        let (channels, cells) = hidden.size2()?;
+        let mut hidden = hidden.f_view([4, channels / 4, cells])?;
         if let (Some(weight), Some(resting)) = (&self.resting, resting) {
             let (head, channels) = weight.size2()?;
             let weight = weight.f_unsqueeze(0)?;
@@ -103,20 +92,6 @@ impl Decoder {
             hidden = hidden.f_baddbmm_(&weight, resting)?;
         }
         self.score.forward_phases(&hidden.f_relu_()?)
-    }
-
-    /// The hidden layer at the resolution of the finest features as `[4, head, N X Y / 4]`.
-    fn by_phase(&self, hidden: &Tensor, finest: &Tensor) -> Result<Tensor, TchError> {
-        let (channels, cells) = hidden.size2()?;
-        match self.finest {
-            Finest::Half => hidden.f_view([4, channels / 4, cells]),
-            Finest::Full => {
-                let (_, maps, nx, ny) = finest.size4()?;
-                let cells = hidden.f_view([channels, maps, nx / 2, 2, ny / 2, 2])?;
-                let phases = cells.f_permute([3, 5, 0, 1, 2, 4])?;
-                phases.f_reshape([4, channels, -1])
-            }
-        }
     }
 
     pub(super) fn folded(&self) -> Result<Self, TchError> {
@@ -127,7 +102,6 @@ impl Decoder {
             hidden: self.hidden.folded()?,
             score: self.score.folded()?,
             resting: self.resting.as_ref().map(Tensor::f_detach).transpose()?,
-            finest: self.finest,
         })
     }
 }

@@ -2,16 +2,15 @@
 
 use tch::{TchError, Tensor};
 
-use ppnpack_model::architecture::{Architecture, Finest};
+use ppnpack_model::architecture::Architecture;
 
 use super::layers::Convolution;
 use super::parameters::Parameters;
 
-/// Blocks of two 3 x 3 convolutions and a 2 x 2 maximum pool, after them or, in all but the first, before them.
+/// Blocks of two 3 x 3 convolutions and a 2 x 2 maximum pool.
 #[derive(Debug)]
 pub(super) struct Encoder {
     blocks: Vec<[Convolution; 2]>,
-    finest: Finest,
 }
 
 impl Encoder {
@@ -27,21 +26,16 @@ impl Encoder {
             let width = *width as i64;
             let mut convolution = |number: usize, inputs: i64| {
                 let name = format!("{name}.{level}.{number}");
-                let normalisation = architecture.normalisation;
-                Convolution::new(parameters, &name, (inputs, width), normalisation)
+                Convolution::new(parameters, &name, (inputs, width))
             };
             blocks.push([convolution(0, channels)?, convolution(1, width)?]);
             channels = width;
         }
-        Ok(Self {
-            blocks,
-            finest: architecture.finest,
-        })
+        Ok(Self { blocks })
     }
 
-    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block, or to twice that resolution where the first
-    /// block keeps the finest. Where a mask `[N, 1, X, Y]` is given, features outside of it are 0 at every layer, so that they do
-    /// not depend on the canvas around it.
+    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block. Where a mask `[N, 1, X, Y]` is given, features
+    /// outside of it are 0 at every layer, so that they do not depend on the canvas around it.
     pub(super) fn forward(
         &self,
         input: &Tensor,
@@ -50,23 +44,16 @@ impl Encoder {
     ) -> Result<Vec<Tensor>, TchError> {
         let mut mask = mask.map(Tensor::shallow_clone);
         let mut features: Vec<Tensor> = Vec::with_capacity(self.blocks.len());
-        for (level, block) in self.blocks.iter().enumerate() {
+        for block in &self.blocks {
             let mut current = features.last().unwrap_or(input).shallow_clone();
-            if self.finest == Finest::Full && level > 0 {
-                current = halved(&current)?;
-                mask = mask.as_ref().map(halved).transpose()?;
-            }
             for convolution in block {
                 current = convolution.forward(&current, training)?.f_relu_()?;
                 if let Some(mask) = &mask {
                     current = current.f_mul(mask)?;
                 }
             }
-            if self.finest == Finest::Half {
-                current = halved(&current)?;
-                mask = mask.as_ref().map(halved).transpose()?;
-            }
-            features.push(current);
+            features.push(halved(&current)?);
+            mask = mask.as_ref().map(halved).transpose()?;
         }
         Ok(features)
     }
@@ -76,7 +63,6 @@ impl Encoder {
         let blocks = self.blocks.iter().map(fold);
         Ok(Self {
             blocks: blocks.collect::<Result<_, TchError>>()?,
-            finest: self.finest,
         })
     }
 }

@@ -3,7 +3,6 @@
 use tch::{TchError, Tensor};
 
 use super::parameters::Parameters;
-use ppnpack_model::architecture::Normalisation;
 
 const MOMENTUM: f64 = 0.1;
 const EPSILON: f64 = 1e-5;
@@ -18,23 +17,15 @@ pub(super) struct BatchNorm {
 }
 
 impl BatchNorm {
-    /// The normalisation of the layer of this name, if it has one.
-    fn of(
-        parameters: &mut Parameters,
-        layer: &str,
-        channels: i64,
-        normalisation: Normalisation,
-    ) -> Result<Option<Self>, TchError> {
-        if normalisation == Normalisation::None {
-            return Ok(None);
-        }
+    /// The normalisation of the layer of this name.
+    fn of(parameters: &mut Parameters, layer: &str, channels: i64) -> Result<Self, TchError> {
         let name = |tensor: &str| format!("{layer}.normalisation.{tensor}");
-        Ok(Some(Self {
+        Ok(Self {
             scale: parameters.constant(&name("scale"), channels, 1.0)?,
             shift: parameters.constant(&name("shift"), channels, 0.0)?,
             mean: parameters.statistic(&name("mean"), channels, 0.0)?,
             variance: parameters.statistic(&name("variance"), channels, 1.0)?,
-        }))
+        })
     }
 
     fn forward(&self, input: &Tensor, training: bool) -> Result<Tensor, TchError> {
@@ -72,13 +63,12 @@ impl Convolution {
         parameters: &mut Parameters,
         name: &str,
         (inputs, outputs): (i64, i64),
-        normalisation: Normalisation,
     ) -> Result<Self, TchError> {
         let shape = [outputs, inputs, 3, 3];
         Ok(Self {
             weight: parameters.weight(&format!("{name}.weight"), &shape, inputs * 9)?,
             bias: parameters.constant(&format!("{name}.bias"), outputs, 0.0)?,
-            normalisation: BatchNorm::of(parameters, name, outputs, normalisation)?,
+            normalisation: Some(BatchNorm::of(parameters, name, outputs)?),
         })
     }
 
@@ -123,10 +113,22 @@ impl Mixing {
         parameters: &mut Parameters,
         name: &str,
         (inputs, outputs): (i64, i64),
-        normalisation: Normalisation,
+    ) -> Result<Self, TchError> {
+        let normalisation = BatchNorm::of(parameters, name, inputs)?;
+        Ok(Self {
+            normalisation: Some(normalisation),
+            ..Self::plain(parameters, name, (inputs, outputs))?
+        })
+    }
+
+    /// Without a normalisation.
+    pub(super) fn plain(
+        parameters: &mut Parameters,
+        name: &str,
+        (inputs, outputs): (i64, i64),
     ) -> Result<Self, TchError> {
         Ok(Self {
-            normalisation: BatchNorm::of(parameters, name, inputs, normalisation)?,
+            normalisation: None,
             weight: parameters.weight(&format!("{name}.weight"), &[outputs, inputs], inputs)?,
             bias: parameters.constant(&format!("{name}.bias"), outputs, 0.0)?,
         })

@@ -8,7 +8,7 @@ mod parameters;
 
 use tch::{Device, TchError, Tensor};
 
-use ppnpack_model::architecture::{Architecture, Finest};
+use ppnpack_model::architecture::Architecture;
 
 use decoder::Decoder;
 pub(crate) use decoder::RESTING_CHANNELS;
@@ -21,8 +21,7 @@ pub(crate) const CONTAINER_CHANNELS: i64 = 2;
 /// Channels of a view: upper surface and lower surface in decimetres, and 1 where there is material.
 pub(crate) const VIEW_CHANNELS: i64 = 3;
 
-/// Features of containers, from the finest resolution: `[S, C_i, X_i, Y_i]` with `X_i = X / 2^(i+1)`, or `X / 2^i` where the
-/// [finest](Architecture::finest) is the full resolution.
+/// Features of containers, from the finest resolution: `[S, C_i, X_i, Y_i]` with `X_i = X / 2^(i+1)`.
 pub(crate) type ContainerFeatures = Vec<Tensor>;
 /// Features of views, from the finest resolution: `[V, C_i, K_i, K_i]`, with `K_i` of `K` likewise.
 pub(crate) type ViewFeatures = Vec<Tensor>;
@@ -82,11 +81,8 @@ impl Network {
     pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
         let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
         let features = self.item.forward(views, Some(&mask), self.is_training)?;
-        let is_halved = |level| level > 0 || self.architecture.finest == Finest::Half;
-        let divided = features.into_iter().enumerate().map(|(level, features)| {
-            if is_halved(level) {
-                mask = halved(&mask)?;
-            }
+        let divided = features.into_iter().map(|features| {
+            mask = halved(&mask)?;
             let cells = mask.f_sum_dim_intlist([1_i64, 2, 3].as_slice(), true, None)?;
             features.f_div(&cells.f_clamp_min(1.0)?)
         });

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ppnpack_dataset::{CandidateRecord, StepRecord};
-use ppnpack_model::settings::RegressionTarget;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::{Item, ItemView};
@@ -74,7 +73,6 @@ pub(crate) struct Labels {
 /// What a regression's scores approximate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Regression {
-    pub(crate) target: RegressionTarget,
     /// In units of the objective; what is not valid has this target.
     pub(crate) cut_off: f32,
 }
@@ -83,14 +81,10 @@ impl Regression {
     /// The target of what is not valid or is cut off: near what an untrained network says.
     const CUT_OFF: f32 = 0.0;
 
-    /// The target of a placement whose value exceeds the candidate's least, `best`, by `above`: from -1 up to
-    /// [`Self::CUT_OFF`]. Within the scores that a network begins with, none of its training goes into reaching them.
-    fn of(self, best: f64, above: f32) -> f32 {
-        let target = match self.target {
-            RegressionTarget::AboveOptimum => above,
-            RegressionTarget::Value => best as f32 + above,
-        };
-        target.min(self.cut_off) / self.cut_off - 1.0
+    /// The target of a placement whose value exceeds the candidate's least by `above`: from -1 up to [`Self::CUT_OFF`]. Within the
+    /// scores that a network begins with, none of its training goes into reaching them.
+    fn of(self, above: f32) -> f32 {
+        above.min(self.cut_off) / self.cut_off - 1.0
     }
 }
 
@@ -239,7 +233,6 @@ impl BatchMaker {
                     candidate.values.as_ref(),
                 ) {
                     values.fill(Regression::CUT_OFF);
-                    let best = kept.best();
                     let Some(kept) = kept.yaws().get(yaw) else {
                         continue;
                     };
@@ -247,7 +240,7 @@ impl BatchMaker {
                     for (index, above) in kept.all_above_best().enumerate() {
                         let at = layout.cell_of((index / along_y, index % along_y), view);
                         if let Some(entry) = values.get_mut(at) {
-                            *entry = regression.of(best, above);
+                            *entry = regression.of(above);
                         }
                     }
                 }
@@ -342,19 +335,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn regression_approximates_values_above_the_optimum_or_themselves() {
-        let of = |target, above| {
-            let regression = Regression {
-                target,
-                cut_off: 40.0,
-            };
-            (regression.of(25.0, above) + 1.0) * 40.0
-        };
-        let invalid = f32::INFINITY;
-        let above =
-            [0.0, 12.0, 90.0, invalid].map(|above| of(RegressionTarget::AboveOptimum, above));
-        assert_eq!(above, [0.0, 12.0, 40.0, 40.0]);
-        let values = [0.0, 12.0, 90.0, invalid].map(|above| of(RegressionTarget::Value, above));
-        assert_eq!(values, [25.0, 37.0, 40.0, 40.0]);
+    fn regression_approximates_values_above_the_optimum() {
+        let regression = Regression { cut_off: 40.0 };
+        let of = |above| (regression.of(above) + 1.0) * 40.0;
+        assert_eq!(
+            [0.0, 12.0, 90.0, f32::INFINITY].map(of),
+            [0.0, 12.0, 40.0, 40.0]
+        );
     }
 }

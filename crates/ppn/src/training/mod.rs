@@ -130,7 +130,6 @@ impl<'a> Training<'a> {
     fn preparation(&self) -> Preparation {
         let settings = &self.request.settings;
         let regression = Regression {
-            target: settings.regress_to,
             cut_off: settings.cut_off as f32,
         };
         let maker = BatchMaker::new(

@@ -67,7 +67,7 @@ impl Settings {
     /// [`CatalogueError`] names what is wrong with it.
     pub fn load_catalogue(&self) -> Result<Catalogue, CatalogueError> {
         let settings = catalogue::Settings::default();
-        let source = ppnpack_household::source(&self.catalogue, &settings.cache);
+        let source = ppnpack_household::source(&self.catalogue);
         Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {})
     }
 

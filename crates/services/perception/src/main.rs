@@ -30,7 +30,7 @@ fn objects(process: &Process, settings: &Settings) -> Result<Option<Objects>> {
     let resolution = Resolution::reference();
     let settings = catalogue::Settings::default();
     let loaded = Catalogue::load(
-        &ppnpack_household::source(name, &settings.cache),
+        &ppnpack_household::source(name),
         &settings,
         &resolution,
         &|_, _| {},

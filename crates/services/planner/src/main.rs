@@ -24,7 +24,7 @@ fn main() -> ExitCode {
 /// The catalogue on the grid of each cell, in as many poses as any cell of that grid may use.
 fn catalogues(settings: &Settings) -> Result<Vec<Arc<Catalogue>>> {
     let usual = catalogue::Settings::default();
-    let source = ppnpack_household::source(&settings.catalogue, &usual.cache);
+    let source = ppnpack_household::source(&settings.catalogue);
     let mut resolutions: Vec<(Resolution, usize)> = Vec::new();
     for cell in settings.cells.values() {
         let resolution = cell.grid.resolution()?;
