@@ -10,6 +10,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
+#[allow(dead_code, reason = "nothing is refused here")]
 mod command;
 mod cube;
 
