@@ -23,4 +23,3 @@ mod stateless;
 mod trying;
 mod two_controllers;
 mod versions;
-mod viewing;
