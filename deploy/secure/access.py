@@ -26,7 +26,7 @@ CRATES = HERE.parent.parent / "crates"
 WIRE = CRATES / "wire" / "src"
 SERVICES = CRATES / "services"
 TABLE = pathlib.Path(os.environ.get("ACCESS") or HERE / "access.toml")
-ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "logs", "cells")
+ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "cells")
 # Answers for itself: what it says passes no access control.
 ROUTER = "router"
 # Health is asked for under any cell, and under `all`.
@@ -80,10 +80,6 @@ class Wire:
 
     def alive(self, service, cell="*"):
         return f"{self.prefix}/{cell}/@live/{service}/*"
-
-    def log(self):
-        """What processes log."""
-        return f"{self.prefix}/all/log/*"
 
     def anything_alive(self):
         return f"{self.prefix}/*/@live/**"
@@ -191,11 +187,6 @@ def rules_of(wire, name, entry):
         yield "answers", "ingress", ["declare_queryable", "reply"], answered
         yield "answers", "egress", ["query"], answered
         yield "is alive", "ingress", ["liveliness_token"], [wire.alive(service, cell) for cell in cells]
-        yield "logs", "ingress", ["put"], [wire.log()]
-        yield "logs", "egress", ["declare_subscriber"], [wire.log()]
-    if entry.get("logs"):
-        yield "reads logs", "ingress", ["declare_subscriber"], [wire.log()]
-        yield "reads logs", "egress", ["put"], [wire.log()]
 
 
 def check(wire, table):

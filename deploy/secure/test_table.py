@@ -48,7 +48,7 @@ class Table(unittest.TestCase):
         self.assertIn("observer: name its cells, as it changes what is in them, by bridge/hold", told)
 
     def test_the_network_shows_its_scores_in_every_cell_and_publishes_nothing_else_there(self):
-        self.assertEqual(self.keys("ppn", "ingress", "put"), ["ppnpack/v1/*/debug_scores", "ppnpack/v1/all/log/*"])
+        self.assertEqual(self.keys("ppn", "ingress", "put"), ["ppnpack/v1/*/debug_scores"])
         told = self.refusal(lambda table: table["ppn"]["publishes"].append("debug_scene"))
         self.assertIn("ppn: name its cells, as it changes what is in them, by debug_scene", told)
 
@@ -67,12 +67,6 @@ class Table(unittest.TestCase):
                 own = [key for key in self.keys(name, "ingress", message) if "/health" not in key]
                 self.assertTrue(own)
                 self.assertEqual([key for key in own if not key.startswith("ppnpack/v1/cell-1/")], [])
-
-    def test_services_log_and_who_looks_on_reads_it(self):
-        log = "ppnpack/v1/all/log/*"
-        for name, entry in self.table.items():
-            self.assertEqual(log in self.keys(name, "ingress", "put"), "serves" in entry, name)
-            self.assertEqual(log in self.keys(name, "ingress", "declare_subscriber"), name == "observer", name)
 
     def test_services_publish_and_read_what_their_sources_do(self):
         told = self.refusal(lambda table: table["planner"]["publishes"].append("debug_scene"))

@@ -13,7 +13,7 @@ use zenoh::Session;
 use crate::channels::{SceneChannel, StreamChannel};
 use crate::error::ViewError;
 use crate::planned::PlannedScenes;
-use crate::processes::{HealthChannel, LogChannel};
+use crate::processes::HealthChannel;
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
@@ -30,7 +30,6 @@ pub(crate) struct Cells {
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
     scenes: PlannedScenes,
-    log: LogChannel,
     health: HealthChannel,
     looked_at: Option<Instant>,
 }
@@ -46,7 +45,6 @@ impl Cells {
             session: session.clone(),
             cells: BTreeMap::new(),
             scenes: PlannedScenes::new(session),
-            log: LogChannel::new(&context)?,
             health: HealthChannel::new(&context)?,
             context,
             looked_at: None,
@@ -61,7 +59,6 @@ impl Cells {
             self.look(now + PATIENCE)?;
             self.health.follow(&self.session)?;
         }
-        self.log.follow(&self.session)?;
         for (cell, channels) in &mut self.cells {
             for stream in &mut channels.streams {
                 stream.follow(&self.session)?;

@@ -59,12 +59,6 @@ pub type SceneUpdate = Foxglove<messages::SceneUpdate>;
 /// [`cloud`] gives one.
 pub type PointCloud = Foxglove<messages::PointCloud>;
 
-/// [`log`] gives one.
-pub type Log = Foxglove<messages::Log>;
-
-/// How much a line of a log matters.
-pub use foxglove::messages::log::Level as LogLevel;
-
 impl Schema for messages::Grid {
     const NAME: &'static str = "Grid";
 }
@@ -75,10 +69,6 @@ impl Schema for messages::SceneUpdate {
 
 impl Schema for messages::PointCloud {
     const NAME: &'static str = "PointCloud";
-}
-
-impl Schema for messages::Log {
-    const NAME: &'static str = "Log";
 }
 
 impl<M: Schema> Name for Foxglove<M> {
@@ -312,24 +302,6 @@ pub fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud {
         point_stride: message.point_stride,
         fields: message.fields.iter().map(field).collect(),
         data: message.data.clone().into(),
-    })
-}
-
-/// A line of the log of a process, from a place in its sources.
-pub fn log(
-    at_ns: i64,
-    level: LogLevel,
-    message: String,
-    process: &str,
-    (file, line): (&str, u32),
-) -> Log {
-    Foxglove(messages::Log {
-        timestamp: Some(timestamp(at_ns)),
-        level: level.into(),
-        message,
-        name: process.to_owned(),
-        file: file.to_owned(),
-        line,
     })
 }
 

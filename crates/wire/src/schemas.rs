@@ -69,11 +69,6 @@ impl MessageSchema {
         }
     }
 
-    /// That of what processes log.
-    pub fn of_log() -> Self {
-        Self::of_foxglove::<messages::Log>()
-    }
-
     /// That of a message of Foxglove's.
     pub fn of_foxglove<M: Encode>() -> Self {
         let schema = M::get_schema();
