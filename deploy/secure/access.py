@@ -33,8 +33,6 @@ ROUTER = "router"
 ANY_CELL = ["*"]
 # What may be asked in every cell at once: requests that change nothing.
 LOOKS = ("explain", "heightmap", "outcome", "session", "shapes", "state")
-# What may be published in every cell at once: people look at it, and nothing reads it to act on it.
-SHOWN = ("debug_scores",)
 
 
 class Wrong(Exception):
@@ -134,7 +132,7 @@ def cells_of(name, entry):
 def changes(wire, name, entry):
     """What an identity publishes, and what it asks for that changes something."""
     asks = [f"{service}/{method}" for service, method in asked(wire, name, entry) if method not in (*LOOKS, "health")]
-    published = [stream for stream in streams(wire, name, entry, "publishes") if stream not in SHOWN]
+    published = streams(wire, name, entry, "publishes")
     return [*published, *entry.get("puts", []), *asks]
 
 

@@ -11,6 +11,7 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
+use crate::drawings::DRAWINGS;
 use crate::error::ViewError;
 use crate::planned::PlannedScenes;
 use crate::processes::HealthChannel;
@@ -86,8 +87,10 @@ impl Cells {
             }
             let streams = Stream::ALL.iter().copied();
             let streams = streams.map(|stream| StreamChannel::new(&self.context, &cell, stream));
+            let drawn = DRAWINGS.iter();
+            let drawn = drawn.map(|drawing| StreamChannel::drawn(&self.context, &cell, drawing));
             let channels = CellChannels {
-                streams: streams.collect::<Result<_, _>>()?,
+                streams: streams.chain(drawn).collect::<Result<_, _>>()?,
                 scene: SceneChannel::new(&self.context, &cell)?,
             };
             self.cells.insert(cell, channels);

@@ -8,6 +8,7 @@
 mod arm;
 mod cells;
 mod channels;
+mod drawings;
 mod error;
 mod planned;
 mod processes;

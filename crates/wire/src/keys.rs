@@ -156,14 +156,6 @@ chunks! {
         Session = "session",
         /// [`PlanningRecord`](crate::v1::PlanningRecord): what steps were planned on, from the planner.
         Record = "record",
-        /// The heightmap as a `foxglove.Grid`, from perception.
-        DebugHeightmap = "debug_heightmap",
-        /// The content as a `foxglove.SceneUpdate`, from the bridge.
-        DebugScene = "debug_scene",
-        /// The cloud as a `foxglove.PointCloud`, from the bridge.
-        DebugCloud = "debug_cloud",
-        /// The network's scores as a `foxglove.Grid`, from ppn.
-        DebugScores = "debug_scores",
     }
 }
 

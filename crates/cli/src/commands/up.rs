@@ -265,8 +265,6 @@ impl UpArguments {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
-            // Beside the streams of the services, viewers draw those.
-            debug_streams: self.viewers.is_some() || self.ros.is_some(),
             ..stack::Sensing::default()
         };
         if let Some(camera) = simulated.camera {

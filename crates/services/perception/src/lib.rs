@@ -18,7 +18,6 @@ mod round;
 mod router;
 mod sensors;
 mod settings;
-mod streams;
 mod tray;
 mod worker;
 

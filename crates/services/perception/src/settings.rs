@@ -49,8 +49,6 @@ pub struct Settings {
     pub clouds_mib: usize,
     /// Requests that wait for a heightmap at most; more are refused.
     pub queue: usize,
-    /// Whether streams for people to look at are published too.
-    pub debug_streams: bool,
     /// Cameras whose drivers publish clouds as ROS 2 does.
     pub ros: Vec<RosCamera>,
     /// The objects that can be recognised: `builtin`, or a folder of meshes. Without, nothing is recognised.
@@ -73,7 +71,6 @@ impl Default for Settings {
             sensor_restart_after_s: 2.0,
             clouds_mib: 192,
             queue: 256,
-            debug_streams: false,
             ros: Vec::new(),
             catalogue: None,
             trays: BTreeMap::new(),

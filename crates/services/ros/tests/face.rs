@@ -10,7 +10,6 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
 use ppnpack_ros::description::Message;
@@ -34,7 +33,6 @@ use ppnpack_service::stream::{self, Publisher};
 use ppnpack_service::{Running, alive};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::debug;
 use ppnpack_wire::keys::{Cell, Service as Of, Stream};
 use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
 use zenoh::query::ReplyKeyExpr;
@@ -213,16 +211,9 @@ fn whoever_comes_later_is_given_what_is_so() {
 #[test]
 fn what_nobody_followed_is_not_given_to_who_comes_later() {
     let rig = Rig::new(&Settings::default());
-    let scenes = Publisher::new(&rig.bridge, &cell(), Stream::DebugScene).unwrap();
-    let size = ContainerSize {
-        x_m: 0.4,
-        y_m: 0.3,
-        z_m: 0.2,
-    };
-    let scene = debug::scene(&cell(), 0, size, &[], None);
     let topic = "/ppnpack/cell_1/scene";
     let (drawn, subscription) = rig.listen::<MarkerArray>(topic);
-    comes(&drawn, || scenes.put(&scene).unwrap(), |_| true);
+    comes(&drawn, || rig.states.put(&state()).unwrap(), |_| true);
     assert!(rig.last::<MarkerArray>(topic).is_some());
     drop(subscription);
     let until = Instant::now() + PATIENCE;
