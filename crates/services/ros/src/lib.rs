@@ -6,7 +6,6 @@
 
 mod cell;
 mod cells;
-mod claims;
 mod convert;
 mod error;
 mod frames;
