@@ -179,8 +179,12 @@ impl ServiceSettings for Settings {
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
         in_range("clouds_mib", self.clouds_mib, 1..=65_536)?;
         in_range("queue", self.queue, 1..=65_536)?;
-        ros::validate(&self.ros, |cell| {
-            self.grid_of(cell).map(|_| self.sensors_of(cell))
+        ros::validate(&self.ros, |cell, is_tray| match is_tray {
+            true => self
+                .trays
+                .contains_key(cell.as_str())
+                .then(|| Sensors::new(&[])),
+            false => self.grid_of(cell).map(|_| self.sensors_of(cell)),
         })
     }
 }
