@@ -3,10 +3,10 @@
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use foxglove::{Context, PartialMetadata, RawChannel, Schema, messages};
+use foxglove::messages::SceneUpdate;
+use foxglove::{Context, PartialMetadata, RawChannel, Schema};
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
-use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::schemas::MessageSchema;
 use prost::Message;
@@ -99,7 +99,7 @@ pub(crate) struct SceneChannel {
 
 impl SceneChannel {
     pub(crate) fn new(context: &Arc<Context>, cell: &Cell) -> Result<Self, ViewError> {
-        let schema = MessageSchema::of_foxglove::<messages::SceneUpdate>();
+        let schema = MessageSchema::of_foxglove::<SceneUpdate>();
         Ok(Self {
             channel: channel(context, cell.as_str(), PLANNED_SCENE, schema)?,
             cell: cell.clone(),

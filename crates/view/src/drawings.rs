@@ -21,7 +21,7 @@ pub(crate) struct Drawing {
 }
 
 /// All streams that are drawn.
-pub(crate) const DRAWINGS: [Drawing; 3] = [
+pub(crate) static DRAWINGS: [Drawing; 3] = [
     Drawing {
         stream: Stream::Heightmap,
         name: "drawn_heightmap",

@@ -4,17 +4,15 @@
 //! `<cell>/container`.
 
 use foxglove::messages::{
-    self, Color, CubePrimitive, LinePrimitive, PackedElementField, Point3, Quaternion, SceneEntity,
-    SceneEntityDeletion, TextPrimitive, Timestamp, Vector2, Vector3, line_primitive,
-    packed_element_field, scene_entity_deletion,
+    self, Color, CubePrimitive, Grid, LinePrimitive, PackedElementField, Point3, PointCloud,
+    Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, TextPrimitive, Timestamp, Vector2,
+    Vector3, line_primitive, packed_element_field, scene_entity_deletion,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use ppnpack_packing::grid::{self, ContainerSize};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
-use prost::bytes::{Buf, BufMut};
-use prost::encoding::{DecodeContext, WireType};
-use prost::{DecodeError, Message, Name};
+use prost::bytes::BufMut;
 
 use crate::convert::{self, cloud::Cloud};
 use crate::keys::Cell;
@@ -30,66 +28,6 @@ const FLOAT_BYTES: u32 = 4;
 
 /// The edges of the cube that stands for an item whose shape is not known, in metres.
 const MARK_M: f64 = 0.02;
-
-/// A message of Foxglove's with its name, which those of the `foxglove` crate do not tell by prost's trait.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Foxglove<M>(pub M);
-
-/// A message whose schema is Foxglove's.
-pub trait Schema: Message + Default {
-    /// The schema's name, without its package.
-    const NAME: &'static str;
-}
-
-/// [`heightmap`] gives one.
-pub type Grid = Foxglove<messages::Grid>;
-
-/// [`state`] gives one.
-pub type SceneUpdate = Foxglove<messages::SceneUpdate>;
-
-/// [`cloud`] gives one.
-pub type PointCloud = Foxglove<messages::PointCloud>;
-
-impl Schema for messages::Grid {
-    const NAME: &'static str = "Grid";
-}
-
-impl Schema for messages::SceneUpdate {
-    const NAME: &'static str = "SceneUpdate";
-}
-
-impl Schema for messages::PointCloud {
-    const NAME: &'static str = "PointCloud";
-}
-
-impl<M: Schema> Name for Foxglove<M> {
-    const NAME: &'static str = M::NAME;
-    const PACKAGE: &'static str = "foxglove";
-}
-
-impl<M: Schema> Message for Foxglove<M> {
-    fn encode_raw(&self, buffer: &mut impl BufMut) {
-        self.0.encode_raw(buffer);
-    }
-
-    fn merge_field(
-        &mut self,
-        tag: u32,
-        wire_type: WireType,
-        buffer: &mut impl Buf,
-        context: DecodeContext,
-    ) -> Result<(), DecodeError> {
-        self.0.merge_field(tag, wire_type, buffer, context)
-    }
-
-    fn encoded_len(&self) -> usize {
-        self.0.encoded_len()
-    }
-
-    fn clear(&mut self) {
-        self.0.clear();
-    }
-}
 
 /// A box that stands for an item.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,7 +92,7 @@ pub fn heightmap(
         }
     }
     let cell_m = grid.resolution().cell_m();
-    Foxglove(messages::Grid {
+    Grid {
         timestamp: Some(timestamp(captured_at_ns)),
         frame_id: frame(cell),
         pose: Some(pose(&Isometry3::identity())),
@@ -171,19 +109,19 @@ pub fn heightmap(
             r#type: packed_element_field::NumericType::Float32.into(),
         }],
         data: data.into(),
-    })
+    }
 }
 
 /// These entities in place of all that were there.
 pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUpdate {
-    Foxglove(messages::SceneUpdate {
+    SceneUpdate {
         deletions: vec![SceneEntityDeletion {
             timestamp: Some(timestamp(at_ns)),
             r#type: scene_entity_deletion::Type::All.into(),
             id: String::new(),
         }],
         entities,
-    })
+    }
 }
 
 /// The items of a cell's state as a `foxglove.SceneUpdate` that replaces the one before: where the frame of each is, with its name.
@@ -218,14 +156,14 @@ pub fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud {
         // Numbered alike.
         r#type: field.r#type,
     };
-    Foxglove(messages::PointCloud {
+    PointCloud {
         timestamp: Some(timestamp(message.captured_at_ns)),
         frame_id: frame(cell),
         pose: Some(pose(cloud.container_from_sensor())),
         point_stride: message.point_stride,
         fields: message.fields.iter().map(field).collect(),
         data: message.data.clone().into(),
-    })
+    }
 }
 
 pub(crate) fn frame(cell: &Cell) -> String {

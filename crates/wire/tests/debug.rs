@@ -13,27 +13,17 @@ use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_wire::convert::cloud;
-use ppnpack_wire::debug::{self, Foxglove, ItemBox, Schema};
+use ppnpack_wire::debug::{self, ItemBox};
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::{convert, encoding_of, v1};
+use ppnpack_wire::{convert, v1};
 use prost::Message;
 
 const AT_NS: i64 = 1_800_000_000_000_000_007;
 
-/// What a viewer gets, by the names and schemas that Foxglove gives.
-fn shown<M: Schema + Encode + PartialEq + std::fmt::Debug>(sent: &Foxglove<M>) -> M {
-    let name = M::get_schema().unwrap().name;
-    assert_eq!(
-        encoding_of::<Foxglove<M>>(),
-        format!("application/protobuf;{name}")
-    );
-    let payload = Message::encode_to_vec(sent);
-    assert_eq!(payload.len(), Message::encoded_len(sent));
-    assert_eq!(
-        <Foxglove<M> as Message>::decode(&*payload).unwrap().0,
-        sent.0
-    );
-    <M as Message>::decode(&*payload).unwrap()
+/// What a viewer gets.
+fn shown<M: Message + Encode + Default>(sent: &M) -> M {
+    assert!(M::get_schema().is_some());
+    <M as Message>::decode(&*Message::encode_to_vec(sent)).unwrap()
 }
 
 fn cell() -> Cell {

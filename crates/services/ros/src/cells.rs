@@ -146,7 +146,10 @@ impl Cells {
             return Ok(());
         }
         let name = self.namespace.join(&names::part_of(cell.as_str()))?;
-        let holder = self.names.entry(name.clone()).or_insert_with(|| cell.clone());
+        let holder = self
+            .names
+            .entry(name.clone())
+            .or_insert_with(|| cell.clone());
         let face = self.cells.entry(cell.clone()).or_default();
         if holder != cell {
             if is_new {

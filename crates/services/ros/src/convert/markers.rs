@@ -1,13 +1,13 @@
 //! What viewers draw, as markers: the scenes that are made for Foxglove, primitive by primitive.
 
 use foxglove::messages::{
-    self as scene, CubePrimitive, LinePrimitive, SceneEntity, TextPrimitive, TriangleListPrimitive,
+    self as scene, CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate, TextPrimitive,
+    TriangleListPrimitive,
 };
 use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::geometry_msgs::{Point, Pose, Quaternion, Vector3};
 use ppnpack_ros::messages::std_msgs::{ColorRgba, Header};
 use ppnpack_ros::messages::visualization_msgs::{Marker, MarkerArray};
-use ppnpack_wire::debug::SceneUpdate;
 
 /// How thick lines are, and how high a capital letter is, in metres, where a scene has them in pixels.
 const LINE_M: f64 = 0.002;
@@ -19,7 +19,7 @@ pub(crate) fn of_scene(scene: &SceneUpdate) -> MarkerArray {
         action: Marker::DELETEALL,
         ..Marker::default()
     };
-    let entities = scene.0.entities.iter().flat_map(of_entity);
+    let entities = scene.entities.iter().flat_map(of_entity);
     MarkerArray {
         markers: std::iter::once(clear).chain(entities).collect(),
     }
@@ -240,7 +240,7 @@ mod tests {
             ]
         );
         for (marker, line) in [(2, 1), (3, 2)] {
-            let line = &scene.0.entities[line].lines[0];
+            let line = &scene.entities[line].lines[0];
             assert_eq!(markers[marker].scale.x, line.thickness);
             assert_eq!(markers[marker].points.len(), 3);
         }
