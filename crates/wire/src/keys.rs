@@ -166,7 +166,7 @@ chunks! {
         Perception = "perception",
         /// Proposals of the network.
         Ppn = "ppn",
-        /// Values and validity of placements.
+        /// Values of placements.
         Heuristic = "heuristic",
         /// The cell itself: robot and container.
         Bridge = "bridge",
@@ -196,8 +196,6 @@ chunks! {
         Propose = "propose",
         /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).
         Evaluate = "evaluate",
-        /// Of heuristic: [`ValidateRequest`](crate::v1::ValidateRequest).
-        Validate = "validate",
         /// Of the bridge: [`PlaceRequest`](crate::v1::PlaceRequest).
         Place = "place",
         /// Of the bridge: [`OutcomeRequest`](crate::v1::OutcomeRequest).

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_planner::{CellSettings, PlannerService, Where};
+use ppnpack_planner::{CellSettings, PlannerService};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
 use ppnpack_service::{Process, Running};
@@ -76,7 +76,6 @@ impl Rig {
             (bridge, listener)
         });
         let settings = CellSettings {
-            evaluate: Where::InProcess,
             // A heightmap is shown until the next one is.
             heightmap_age_limit_s: 600.0,
             ..settings
