@@ -11,7 +11,6 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::files::{all_to_plain, copy_into};
 use crate::network::Parameters;
-use crate::proposer::NetworkProposer;
 
 /// A network with random weights and running statistics, as a model.
 fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {

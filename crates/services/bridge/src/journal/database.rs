@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ppnpack_packing::motion::Cycle;
 use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, is_new, read};
 use redb::{
-    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition, TableError,
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
     WriteTransaction,
 };
 use serde::Serialize;
