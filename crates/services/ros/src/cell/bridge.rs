@@ -13,7 +13,7 @@ use ppnpack_ros::{Qos, RosError};
 use ppnpack_service::stream::Subscription;
 use ppnpack_wire::convert::pose;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, debug, v1};
+use ppnpack_wire::{debug, v1};
 
 use super::follow::{self, Followed};
 use crate::cells::Common;
@@ -45,7 +45,7 @@ impl BridgeFace {
         };
         Ok(Self {
             cell: cell.clone(),
-            scene: Followed::new(cell, Stream::State, MAX_MESSAGE_BYTES, scene),
+            scene: Followed::new(cell, Stream::State, scene),
             _streams: [
                 follow::each(common, cell, Stream::State, tell_state)?,
                 follow::each(common, cell, Stream::Outcome, tell_outcome)?,
