@@ -26,15 +26,13 @@ CRATES = HERE.parent.parent / "crates"
 WIRE = CRATES / "wire" / "src"
 SERVICES = CRATES / "services"
 TABLE = pathlib.Path(os.environ.get("ACCESS") or HERE / "access.toml")
-ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "logs", "cells")
+ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "cells")
 # Answers for itself: what it says passes no access control.
 ROUTER = "router"
 # Health is asked for under any cell, and under `all`.
 ANY_CELL = ["*"]
 # What may be asked in every cell at once: requests that change nothing.
 LOOKS = ("explain", "heightmap", "outcome", "session", "shapes", "state")
-# What may be published in every cell at once: people look at it, and nothing reads it to act on it.
-SHOWN = ("debug_scores",)
 
 
 class Wrong(Exception):
@@ -80,10 +78,6 @@ class Wire:
 
     def alive(self, service, cell="*"):
         return f"{self.prefix}/{cell}/@live/{service}/*"
-
-    def log(self):
-        """What processes log."""
-        return f"{self.prefix}/all/log/*"
 
     def anything_alive(self):
         return f"{self.prefix}/*/@live/**"
@@ -138,7 +132,7 @@ def cells_of(name, entry):
 def changes(wire, name, entry):
     """What an identity publishes, and what it asks for that changes something."""
     asks = [f"{service}/{method}" for service, method in asked(wire, name, entry) if method not in (*LOOKS, "health")]
-    published = [stream for stream in streams(wire, name, entry, "publishes") if stream not in SHOWN]
+    published = streams(wire, name, entry, "publishes")
     return [*published, *entry.get("puts", []), *asks]
 
 
@@ -191,11 +185,6 @@ def rules_of(wire, name, entry):
         yield "answers", "ingress", ["declare_queryable", "reply"], answered
         yield "answers", "egress", ["query"], answered
         yield "is alive", "ingress", ["liveliness_token"], [wire.alive(service, cell) for cell in cells]
-        yield "logs", "ingress", ["put"], [wire.log()]
-        yield "logs", "egress", ["declare_subscriber"], [wire.log()]
-    if entry.get("logs"):
-        yield "reads logs", "ingress", ["declare_subscriber"], [wire.log()]
-        yield "reads logs", "egress", ["put"], [wire.log()]
 
 
 def check(wire, table):

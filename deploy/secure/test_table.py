@@ -47,10 +47,10 @@ class Table(unittest.TestCase):
         told = self.refusal(lambda table: table["observer"]["asks"].append("bridge/hold"))
         self.assertIn("observer: name its cells, as it changes what is in them, by bridge/hold", told)
 
-    def test_the_network_shows_its_scores_in_every_cell_and_publishes_nothing_else_there(self):
-        self.assertEqual(self.keys("ppn", "ingress", "put"), ["ppnpack/v1/*/debug_scores", "ppnpack/v1/all/log/*"])
-        told = self.refusal(lambda table: table["ppn"]["publishes"].append("debug_scene"))
-        self.assertIn("ppn: name its cells, as it changes what is in them, by debug_scene", told)
+    def test_the_network_publishes_nothing_in_every_cell(self):
+        self.assertEqual(self.keys("ppn", "ingress", "put"), [])
+        told = self.refusal(lambda table: table["ppn"].update(publishes=["state"]))
+        self.assertIn("ppn: name its cells, as it changes what is in them, by state", told)
 
     def test_a_controller_reaches_no_other_cell(self):
         sent = self.keys("controller", "ingress", "query")
@@ -68,16 +68,10 @@ class Table(unittest.TestCase):
                 self.assertTrue(own)
                 self.assertEqual([key for key in own if not key.startswith("ppnpack/v1/cell-1/")], [])
 
-    def test_services_log_and_who_looks_on_reads_it(self):
-        log = "ppnpack/v1/all/log/*"
-        for name, entry in self.table.items():
-            self.assertEqual(log in self.keys(name, "ingress", "put"), "serves" in entry, name)
-            self.assertEqual(log in self.keys(name, "ingress", "declare_subscriber"), name == "observer", name)
-
     def test_services_publish_and_read_what_their_sources_do(self):
-        told = self.refusal(lambda table: table["planner"]["publishes"].append("debug_scene"))
-        self.assertIn("planner.publishes lists ['debug_scene', 'plan', 'record', 'session']", told)
-        told = self.refusal(lambda table: table["bridge"]["publishes"].remove("debug_cloud"))
+        told = self.refusal(lambda table: table["planner"]["publishes"].append("cloud"))
+        self.assertIn("planner.publishes lists ['cloud', 'plan', 'record', 'session']", told)
+        told = self.refusal(lambda table: table["bridge"]["publishes"].remove("cloud"))
         self.assertIn("bridge.publishes", told)
         told = self.refusal(lambda table: table["perception"]["subscribes"].remove("tray_cloud"))
         self.assertIn("perception.subscribes", told)

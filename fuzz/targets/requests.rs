@@ -26,7 +26,6 @@ fuzz_target!(|data: &[u8]| {
         check::<v1::HeightmapRequest>,
         check::<v1::ProposeRequest>,
         check::<v1::EvaluateRequest>,
-        check::<v1::ValidateRequest>,
         check::<v1::PlaceRequest>,
         check::<v1::OutcomeRequest>,
         check::<v1::RenewRequest>,

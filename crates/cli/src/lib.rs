@@ -20,7 +20,6 @@ mod unit;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use ppnpack_service::log_stream;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{EnvFilter, Layer};
@@ -85,7 +84,6 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
     let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
     tracing_subscriber::registry()
         .with(lines.with_filter(filter))
-        .with(log_stream::layer())
         .init();
     match run(&arguments.command, backend) {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,7 +11,6 @@ use ppnpack_packing::item::{Item, ItemView, ShapeId};
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::resting::RestingHeights;
-use ppnpack_packing::score_map::ScoreMap;
 use tch::{TchError, Tensor};
 
 use crate::error::NetworkError;
@@ -177,30 +176,6 @@ impl Inference {
             best.push(placements.collect());
         }
         Ok(best)
-    }
-
-    /// Per item that was scored, the lowest score of its placements that fit, by the cell of the footprint's centre.
-    pub(crate) fn maps_of(&self, scores: &Scores, items: &[&Item]) -> Vec<ScoreMap> {
-        let cells = self.layout.cells();
-        let positions: Vec<(usize, usize)> = (0..cells)
-            .map(|cell| self.layout.position_of(cell))
-            .collect();
-        let mut of_views = scores
-            .scores
-            .chunks_exact(cells)
-            .zip(scores.fits.chunks_exact(cells));
-        let map = |item: &&Item| {
-            let mut map = ScoreMap::empty(&self.grid);
-            for (scores, fits) in of_views.by_ref().take(item.views().len()) {
-                for ((score, fits), (x, y)) in scores.iter().zip(fits).zip(&positions) {
-                    if *fits {
-                        map.lower(*x, *y, *score);
-                    }
-                }
-            }
-            map
-        };
-        items.iter().map(map).collect()
     }
 
     /// The scores of all items' placements, and where they fit.

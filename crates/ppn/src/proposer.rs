@@ -9,7 +9,6 @@ use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
-use ppnpack_packing::score_map::ScoreMap;
 use ppnpack_packing::step::{StageError, StepInput};
 
 use crate::error::NetworkError;
@@ -24,15 +23,6 @@ use crate::inference::Inference;
 pub struct NetworkProposer {
     inference: Inference,
     share: Percent,
-}
-
-/// The best placements of some items, and the scores by which they are the best.
-#[derive(Debug, Clone)]
-pub struct ScoredPlacements {
-    /// Per item, its best-scored placements, best first.
-    pub best: Vec<Vec<Placement>>,
-    /// Per item, the scores of all its placements that stay below the rim.
-    pub scores: Vec<ScoreMap>,
 }
 
 impl NetworkProposer {
@@ -63,23 +53,6 @@ impl NetworkProposer {
         share: Percent,
     ) -> Result<Vec<Vec<Placement>>, NetworkError> {
         self.inference.best(heightmap, items, share)
-    }
-
-    /// As [`Self::best`], with the scores; the network runs once for both.
-    ///
-    /// # Errors
-    /// [`NetworkError`] where the network fails or its scores are not finite.
-    pub fn best_with_scores(
-        &mut self,
-        heightmap: &Heightmap,
-        items: &[&Item],
-        share: Percent,
-    ) -> Result<ScoredPlacements, NetworkError> {
-        let scores = self.inference.score(heightmap, items)?;
-        Ok(ScoredPlacements {
-            best: self.inference.best_of(&scores, items, share)?,
-            scores: self.inference.maps_of(&scores, items),
-        })
     }
 }
 

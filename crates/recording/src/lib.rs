@@ -6,7 +6,7 @@
 //!
 //! A file has a channel for each stream of each cell, such as `/cell-1/plan`, with the protobuf schema of its messages. What steps were
 //! planned on is on `/cell-1/record`; the items and solids that this names are on `/cell-1/shape`, each once, and before they are named.
-//! What processes log is on `/all/log`, and what services say of their health on `/all/health`.
+//! What services say of their health is on `/all/health`.
 
 mod contents;
 mod difference;

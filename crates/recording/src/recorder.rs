@@ -34,8 +34,6 @@ pub struct RecordSettings {
     pub cells: Vec<Cell>,
     /// The streams.
     pub streams: Vec<Stream>,
-    /// Whether what processes log is recorded.
-    pub has_log: bool,
     /// Whether the health of the services is asked for and recorded.
     pub has_health: bool,
     /// When another file is begun, and how many are kept.
@@ -84,10 +82,7 @@ impl Recorder {
         let writer = Writer::begin(settings)?;
         let (records, fetcher) = shapes::start(Client::new(session), &queue)?;
         let RecordSettings { cells, streams, .. } = settings;
-        let mut subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
-        if settings.has_log {
-            subscriptions.push(source::subscribe_log(session, &queue)?);
-        }
+        let subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
         let health = settings.has_health.then(|| health::start(session, &queue));
         let thread = std::thread::Builder::new().name("recorder".to_owned());
         let entries = Arc::clone(&queue);

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
-use ppnpack_service::{ServiceError, log_stream};
 use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
@@ -45,19 +45,4 @@ pub(crate) fn subscribe(
         }
     }
     Ok(subscriptions)
-}
-
-/// Puts what processes log into a queue.
-pub(crate) fn subscribe_log(
-    session: &Session,
-    queue: &Arc<Queue>,
-) -> Result<Subscription, ServiceError> {
-    let queue = Arc::clone(queue);
-    log_stream::subscribe(session, move |payload| {
-        queue.push(Entry::new(Sample {
-            topic: Topic::Log,
-            at_ns: now_ns(),
-            payload,
-        }));
-    })
 }

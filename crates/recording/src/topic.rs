@@ -14,8 +14,6 @@ pub enum Topic {
     Stream(Cell, Stream),
     /// Items and solids that the records of a cell name.
     Shape(Cell),
-    /// What processes log.
-    Log,
     /// What services answer when they are asked for their health.
     Health,
 }
@@ -23,15 +21,12 @@ pub enum Topic {
 impl Topic {
     const SHAPE: &str = "shape";
     /// As it stands in the channel's name, and in the options that leave it out.
-    pub const LOG: &str = "log";
-    /// As it stands in the channel's name, and in the options that leave it out.
     pub const HEALTH: &str = "health";
 
     /// The channel of this name; `None` where it is none of a recording.
     pub fn parse(name: &str) -> Option<Self> {
         let (cell, kind) = name.strip_prefix('/')?.split_once('/')?;
         match (cell, kind) {
-            (ALL_CELLS, Self::LOG) => Some(Self::Log),
             (ALL_CELLS, Self::HEALTH) => Some(Self::Health),
             (cell, Self::SHAPE) => Some(Self::Shape(Cell::new(cell).ok()?)),
             (cell, kind) => {
@@ -46,7 +41,7 @@ impl Topic {
     pub fn cell(&self) -> Option<&Cell> {
         match self {
             Self::Stream(cell, _) | Self::Shape(cell) => Some(cell),
-            Self::Log | Self::Health => None,
+            Self::Health => None,
         }
     }
 
@@ -58,7 +53,6 @@ impl Topic {
         match self {
             Self::Stream(_, stream) => MessageSchema::of_stream(*stream),
             Self::Shape(_) => MessageSchema::of::<v1::Shape>(),
-            Self::Log => Ok(MessageSchema::of_log()),
             Self::Health => MessageSchema::of::<v1::HealthReply>(),
         }
     }
@@ -70,7 +64,6 @@ impl fmt::Display for Topic {
         let kind = match self {
             Self::Stream(_, stream) => stream.as_str(),
             Self::Shape(_) => Self::SHAPE,
-            Self::Log => Self::LOG,
             Self::Health => Self::HEALTH,
         };
         write!(formatter, "/{cell}/{kind}")
@@ -86,7 +79,7 @@ mod tests {
         let of = cell.clone();
         let streams = Stream::ALL.iter().copied();
         let streams = streams.map(move |stream| Topic::Stream(of.clone(), stream));
-        streams.chain([Topic::Shape(cell), Topic::Log, Topic::Health])
+        streams.chain([Topic::Shape(cell), Topic::Health])
     }
 
     #[test]
@@ -101,7 +94,7 @@ mod tests {
             "/cell-1/else",
             "cell-1/plan",
             "/a b/plan",
-            "/cell-1/log",
+            "/cell-1/health",
             "/all/plan",
             "/all/shape",
         ] {

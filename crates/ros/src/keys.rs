@@ -54,32 +54,20 @@ pub fn data(domain: u32, topic: &Name, of: &TypeKey) -> String {
     format!("{domain}/{topic}/{}/{}", of.name, of.hash)
 }
 
-/// The key expression of a topic, whatever the hash of its type is: releases of ROS differ in it, and one has none.
-pub fn data_of_any_hash(domain: u32, topic: &Name, of: &TypeKey) -> String {
-    let topic = topic.as_str().trim_start_matches('/');
-    format!("{domain}/{topic}/{}/*", of.name)
-}
-
 /// What an endpoint does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Publishes a topic.
     Publisher,
-    /// Subscribes a topic.
-    Subscription,
     /// Answers a service.
     Server,
-    /// Asks a service.
-    Client,
 }
 
 impl Kind {
     fn as_str(self) -> &'static str {
         match self {
             Self::Publisher => "MP",
-            Self::Subscription => "MS",
             Self::Server => "SS",
-            Self::Client => "SC",
         }
     }
 }
@@ -148,10 +136,6 @@ mod tests {
         assert_eq!(
             data(2, &topic, &text),
             format!("2/robot1/chatter/std_msgs::msg::dds_::String_/{hash}")
-        );
-        assert_eq!(
-            data_of_any_hash(0, &topic, &text),
-            "0/robot1/chatter/std_msgs::msg::dds_::String_/*"
         );
         assert_eq!(
             node("/talker").endpoint(11, Kind::Publisher, &topic, &text, Qos::EVENTS),

@@ -1,6 +1,6 @@
 //! Nodes of ROS 2 over Zenoh, as `rmw_zenoh` has them, without ROS.
 //!
-//! A [`Node`] publishes topics, subscribes them, answers services and carries out the goals of actions, on any Zenoh session. Others find it
+//! A [`Node`] publishes topics, answers services and carries out the goals of actions, on any Zenoh session. Others find it
 //! by the liveliness tokens that it declares ([`keys`]): it is listed by `ros2 node list`, its topics by `ros2 topic list`. Messages are
 //! structs ([`messages`]) whose type hash is made of their own fields ([`description`]), so that what is announced and what is sent cannot
 //! differ, and are put into bytes as plain CDR ([`cdr`]).
@@ -32,6 +32,6 @@ pub mod qos;
 pub mod service;
 
 pub use error::RosError;
-pub use node::{Node, Subscription};
+pub use node::Node;
 pub use publisher::Publisher;
 pub use qos::Qos;

@@ -5,17 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
 use sha2::{Digest, Sha256};
-use zenoh::bytes::ZBytes;
 use zenoh::key_expr::KeyExpr;
 use zenoh::liveliness::LivelinessToken;
-use zenoh::pubsub::Subscriber;
 use zenoh::qos::CongestionControl;
 use zenoh::query::Query;
-use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use crate::attachment::Gid;
-use crate::cdr;
 use crate::description::Message;
 use crate::error::RosError;
 use crate::keys::{self, Kind, NodeKey, TypeKey};
@@ -37,12 +33,6 @@ pub struct Node {
 struct Inner {
     session: Session,
     key: NodeKey,
-    _token: LivelinessToken,
-}
-
-/// A topic that is subscribed, until it is dropped.
-pub struct Subscription {
-    _subscriber: Subscriber<()>,
     _token: LivelinessToken,
 }
 
@@ -99,56 +89,6 @@ impl Node {
             sequence: AtomicI64::new(1),
             _token: endpoint.token,
             message: PhantomData,
-        })
-    }
-
-    /// Calls `on_message` with every message of a topic of at most `limit_bytes`. It runs on Zenoh's thread: it must only hand the message
-    /// over, to something with a bound.
-    ///
-    /// # Errors
-    /// [`RosError::Zenoh`] where the session is closed.
-    pub fn subscribe<M: Message>(
-        &self,
-        topic: &Name,
-        qos: Qos,
-        limit_bytes: usize,
-        on_message: impl Fn(M) + Send + Sync + 'static,
-    ) -> Result<Subscription, RosError> {
-        let name = topic.clone();
-        self.subscribe_payloads::<M>(topic, qos, move |payload| {
-            let bytes = payload.len();
-            if bytes > limit_bytes {
-                tracing::debug!(topic = %name, bytes, "a message that is too large");
-                return;
-            }
-            match cdr::decode(&payload.to_bytes()) {
-                Ok(message) => on_message(message),
-                Err(error) => tracing::debug!(topic = %name, %error, "malformed message"),
-            }
-        })
-    }
-
-    /// As [`Self::subscribe`], for who reads messages where they lie: nobody has looked at them. Those of any release of ROS come.
-    ///
-    /// # Errors
-    /// [`RosError::Zenoh`] where the session is closed.
-    pub fn subscribe_payloads<M: Message>(
-        &self,
-        topic: &Name,
-        qos: Qos,
-        on_payload: impl Fn(ZBytes) + Send + Sync + 'static,
-    ) -> Result<Subscription, RosError> {
-        let of = TypeKey::of_message::<M>();
-        let key = key_expr(&keys::data_of_any_hash(self.domain(), topic, &of))?;
-        let session = &self.inner.session;
-        let subscriber = session
-            .declare_subscriber(key.clone())
-            .callback(move |sample: Sample| on_payload(sample.payload().clone()))
-            .wait()
-            .map_err(|error| RosError::zenoh(format!("subscribing {key}"), &error))?;
-        Ok(Subscription {
-            _subscriber: subscriber,
-            _token: self.endpoint(Kind::Subscription, topic, &of, qos)?.token,
         })
     }
 

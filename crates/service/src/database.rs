@@ -12,8 +12,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use redb::backends::InMemoryBackend;
 use redb::{Builder, Database, Key, ReadTransaction, TableDefinition, TableError, Value};
 
-/// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], where it is one after the first, and what else its
-/// service counts.
+/// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], and what else its service counts.
 pub const FORMAT: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
 
 /// The key of the version in [`FORMAT`].
@@ -31,15 +30,15 @@ pub enum Fault<Own: OwnFault> {
     /// The disk says so.
     #[error(transparent)]
     Disk(#[from] io::Error),
-    /// It is of a newer program, which alone knows what it says.
+    /// It is of another program, which alone knows what it says.
     #[error(
-        "it was written by a newer version of this program (format {found}, where up to {known} are known): run that version, or \
-         put back a backup of this one's"
+        "it was written by another version of this program (format {found}, where {known} is read): run that version, put back a \
+         backup of this one's, or move the file away"
     )]
-    Newer {
+    OtherVersion {
         /// The version of the file.
         found: u64,
-        /// The newest that this program knows.
+        /// That of this program.
         known: u64,
     },
     /// It gave up.
@@ -87,7 +86,7 @@ impl<Own: OwnFault> Fault<Own> {
                 matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
             }
             // What another version wrote is left as it is.
-            Self::Database(_) | Self::Disk(_) | Self::Newer { .. } => false,
+            Self::Database(_) | Self::Disk(_) | Self::OtherVersion { .. } => false,
             Self::Own(own) => own.is_damage(),
         }
     }
@@ -146,17 +145,23 @@ pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
     Ok(aside)
 }
 
-/// The version that wrote a file, where it is one after the first.
+/// Checks that a file is of this version, or new; says whether it is new.
 ///
 /// # Errors
-/// [`Fault::Newer`] where it is after the newest that is known.
-pub fn version<Own: OwnFault>(
+/// [`Fault::OtherVersion`] where another one wrote it.
+pub fn is_new<Own: OwnFault>(
     transaction: &ReadTransaction,
     known: u64,
-) -> Result<Option<u64>, Fault<Own>> {
-    match read(transaction, FORMAT, VERSION_KEY, |found| found)? {
-        Some(found) if found > known => Err(Fault::Newer { found, known }),
-        version => Ok(version),
+) -> Result<bool, Fault<Own>> {
+    let found = match read(transaction, FORMAT, VERSION_KEY, |found| found)? {
+        Some(found) => found,
+        None if transaction.list_tables()?.next().is_none() => return Ok(true),
+        // The first did not say so.
+        None => 1,
+    };
+    match found == known {
+        true => Ok(false),
+        false => Err(Fault::OtherVersion { found, known }),
     }
 }
 

@@ -52,7 +52,6 @@
 //! - [`database`]: keep what it knows in a file,
 //! - [`clock`]: the time of day, as messages tell it,
 //! - [`metrics`] of what happens, to be counted,
-//! - [`log_stream`]: what the process logs, for who reads it over Zenoh.
 //!
 //! [`embedded`] runs several services in one process.
 //!
@@ -71,7 +70,6 @@ pub mod error;
 pub mod health;
 mod http;
 pub mod lease;
-pub mod log_stream;
 mod logs;
 pub mod metrics;
 mod payload;

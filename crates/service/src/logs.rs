@@ -10,7 +10,6 @@ use tracing_subscriber::{Layer, fmt};
 
 use crate::configuration::{LogFormat, LogSettings};
 use crate::error::ServiceError;
-use crate::log_stream;
 
 /// A layer that can stand under that of the logs.
 pub(crate) type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
@@ -21,7 +20,6 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
     tracing_subscriber::registry()
         .with(traces)
         .with(lines(settings.format).with_filter(filter))
-        .with(log_stream::layer())
         .try_init()
         .map_err(|error| ServiceError::observability("logs", &error))?;
     std::panic::set_hook(Box::new(|panic| {

@@ -25,7 +25,7 @@ use crate::process::{Identity, Process, thread};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 use crate::telemetry::Telemetry;
-use crate::{log_stream, logs, metrics, session};
+use crate::{logs, metrics, session};
 
 use arguments::Arguments;
 
@@ -208,7 +208,6 @@ fn run_logged<S: ServiceSettings>(
         supervisor.clone(),
     )?;
     session::watch(&process, zenoh, connected)?;
-    let published = log_stream::publish(&session, process.instance())?;
     let grace = configuration.shutdown_grace();
     let running = start(&process, configuration.service)?;
     serving.pass();
@@ -218,7 +217,7 @@ fn run_logged<S: ServiceSettings>(
     serving.fail("shutting down");
     health.end_quietly();
     finish(running, grace)?;
-    drop((published, process));
+    drop(process);
     close(session)?;
     match supervisor.fault() {
         Some(fault) => Err(anyhow::Error::msg(fault)),

@@ -62,26 +62,10 @@ struct TorchScorer(NetworkProposer);
 
 impl Scorer for TorchScorer {
     fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
-        steps.iter().map(|step| self.best_of(step)).collect()
-    }
-}
-
-impl TorchScorer {
-    fn best_of(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError> {
-        let ScoredStep {
-            heightmap,
-            items,
-            share,
-            wants_scores,
-        } = *step;
-        if !wants_scores {
-            let best = self.0.best(heightmap, items, share)?;
-            return Ok(ScoredItems { best, scores: None });
-        }
-        let scored = self.0.best_with_scores(heightmap, items, share)?;
-        Ok(ScoredItems {
-            best: scored.best,
-            scores: Some(scored.scores),
-        })
+        let best = steps.iter().map(|step| {
+            let best = self.0.best(step.heightmap, step.items, step.share)?;
+            Ok(best)
+        });
+        best.collect()
     }
 }

@@ -11,9 +11,10 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use zenoh::Session;
 
 use crate::channels::{SceneChannel, StreamChannel};
+use crate::drawings::DRAWINGS;
 use crate::error::ViewError;
 use crate::planned::PlannedScenes;
-use crate::processes::{HealthChannel, LogChannel};
+use crate::processes::HealthChannel;
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
@@ -30,7 +31,6 @@ pub(crate) struct Cells {
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
     scenes: PlannedScenes,
-    log: LogChannel,
     health: HealthChannel,
     looked_at: Option<Instant>,
 }
@@ -46,7 +46,6 @@ impl Cells {
             session: session.clone(),
             cells: BTreeMap::new(),
             scenes: PlannedScenes::new(session),
-            log: LogChannel::new(&context)?,
             health: HealthChannel::new(&context)?,
             context,
             looked_at: None,
@@ -61,7 +60,6 @@ impl Cells {
             self.look(now + PATIENCE)?;
             self.health.follow(&self.session)?;
         }
-        self.log.follow(&self.session)?;
         for (cell, channels) in &mut self.cells {
             for stream in &mut channels.streams {
                 stream.follow(&self.session)?;
@@ -89,8 +87,10 @@ impl Cells {
             }
             let streams = Stream::ALL.iter().copied();
             let streams = streams.map(|stream| StreamChannel::new(&self.context, &cell, stream));
+            let drawn = DRAWINGS.iter();
+            let drawn = drawn.map(|drawing| StreamChannel::drawn(&self.context, &cell, drawing));
             let channels = CellChannels {
-                streams: streams.collect::<Result<_, _>>()?,
+                streams: streams.chain(drawn).collect::<Result<_, _>>()?,
                 scene: SceneChannel::new(&self.context, &cell)?,
             };
             self.cells.insert(cell, channels);

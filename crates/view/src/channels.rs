@@ -3,16 +3,17 @@
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use foxglove::messages::SceneUpdate;
 use foxglove::{Context, PartialMetadata, RawChannel, Schema};
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
-use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::schemas::MessageSchema;
 use prost::Message;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 
+use crate::drawings::{Draw, Drawing};
 use crate::error::ViewError;
 
 /// What the messages of all channels are encoded in, and their schemas.
@@ -21,11 +22,12 @@ const PROTOBUF: &str = "protobuf";
 /// The name of the scene of the last step, beside those of the streams.
 const PLANNED_SCENE: &str = "planned_scene";
 
-/// A stream of a cell, passed on as it comes.
+/// A stream of a cell, passed on as it comes, or as a picture of it.
 pub(crate) struct StreamChannel {
     cell: Cell,
     stream: Stream,
     channel: Arc<RawChannel>,
+    draw: Option<Draw>,
     subscription: Option<Subscription>,
 }
 
@@ -41,6 +43,22 @@ impl StreamChannel {
             channel: channel(context, cell.as_str(), stream.as_str(), schema)?,
             cell: cell.clone(),
             stream,
+            draw: None,
+            subscription: None,
+        })
+    }
+
+    /// The channel with the pictures of a stream.
+    pub(crate) fn drawn(
+        context: &Arc<Context>,
+        cell: &Cell,
+        drawing: &Drawing,
+    ) -> Result<Self, ViewError> {
+        Ok(Self {
+            channel: channel(context, cell.as_str(), drawing.name, (drawing.schema)())?,
+            cell: cell.clone(),
+            stream: drawing.stream,
+            draw: Some(drawing.draw),
             subscription: None,
         })
     }
@@ -49,9 +67,16 @@ impl StreamChannel {
     pub(crate) fn follow(&mut self, session: &Session) -> Result<(), ViewError> {
         match (self.channel.has_sinks(), &self.subscription) {
             (true, None) => {
-                let channel = Arc::clone(&self.channel);
-                // It only puts the message into the viewers' queues.
-                let pass_on = move |_, payload: ZBytes| log(&channel, &payload.to_bytes());
+                let (channel, draw) = (Arc::clone(&self.channel), self.draw);
+                // It only puts the message, or its picture, into the viewers' queues.
+                let pass_on = move |cell: Cell, payload: ZBytes| {
+                    let payload = payload.to_bytes();
+                    match draw.map(|draw| draw(&cell, &payload)) {
+                        None => log(&channel, &payload),
+                        Some(Ok(picture)) => log(&channel, &picture),
+                        Some(Err(error)) => tracing::debug!(%cell, %error, "not drawn"),
+                    }
+                };
                 let subscription =
                     stream::subscribe_payloads(session, Some(&self.cell), self.stream, pass_on)?;
                 self.subscription = Some(subscription);
@@ -74,8 +99,7 @@ pub(crate) struct SceneChannel {
 
 impl SceneChannel {
     pub(crate) fn new(context: &Arc<Context>, cell: &Cell) -> Result<Self, ViewError> {
-        let schema = MessageSchema::of_stream(Stream::DebugScene);
-        let schema = schema.map_err(|error| ViewError::Channel(error.to_string()))?;
+        let schema = MessageSchema::of_foxglove::<SceneUpdate>();
         Ok(Self {
             channel: channel(context, cell.as_str(), PLANNED_SCENE, schema)?,
             cell: cell.clone(),

@@ -1,13 +1,14 @@
 //! Packing cells as they work, served to [Foxglove](https://foxglove.dev) over its WebSocket protocol.
 //!
 //! There is a channel for each stream of each cell, such as `/cell-1/plan`, and `/cell-1/planned_scene` with the meshes of what the last
-//! step was planned on, what was chosen, what would have been next, and the arm with its way as lines; and for all cells `/all/log` and `/all/health`. A stream is subscribed only while somebody looks at its channel:
+//! step was planned on, what was chosen, what would have been next, and the arm with its way as lines; and for all cells `/all/health`. A stream is subscribed only while somebody looks at its channel:
 //! with no viewer nothing is read, and planners make no records. A viewer that does not read loses the oldest messages of its own queue,
 //! and holds nobody else up.
 
 mod arm;
 mod cells;
 mod channels;
+mod drawings;
 mod error;
 mod planned;
 mod processes;

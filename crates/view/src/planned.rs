@@ -1,7 +1,7 @@
 //! Recorded steps as scenes, for whoever shows them.
 
+use foxglove::messages::SceneUpdate;
 use ppnpack_service::rpc::Client;
-use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 use zenoh::Session;

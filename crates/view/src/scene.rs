@@ -1,10 +1,11 @@
 //! A recorded step as a scene.
 
+use foxglove::messages::SceneUpdate;
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::model::Model;
 use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_wire::debug::{ItemBox, SceneUpdate};
+use ppnpack_wire::debug::ItemBox;
 use ppnpack_wire::debug_plan::{self, Placed, PlannedStep};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};

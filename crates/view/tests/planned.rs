@@ -106,7 +106,7 @@ impl Rig {
 
     fn drawn(&mut self, record: &v1::PlanningRecord) -> Vec<SceneEntity> {
         let cell = Cell::new("cell-1").unwrap();
-        self.scenes.draw(&cell, record).unwrap().0.entities
+        self.scenes.draw(&cell, record).unwrap().entities
     }
 
     fn ids(&mut self, record: &v1::PlanningRecord) -> Vec<String> {

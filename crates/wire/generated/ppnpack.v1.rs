@@ -1714,14 +1714,6 @@ pub struct EvaluateRequest {
     /// The number of the step, which the random heuristic mixes into its seed.
     #[prost(uint64, tag = "9")]
     pub step: u64,
-    /// Names the ranking, so that further placements of it can be asked for without ranking again: a request with the id
-    /// of the one before, the same content and `after` goes on where that one stopped. Empty where no more are wanted.
-    #[prost(string, tag = "10")]
-    pub ranking_id: ::prost::alloc::string::String,
-    /// The last placement that was given: only those after it in the order of the ranking are wanted. A service that no
-    /// longer has the ranking makes it anew, and leaves out what comes before.
-    #[prost(message, optional, tag = "11")]
-    pub after: ::core::option::Option<RankedPlacement>,
 }
 impl ::prost::Name for EvaluateRequest {
     const NAME: &'static str = "EvaluateRequest";
@@ -1762,12 +1754,7 @@ pub struct SearchPart {
     /// Which candidate of the request.
     #[prost(uint32, tag = "1")]
     pub candidate: u32,
-    /// The yaws to search: indices from first_yaw, yaw_count of them, at least one and all of them yaws of the grid.
-    #[prost(uint32, tag = "2")]
-    pub first_yaw: u32,
-    #[prost(uint32, tag = "3")]
-    pub yaw_count: u32,
-    /// The placements that are proposed, all of these yaws; where this is not given, every placement.
+    /// The placements that are proposed; where this is not given, every placement.
     #[prost(message, optional, tag = "4")]
     pub proposals: ::core::option::Option<Placements>,
 }
@@ -1791,7 +1778,7 @@ pub struct EvaluateReply {
     /// Whether there are no further valid placements.
     #[prost(bool, tag = "3")]
     pub is_complete: bool,
-    /// Per part, in the request's order: what became of its placements since the ranking began.
+    /// Per part, in the request's order: what became of its placements.
     #[prost(message, repeated, tag = "4")]
     pub counts: ::prost::alloc::vec::Vec<PlacementCounts>,
     /// With STATUS_MISSING_ITEMS: the ids of the items that the service does not have.
@@ -1806,81 +1793,6 @@ impl ::prost::Name for EvaluateReply {
     }
     fn type_url() -> ::prost::alloc::string::String {
         "/ppnpack.v1.EvaluateReply".into()
-    }
-}
-/// rpc/heuristic/validate: whether given placements are valid, and how high the items rest.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct ValidateRequest {
-    #[prost(message, optional, tag = "1")]
-    pub header: ::core::option::Option<RequestHeader>,
-    /// The container.
-    #[prost(message, optional, tag = "2")]
-    pub scene: ::core::option::Option<Scene>,
-    /// The id of the item, 32 bytes.
-    #[prost(bytes = "vec", tag = "3")]
-    pub item_id: ::prost::alloc::vec::Vec<u8>,
-    /// The item, where the service may not have it.
-    #[prost(message, optional, tag = "4")]
-    pub item: ::core::option::Option<Item>,
-    /// The placements; 1 to 65,536.
-    #[prost(message, optional, tag = "5")]
-    pub placements: ::core::option::Option<Placements>,
-    /// The checks that they must pass, as in EvaluateRequest. CHECK_FITS is always among them.
-    #[prost(enumeration = "Check", repeated, tag = "6")]
-    pub checks: ::prost::alloc::vec::Vec<i32>,
-}
-impl ::prost::Name for ValidateRequest {
-    const NAME: &'static str = "ValidateRequest";
-    const PACKAGE: &'static str = "ppnpack.v1";
-    fn full_name() -> ::prost::alloc::string::String {
-        "ppnpack.v1.ValidateRequest".into()
-    }
-    fn type_url() -> ::prost::alloc::string::String {
-        "/ppnpack.v1.ValidateRequest".into()
-    }
-}
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct ValidateReply {
-    #[prost(message, optional, tag = "1")]
-    pub header: ::core::option::Option<ReplyHeader>,
-    /// Per placement, in the request's order.
-    #[prost(message, repeated, tag = "2")]
-    pub validities: ::prost::alloc::vec::Vec<Validity>,
-    /// With STATUS_MISSING_ITEMS: the id of the item.
-    #[prost(bytes = "vec", repeated, tag = "3")]
-    pub missing_items: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
-}
-impl ::prost::Name for ValidateReply {
-    const NAME: &'static str = "ValidateReply";
-    const PACKAGE: &'static str = "ppnpack.v1";
-    fn full_name() -> ::prost::alloc::string::String {
-        "ppnpack.v1.ValidateReply".into()
-    }
-    fn type_url() -> ::prost::alloc::string::String {
-        "/ppnpack.v1.ValidateReply".into()
-    }
-}
-/// Whether a placement is valid.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, ::prost::Message)]
-pub struct Validity {
-    /// The height of the item's lowest point above the floor, in units; 0 where the footprint leaves the container.
-    #[prost(uint32, tag = "1")]
-    pub resting_height: u32,
-    /// Whether the footprint lies within the container.
-    #[prost(bool, tag = "2")]
-    pub is_inside: bool,
-    /// The first check that refuses it; CHECK_UNSPECIFIED where all accept it.
-    #[prost(enumeration = "Check", tag = "3")]
-    pub refused_by: i32,
-}
-impl ::prost::Name for Validity {
-    const NAME: &'static str = "Validity";
-    const PACKAGE: &'static str = "ppnpack.v1";
-    fn full_name() -> ::prost::alloc::string::String {
-        "ppnpack.v1.Validity".into()
-    }
-    fn type_url() -> ::prost::alloc::string::String {
-        "/ppnpack.v1.Validity".into()
     }
 }
 /// rpc/perception/heightmap: the newest heightmap of a cell.

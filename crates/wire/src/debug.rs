@@ -1,114 +1,33 @@
-//! Streams for people to look at, in Foxglove's public schemas.
+//! What streams say, drawn for people in Foxglove's public schemas.
 //!
-//! Viewers and recorders know these schemas by name; nothing else depends on them. All coordinates are in the frame
+//! Viewers know these schemas by name; nothing else depends on them. All coordinates are in the frame
 //! `<cell>/container`.
 
 use foxglove::messages::{
-    self, Color, CubePrimitive, LinePrimitive, PackedElementField, Point3, Quaternion, SceneEntity,
-    SceneEntityDeletion, TextPrimitive, Timestamp, Vector2, Vector3, line_primitive,
-    packed_element_field, scene_entity_deletion,
+    self, Color, CubePrimitive, Grid, LinePrimitive, PackedElementField, Point3, PointCloud,
+    Quaternion, SceneEntity, SceneEntityDeletion, SceneUpdate, TextPrimitive, Timestamp, Vector2,
+    Vector3, line_primitive, packed_element_field, scene_entity_deletion,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use ppnpack_packing::grid::{self, ContainerSize};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::score_map::ScoreMap;
-use prost::bytes::{Buf, BufMut};
-use prost::encoding::{DecodeContext, WireType};
-use prost::{DecodeError, Message, Name};
+use prost::bytes::BufMut;
 
-use crate::convert::cloud::Cloud;
-use crate::decode::MAX_MESSAGE_BYTES;
+use crate::convert::{self, cloud::Cloud};
 use crate::keys::Cell;
 use crate::limits::to_index;
 use crate::v1;
 
 const BODY: Color = color(0.45, 0.62, 0.80, 0.75);
 const OUTSIDE: Color = color(0.80, 0.30, 0.25, 0.75);
-const DECISION: Color = color(0.95, 0.65, 0.15, 0.6);
 const CONTAINER: Color = color(0.35, 0.35, 0.35, 1.0);
 
-/// The items whose scores have fields of their own at most.
-pub const MOST_SCORED_ITEMS: usize = 16;
-
-/// The field with the lowest score over all items.
-const BEST_SCORE: &str = "best";
-
-/// What a grid's fields may take, so that what says how they lie has room in a message too.
-const MAX_GRID_BYTES: usize = MAX_MESSAGE_BYTES - (1 << 16);
-
-/// The size of a field of a cell.
+/// The size of a cell of a grid.
 const FLOAT_BYTES: u32 = 4;
 
-/// A message of Foxglove's with its name, which those of the `foxglove` crate do not tell by prost's trait.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Foxglove<M>(pub M);
-
-/// A message whose schema is Foxglove's.
-pub trait Schema: Message + Default {
-    /// The schema's name, without its package.
-    const NAME: &'static str;
-}
-
-/// [`heightmap`] and [`scores`] give one.
-pub type Grid = Foxglove<messages::Grid>;
-
-/// [`scene`] gives one.
-pub type SceneUpdate = Foxglove<messages::SceneUpdate>;
-
-/// [`cloud`] gives one.
-pub type PointCloud = Foxglove<messages::PointCloud>;
-
-/// [`log`] gives one.
-pub type Log = Foxglove<messages::Log>;
-
-/// How much a line of a log matters.
-pub use foxglove::messages::log::Level as LogLevel;
-
-impl Schema for messages::Grid {
-    const NAME: &'static str = "Grid";
-}
-
-impl Schema for messages::SceneUpdate {
-    const NAME: &'static str = "SceneUpdate";
-}
-
-impl Schema for messages::PointCloud {
-    const NAME: &'static str = "PointCloud";
-}
-
-impl Schema for messages::Log {
-    const NAME: &'static str = "Log";
-}
-
-impl<M: Schema> Name for Foxglove<M> {
-    const NAME: &'static str = M::NAME;
-    const PACKAGE: &'static str = "foxglove";
-}
-
-impl<M: Schema> Message for Foxglove<M> {
-    fn encode_raw(&self, buffer: &mut impl BufMut) {
-        self.0.encode_raw(buffer);
-    }
-
-    fn merge_field(
-        &mut self,
-        tag: u32,
-        wire_type: WireType,
-        buffer: &mut impl Buf,
-        context: DecodeContext,
-    ) -> Result<(), DecodeError> {
-        self.0.merge_field(tag, wire_type, buffer, context)
-    }
-
-    fn encoded_len(&self) -> usize {
-        self.0.encoded_len()
-    }
-
-    fn clear(&mut self) {
-        self.0.clear();
-    }
-}
+/// The edges of the cube that stands for an item whose shape is not known, in metres.
+const MARK_M: f64 = 0.02;
 
 /// A box that stands for an item.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,7 +75,7 @@ impl ItemBox {
     }
 }
 
-/// The heightmap as a `foxglove.Grid` with the field `height`, in metres.
+/// The heightmap as a `foxglove.Grid` on the container's floor with the field `height`, in metres.
 pub fn heightmap(
     cell: &Cell,
     captured_at_ns: i64,
@@ -164,82 +83,17 @@ pub fn heightmap(
     heightmap: &Heightmap,
 ) -> Grid {
     let unit_m = grid.resolution().height_unit_m() as f32;
-    let put_height = |x, y, data: &mut Vec<u8>| {
-        data.put_f32_le(f32::from(heightmap.get(x, y).unwrap_or(0)) * unit_m);
-    };
-    let fields = vec!["height".to_owned()];
-    grid_of(cell, captured_at_ns, grid, fields, put_height)
-}
-
-/// What the network scored the placements of an item.
-#[derive(Debug, Clone, Copy)]
-pub struct ItemScores<'a> {
-    /// The name of the item's object.
-    pub name: &'a str,
-    /// The scores, on the grid that is drawn.
-    pub scores: &'a ScoreMap,
-}
-
-/// The scores of a step's items as a `foxglove.Grid`: lower is better, and NaN is where nothing fits below the rim. A cell stands for the
-/// placements whose footprint's centre lies there.
-///
-/// The first field, `best`, has the lowest score over all items. After it each of the first [`MOST_SCORED_ITEMS`] items, or as many as a
-/// message has room for, has a field of its own: called as its object, after its position among the items, from 1, where that name is taken.
-pub fn scores(cell: &Cell, at_ns: i64, grid: &grid::Grid, items: &[ItemScores<'_>]) -> Grid {
-    let bytes_of_field = grid.nx() * grid.ny() * FLOAT_BYTES as usize;
-    let room = (MAX_GRID_BYTES / bytes_of_field.max(1)).saturating_sub(1);
-    let own_fields = items.len().min(MOST_SCORED_ITEMS).min(room);
-    let names = items.iter().take(own_fields).map(|item| item.name);
-    let put_scores = |x, y, data: &mut Vec<u8>| {
-        let score = |item: &ItemScores<'_>| item.scores.get(x, y).unwrap_or(f32::NAN);
-        data.put_f32_le(items.iter().map(score).fold(f32::NAN, f32::min));
-        for item in items.iter().take(own_fields) {
-            data.put_f32_le(score(item));
-        }
-    };
-    grid_of(cell, at_ns, grid, score_fields(names), put_scores)
-}
-
-/// The names of the fields, each once.
-fn score_fields<'a>(items: impl Iterator<Item = &'a str>) -> Vec<String> {
-    let mut names = vec![BEST_SCORE.to_owned()];
-    for (position, item) in (1_usize..).zip(items) {
-        let mut name = item.to_owned();
-        while names.contains(&name) {
-            name = format!("{position} {name}");
-        }
-        names.push(name);
-    }
-    names
-}
-
-/// A grid on the container's floor whose fields are floats; `put_cell` writes those of the cell `(x, y)`.
-fn grid_of(
-    cell: &Cell,
-    at_ns: i64,
-    grid: &grid::Grid,
-    fields: Vec<String>,
-    put_cell: impl Fn(usize, usize, &mut Vec<u8>),
-) -> Grid {
     let columns = to_index(grid.nx());
-    let cell_stride = to_index(fields.len()).saturating_mul(FLOAT_BYTES);
     // Foxglove's rows go along y.
-    let mut data = Vec::with_capacity(grid.nx() * grid.ny() * cell_stride as usize);
+    let mut data = Vec::with_capacity(grid.nx() * grid.ny() * FLOAT_BYTES as usize);
     for y in 0..grid.ny() {
         for x in 0..grid.nx() {
-            put_cell(x, y, &mut data);
+            data.put_f32_le(f32::from(heightmap.get(x, y).unwrap_or(0)) * unit_m);
         }
     }
-    let offsets = (0_u32..).map(|index| index.saturating_mul(FLOAT_BYTES));
-    let fields = fields.into_iter().zip(offsets);
-    let fields = fields.map(|(name, offset)| PackedElementField {
-        name,
-        offset,
-        r#type: packed_element_field::NumericType::Float32.into(),
-    });
     let cell_m = grid.resolution().cell_m();
-    Foxglove(messages::Grid {
-        timestamp: Some(timestamp(at_ns)),
+    Grid {
+        timestamp: Some(timestamp(captured_at_ns)),
         frame_id: frame(cell),
         pose: Some(pose(&Isometry3::identity())),
         column_count: columns,
@@ -247,53 +101,50 @@ fn grid_of(
             x: cell_m,
             y: cell_m,
         }),
-        row_stride: columns.saturating_mul(cell_stride),
-        cell_stride,
-        fields: fields.collect(),
+        row_stride: columns.saturating_mul(FLOAT_BYTES),
+        cell_stride: FLOAT_BYTES,
+        fields: vec![PackedElementField {
+            name: "height".to_owned(),
+            offset: 0,
+            r#type: packed_element_field::NumericType::Float32.into(),
+        }],
         data: data.into(),
-    })
+    }
 }
 
 /// These entities in place of all that were there.
 pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUpdate {
-    Foxglove(messages::SceneUpdate {
+    SceneUpdate {
         deletions: vec![SceneEntityDeletion {
             timestamp: Some(timestamp(at_ns)),
             r#type: scene_entity_deletion::Type::All.into(),
             id: String::new(),
         }],
         entities,
-    })
+    }
 }
 
-/// The container, what lies in it and what was decided, as a `foxglove.SceneUpdate` that replaces the one before.
-pub fn scene(
-    cell: &Cell,
-    at_ns: i64,
-    container: ContainerSize,
-    bodies: &[ItemBox],
-    decision: Option<&ItemBox>,
-) -> SceneUpdate {
-    let entity = |id: &str| SceneEntity {
-        timestamp: Some(timestamp(at_ns)),
-        frame_id: frame(cell),
-        id: id.to_owned(),
-        ..SceneEntity::default()
-    };
-    let mut entities = vec![SceneEntity {
-        lines: vec![edges(container)],
-        ..entity("container")
-    }];
-    entities.extend(bodies.iter().map(|body| SceneEntity {
-        cubes: vec![cube(body, if body.is_inside { BODY } else { OUTSIDE })],
-        ..entity(&format!("body/{}", body.id))
-    }));
-    entities.extend(decision.map(|decision| SceneEntity {
-        cubes: vec![cube(decision, DECISION)],
-        texts: vec![label(decision)],
-        ..entity("decision")
-    }));
-    in_place_of_all(at_ns, entities)
+/// The items of a cell's state as a `foxglove.SceneUpdate` that replaces the one before: where the frame of each is, with its name.
+pub fn state(cell: &Cell, at_ns: i64, state: &v1::CellState) -> SceneUpdate {
+    let entities = state.bodies.iter().filter_map(|body| {
+        let at = convert::pose::read_required("pose", body.container_from_item.as_ref());
+        let mark = ItemBox {
+            id: body.item_id.clone(),
+            label: body.object.clone(),
+            container_from_middle: at.ok()?,
+            size_m: nalgebra::Vector3::repeat(MARK_M),
+            is_inside: body.is_inside,
+        };
+        Some(SceneEntity {
+            timestamp: Some(timestamp(at_ns)),
+            frame_id: frame(cell),
+            id: format!("body/{}", mark.id),
+            cubes: vec![cube(&mark, if mark.is_inside { BODY } else { OUTSIDE })],
+            texts: vec![label(&mark)],
+            ..SceneEntity::default()
+        })
+    });
+    in_place_of_all(at_ns, entities.collect())
 }
 
 /// A cloud as a `foxglove.PointCloud`, with all of its fields.
@@ -305,32 +156,14 @@ pub fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud {
         // Numbered alike.
         r#type: field.r#type,
     };
-    Foxglove(messages::PointCloud {
+    PointCloud {
         timestamp: Some(timestamp(message.captured_at_ns)),
         frame_id: frame(cell),
         pose: Some(pose(cloud.container_from_sensor())),
         point_stride: message.point_stride,
         fields: message.fields.iter().map(field).collect(),
         data: message.data.clone().into(),
-    })
-}
-
-/// A line of the log of a process, from a place in its sources.
-pub fn log(
-    at_ns: i64,
-    level: LogLevel,
-    message: String,
-    process: &str,
-    (file, line): (&str, u32),
-) -> Log {
-    Foxglove(messages::Log {
-        timestamp: Some(timestamp(at_ns)),
-        level: level.into(),
-        message,
-        name: process.to_owned(),
-        file: file.to_owned(),
-        line,
-    })
+    }
 }
 
 pub(crate) fn frame(cell: &Cell) -> String {

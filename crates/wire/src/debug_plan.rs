@@ -1,16 +1,15 @@
 //! What a step was planned on and what came of it, for people to look at: a `foxglove.SceneUpdate` with the meshes of all that lies there.
 
 use foxglove::messages::{
-    Color, LinePrimitive, Point3, SceneEntity, TextPrimitive, TriangleListPrimitive, line_primitive,
+    Color, LinePrimitive, Point3, SceneEntity, SceneUpdate, TextPrimitive, TriangleListPrimitive,
+    line_primitive,
 };
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::model::Model;
 use ppnpack_packing::motion::LegKind;
 
-use crate::debug::{
-    ItemBox, SceneUpdate, color, cube, edges, frame, in_place_of_all, label, pose, timestamp,
-};
+use crate::debug::{ItemBox, color, cube, edges, frame, in_place_of_all, label, pose, timestamp};
 use crate::keys::Cell;
 
 /// Triangles of a mesh that are drawn at most; a larger one is drawn as its box.
@@ -238,7 +237,6 @@ mod tests {
     use ppnpack_packing::model::mesh::Mesh;
 
     use super::*;
-    use crate::debug::Foxglove;
 
     fn model() -> Model {
         Model {
@@ -305,7 +303,7 @@ mod tests {
             y_m: 0.3,
             z_m: 0.2,
         };
-        let Foxglove(scene) = scene(&Cell::new("cell-1").unwrap(), 0, size, &step);
+        let scene = scene(&Cell::new("cell-1").unwrap(), 0, size, &step);
         let ids: Vec<&str> = scene
             .entities
             .iter()
@@ -350,7 +348,7 @@ mod tests {
             ..PlannedStep::default()
         };
         let size = ContainerSize::REFERENCE;
-        let Foxglove(scene) = scene(&Cell::new("cell-1").unwrap(), 0, size, &step);
+        let scene = scene(&Cell::new("cell-1").unwrap(), 0, size, &step);
         let ids = scene.entities.iter().map(|entity| entity.id.as_str());
         assert_eq!(ids.collect::<Vec<_>>(), ["container", "trajectory"]);
     }

@@ -6,7 +6,6 @@
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>` | a request to any instance of a service that serves the cell |
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
 //! | `ppnpack/v1/<cell>/@live/<service>/<instance>` | there while the instance is alive |
-//! | `ppnpack/v1/all/log/<instance>` | what a process logs |
 //!
 //! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`.
 
@@ -157,14 +156,6 @@ chunks! {
         Session = "session",
         /// [`PlanningRecord`](crate::v1::PlanningRecord): what steps were planned on, from the planner.
         Record = "record",
-        /// The heightmap as a `foxglove.Grid`, from perception.
-        DebugHeightmap = "debug_heightmap",
-        /// The content as a `foxglove.SceneUpdate`, from the bridge.
-        DebugScene = "debug_scene",
-        /// The cloud as a `foxglove.PointCloud`, from the bridge.
-        DebugCloud = "debug_cloud",
-        /// The network's scores as a `foxglove.Grid`, from ppn.
-        DebugScores = "debug_scores",
     }
 }
 
@@ -175,7 +166,7 @@ chunks! {
         Perception = "perception",
         /// Proposals of the network.
         Ppn = "ppn",
-        /// Values and validity of placements.
+        /// Values of placements.
         Heuristic = "heuristic",
         /// The cell itself: robot and container.
         Bridge = "bridge",
@@ -205,8 +196,6 @@ chunks! {
         Propose = "propose",
         /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).
         Evaluate = "evaluate",
-        /// Of heuristic: [`ValidateRequest`](crate::v1::ValidateRequest).
-        Validate = "validate",
         /// Of the bridge: [`PlaceRequest`](crate::v1::PlaceRequest).
         Place = "place",
         /// Of the bridge: [`OutcomeRequest`](crate::v1::OutcomeRequest).
@@ -255,8 +244,6 @@ pub enum Key {
     Request(Option<Cell>, Service, Method, Option<Instance>),
     /// Says that an instance is alive; `None` for the cell is [`ALL_CELLS`].
     Alive(Option<Cell>, Service, Instance),
-    /// What a process logs, by the name of its instance: [`Log`](crate::debug::Log).
-    Log(Instance),
 }
 
 impl Key {
@@ -287,7 +274,6 @@ impl Key {
                 };
                 Ok(Self::Request(cell(name)?, service, method, instance))
             }
-            ["", ALL_CELLS, "log", instance] => Ok(Self::Log(Instance::new(instance)?)),
             ["", name, "@live", service, instance] => {
                 let service = Service::parse(service).ok_or_else(unknown)?;
                 let instance = Instance::new(instance)?;
@@ -317,7 +303,6 @@ impl fmt::Display for Key {
                 let cell = cell_or_all(cell);
                 write!(formatter, "{PREFIX}/{cell}/@live/{service}/{instance}")
             }
-            Self::Log(instance) => write!(formatter, "{PREFIX}/{ALL_CELLS}/log/{instance}"),
         }
     }
 }
@@ -330,11 +315,6 @@ pub fn everything() -> String {
 /// The key expression of a stream of every cell.
 pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")
-}
-
-/// The key expression of what every process logs.
-pub fn every_log() -> String {
-    format!("{PREFIX}/{ALL_CELLS}/log/*")
 }
 
 /// The key expressions on which an instance answers a method, for one cell or every: sent to any instance, and to it.
@@ -386,7 +366,6 @@ mod tests {
                 )),
             (cell(), any_of(Service::ALL), instance())
                 .prop_map(|(cell, service, instance)| Key::Alive(cell, service, instance)),
-            instance().prop_map(Key::Log),
         ]
     }
 
@@ -422,10 +401,9 @@ mod tests {
                 "ppnpack/v1/all/rpc/ppn/health/h1",
             ),
             (
-                Key::Alive(None, Service::Heuristic, instance.clone()),
+                Key::Alive(None, Service::Heuristic, instance),
                 "ppnpack/v1/all/@live/heuristic/h1",
             ),
-            (Key::Log(instance), "ppnpack/v1/all/log/h1"),
         ];
         for (key, text) in cases {
             assert_eq!(key.to_string(), text);

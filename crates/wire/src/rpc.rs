@@ -69,7 +69,6 @@ requests! {
     InspectRequest -> InspectReply: Some(Service::Perception), Inspect;
     ProposeRequest -> ProposeReply: Some(Service::Ppn), Propose;
     EvaluateRequest -> EvaluateReply: Some(Service::Heuristic), Evaluate;
-    ValidateRequest -> ValidateReply: Some(Service::Heuristic), Validate;
     PlaceRequest -> PlaceReply: Some(Service::Bridge), Place;
     OutcomeRequest -> OutcomeReply: Some(Service::Bridge), Outcome;
     RenewRequest -> RenewReply: Some(Service::Bridge), Renew;

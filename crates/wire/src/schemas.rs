@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use foxglove::{Encode, messages};
+use foxglove::Encode;
 use prost::{DecodeError, Message, Name};
 use prost_types::{FileDescriptorProto, FileDescriptorSet};
 
@@ -61,17 +61,7 @@ impl MessageSchema {
             Stream::Plan => Self::of::<v1::Decision>(),
             Stream::Session => Self::of::<v1::Session>(),
             Stream::Record => Self::of::<v1::PlanningRecord>(),
-            Stream::DebugHeightmap | Stream::DebugScores => {
-                Ok(Self::of_foxglove::<messages::Grid>())
-            }
-            Stream::DebugScene => Ok(Self::of_foxglove::<messages::SceneUpdate>()),
-            Stream::DebugCloud => Ok(Self::of_foxglove::<messages::PointCloud>()),
         }
-    }
-
-    /// That of what processes log.
-    pub fn of_log() -> Self {
-        Self::of_foxglove::<messages::Log>()
     }
 
     /// That of a message of Foxglove's.

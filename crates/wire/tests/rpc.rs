@@ -55,7 +55,6 @@ fn every_request_has_its_method_and_reply() {
         names::<v1::ResumeRequest>(),
         names::<v1::SessionRequest>(),
         names::<v1::ShapesRequest>(),
-        names::<v1::ValidateRequest>(),
         names::<v1::WithdrawRequest>(),
     ];
     let pool = support::filled::pool();

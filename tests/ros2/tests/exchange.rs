@@ -1,4 +1,4 @@
-//! A node of hiroz and the cells: topics, services, the action and clouds, both ways, over real processes.
+//! A node of hiroz and the cells: topics, services and the action, over real processes.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use hiroz::context::{ZContext, ZContextBuilder};
 use hiroz::node::ZNode;
 use hiroz::qos::{QosDurability, QosHistory, QosProfile, QosReliability};
 use hiroz::{Builder, Result};
-use hiroz_msgs::ros::sensor_msgs::{PointCloud2, PointField};
+use hiroz_msgs::ros::sensor_msgs::PointCloud2;
 use hiroz_msgs::ros::std_srvs;
 use hiroz_msgs::ros::tf2_msgs::TFMessage;
 use hiroz_msgs::ros::visualization_msgs::MarkerArray;
@@ -85,9 +85,6 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
     let heightmaps = node
         .create_sub::<PointCloud2>("/ppnpack/cell_1/heightmap")
         .build()?;
-    let clouds = node
-        .create_sub::<PointCloud2>("/ppnpack/cell_1/cloud")
-        .build()?;
     let cell = node
         .create_sub::<MarkerArray>("/ppnpack/cell_1/scene")
         .build()?;
@@ -136,8 +133,6 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
     );
     let heightmap = soon("a heightmap", heightmaps.async_recv()).await?;
     assert!(heightmap.width > 0 && heightmap.row_step == heightmap.width * 12);
-    let cloud = soon("a cloud", clouds.async_recv()).await?;
-    assert_eq!(cloud.header.frame_id, "cell-1/sensor");
 
     // Whoever comes later is given what is so.
     let states = node
@@ -256,75 +251,5 @@ async fn a_cell_is_held_and_resumed() -> Result<()> {
         .call_with_timeout(&std_srvs::TriggerRequest::default(), PATIENCE)
         .await?;
     assert!(response.success, "{}", response.message);
-    Ok(())
-}
-
-/// A cloud of a camera that looks straight down.
-fn cloud() -> PointCloud2 {
-    let points: [[f32; 3]; 2] = [[0.0, 0.0, 0.5], [0.05, 0.05, 0.4]];
-    let bytes = points
-        .iter()
-        .flatten()
-        .flat_map(|coordinate| coordinate.to_le_bytes());
-    let fields = ["x", "y", "z"].into_iter().zip([0, 4, 8]);
-    let fields = fields.map(|(name, offset)| PointField {
-        name: name.to_owned(),
-        offset,
-        datatype: 7,
-        count: 1,
-    });
-    PointCloud2 {
-        height: 1,
-        width: 2,
-        fields: fields.collect(),
-        point_step: 12,
-        row_step: 24,
-        data: bytes.collect::<Vec<u8>>().into(),
-        is_dense: true,
-        ..PointCloud2::default()
-    }
-}
-
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn clouds_of_a_driver_go_through_the_stack() -> Result<()> {
-    let (_stack, endpoint) = process::up(&[]);
-    let source = "service.clouds=[{topic = \"/camera/points\", cell = \"cell-1\", sensor = \"camera\", \
-                  container_from_sensor = {position_m = [0.1, 0.1, 0.6], orientation_xyzw = [1.0, 0.0, 0.0, 0.0]}}]";
-    let connect = format!("zenoh.connect={endpoint}");
-    let _face = process::start(
-        "ppnpack-ros",
-        &[
-            "--set",
-            &connect,
-            "--set",
-            source,
-            "--set",
-            "admin.listen=off",
-        ],
-    );
-    let (_context, node) = node(&endpoint, 0)?;
-    let clouds = node
-        .create_sub::<PointCloud2>("/ppnpack/cell_1/cloud")
-        .build()?;
-    let driver = node.create_pub::<PointCloud2>("/camera/points").build()?;
-    assert!(
-        driver.wait_for_subscription(1, PATIENCE).await,
-        "the topic is subscribed"
-    );
-    let through = async {
-        loop {
-            driver.async_publish(&cloud()).await?;
-            // The simulated camera's own clouds come, too.
-            while let Ok(came) = timeout(Duration::from_millis(200), clouds.async_recv()).await {
-                let came = came?;
-                if came.header.frame_id == "cell-1/sensor/camera" {
-                    return Result::Ok(came);
-                }
-            }
-        }
-    };
-    let came = soon("the cloud", through).await?;
-    assert_eq!((came.width, came.point_step), (2, 12));
-    assert_eq!(came.data, cloud().data);
     Ok(())
 }

@@ -31,11 +31,9 @@ const PUBLISHED: &str = "weights={},scene_value={weight=0.0},set_aside=0";
 pub struct Options {
     /// The names of its cells.
     pub cells: Vec<String>,
-    /// Heuristic services.
-    pub heuristics: usize,
     /// Whether there is a ppn service, and the planner asks it.
     pub has_network: bool,
-    /// Where the planner has placements evaluated: `services`, or `fastest` as it is without this.
+    /// Where the planner has placements evaluated: `services`, or `in-process` as it is without this.
     pub evaluate: &'static str,
     /// Further settings per service, as for `--set`.
     pub settings: Vec<(Service, String)>,
@@ -49,7 +47,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             cells: vec!["cell-1".to_owned()],
-            heuristics: 1,
             has_network: false,
             evaluate: "services",
             settings: Vec::new(),
@@ -106,9 +103,7 @@ impl Stack {
             cells: options.cells.clone(),
             folder,
         };
-        for index in 1..=options.heuristics {
-            stack.add(Service::Heuristic, index, options)?;
-        }
+        stack.add(Service::Heuristic, 1, options)?;
         if options.has_network {
             stack.add(Service::Ppn, 1, options)?;
         }

@@ -29,7 +29,7 @@ pub(crate) struct RecordArguments {
     #[arg(long, value_name = "NAME", value_parser = |text: &str| Cell::new(text))]
     cell: Vec<Cell>,
 
-    /// What is left out: a stream such as cloud, log or health (may be repeated)
+    /// What is left out: a stream such as cloud, or health (may be repeated)
     #[arg(long, value_name = "STREAM", value_parser = part)]
     without: Vec<Part>,
 
@@ -61,20 +61,18 @@ pub(crate) struct RecordArguments {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Part {
     Stream(Stream),
-    Log,
     Health,
 }
 
 impl Part {
     fn all() -> impl Iterator<Item = Self> {
         let streams = Stream::ALL.iter().copied().map(Self::Stream);
-        streams.chain([Self::Log, Self::Health])
+        streams.chain(std::iter::once(Self::Health))
     }
 
     fn as_str(self) -> &'static str {
         match self {
             Self::Stream(stream) => stream.as_str(),
-            Self::Log => Topic::LOG,
             Self::Health => Topic::HEALTH,
         }
     }
@@ -125,7 +123,6 @@ impl RecordArguments {
             streams: streams
                 .filter(|stream| has(Part::Stream(*stream)))
                 .collect(),
-            has_log: has(Part::Log),
             has_health: has(Part::Health),
             rotation: Rotation {
                 size_bytes: self.rotate_size,

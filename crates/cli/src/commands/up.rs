@@ -15,10 +15,9 @@ use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::Secret;
-use ppnpack_service::log_stream;
 use ppnpack_service::rpc::Client;
 use ppnpack_view::View;
-use ppnpack_wire::keys::{Cell, Instance};
+use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
@@ -35,9 +34,6 @@ use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
 use crate::sequence::SequenceOptions;
 use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Containers, Stack, connect};
-
-/// The name under which the process publishes what it logs.
-const LOGS_AS: &str = "up";
 
 /// Where the operator's page is if nothing else is said: on this machine alone.
 const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
@@ -224,8 +220,6 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     // What is wrong with it is said before anything is started.
     let console = arguments.console.map(console_settings).transpose()?;
     let mut stack = Stack::start(&plan)?;
-    let logs_as = Instance::new(LOGS_AS).or_input()?;
-    let _log = log_stream::publish(stack.session(), &logs_as).or_run()?;
     let console = console.map(|settings| stack.serve_console(&settings));
     let console = console.transpose()?;
     let view = arguments
@@ -250,8 +244,6 @@ impl UpArguments {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
             motion_speed: if self.job.pack { 0.0 } else { 1.0 },
-            // Beside the streams of the services, viewers draw those.
-            debug_streams: self.viewers.is_some() || self.ros.is_some(),
             ..stack::Sensing::default()
         };
         if let Some(camera) = simulated.camera {

@@ -94,8 +94,6 @@ pub struct Sensing {
     pub mapper: MapperSettings,
     /// How often placements go wrong.
     pub faults: FaultSettings,
-    /// Whether what viewers draw is published beside what services read.
-    pub debug_streams: bool,
     /// How fast robots follow the motions of placements: 1 in time, 0 without any wait.
     pub motion_speed: f64,
     /// Whether placed items are inspected; as the planner does by itself where nothing is said.
@@ -136,7 +134,7 @@ impl Stack {
             ppnpack_heuristic::start(process, &ppnpack_heuristic::Settings::default())
         })?;
         if let Some(network) = &plan.network {
-            stack.add_network(network, &ppn_settings(plan));
+            stack.add_network(network, &ppnpack_ppn_service::Settings::default());
         }
         stack.add(Service::Perception, |process| {
             let library = plan.sensing.library.clone();
@@ -265,13 +263,6 @@ fn file(plan: &Plan<'_>, name: &str) -> Option<PathBuf> {
     plan.store.map(|folder| folder.join(name))
 }
 
-fn ppn_settings(plan: &Plan<'_>) -> ppnpack_ppn_service::Settings {
-    ppnpack_ppn_service::Settings {
-        debug_streams: plan.sensing.debug_streams,
-        ..ppnpack_ppn_service::Settings::default()
-    }
-}
-
 fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings {
     let sensing = plan.sensing;
     let tray = sensing.tray.as_ref();
@@ -284,7 +275,6 @@ fn perception_settings(plan: &Plan<'_>) -> ppnpack_perception_service::Settings 
         mapper: sensing.mapper.clone(),
         catalogue: sensing.library.as_ref().map(|_| plan.source.to_owned()),
         trays: trays.unwrap_or_default(),
-        debug_streams: plan.sensing.debug_streams,
         ..ppnpack_perception_service::Settings::default()
     }
 }
@@ -306,7 +296,6 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         robots: robots.collect(),
         journal: file(plan, "bridge.redb"),
         catalogue: plan.source.to_owned(),
-        debug_streams: plan.sensing.debug_streams,
         ..ppnpack_bridge::Settings::default()
     }
 }

@@ -292,7 +292,6 @@ impl World<'_> {
                     seed: seeds.faults,
                     ..settings.faults
                 },
-                debug_streams: false,
                 motion_speed: 0.0,
                 inspect: Some(true),
                 tray: Some(tray::settings()),

@@ -11,7 +11,6 @@ use rand_chacha::ChaCha8Rng;
 use super::*;
 use crate::files::{all_to_plain, copy_into};
 use crate::network::Parameters;
-use crate::proposer::NetworkProposer;
 
 /// A network with random weights and running statistics, as a model.
 fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
@@ -271,69 +270,6 @@ fn containers_of_any_size_and_any_number_of_yaws_are_served() {
     for proposed in inference.best(&heightmap(&grid, 5), &all, share).unwrap() {
         assert!(!proposed.is_empty());
     }
-}
-
-#[test]
-fn maps_have_the_lowest_score_of_each_cell() {
-    let items = items(4);
-    let all: Vec<&Item> = items.iter().collect();
-    for grid in [Grid::reference(), uneven()] {
-        maps_agree_with_single_placements(&grid, &all);
-    }
-}
-
-/// Cell by cell, what a map says is looked for among the scores of all placements that fit.
-fn maps_agree_with_single_placements(grid: &Grid, items: &[&Item]) {
-    let model = plain(&Architecture::default());
-    let mut inference = Inference::new(&model, grid, Device::Cpu).unwrap();
-    let scene = heightmap(grid, 8);
-    let scores = inference.score(&scene, items).unwrap();
-    let everything = Percent::new(100.0).unwrap();
-    let best = inference.best_of(&scores, items, everything).unwrap();
-    let maps = inference.maps_of(&scores, items);
-    assert_eq!((best.len(), maps.len()), (items.len(), items.len()));
-    let (layout, cells) = (inference.layout, inference.layout.cells());
-    let mut first = 0;
-    for ((item, best), map) in items.iter().zip(&best).zip(&maps) {
-        let centre = |placement: &Placement| {
-            let view = &item.views()[placement.yaw];
-            (placement.x + view.nx() / 2, placement.y + view.ny() / 2)
-        };
-        let score = |placement: &Placement| {
-            let view = &item.views()[placement.yaw];
-            let cell = layout.cell_of((placement.x, placement.y), view);
-            scores.scores[(first + placement.yaw) * cells + cell]
-        };
-        for (x, y) in (0..grid.nx()).flat_map(|x| (0..grid.ny()).map(move |y| (x, y))) {
-            // They are sorted: the first one there is the best there.
-            let lowest = best.iter().find(|placement| centre(placement) == (x, y));
-            assert_eq!(map.get(x, y), lowest.map(score), "({x}, {y})");
-        }
-        let lowest = (0..grid.nx()).flat_map(|x| (0..grid.ny()).map(move |y| (x, y)));
-        let lowest = lowest
-            .filter_map(|(x, y)| map.get(x, y))
-            .min_by(f32::total_cmp);
-        let at_best = best.first().and_then(|best| {
-            let (x, y) = centre(best);
-            map.get(x, y)
-        });
-        assert_eq!(at_best, lowest, "{}", item.name());
-        first += item.views().len();
-    }
-}
-
-#[test]
-fn what_is_scored_once_is_what_is_scored_for_the_best_alone() {
-    let grid = Grid::reference();
-    let model = plain(&Architecture::default());
-    let (items, scene) = (items(3), heightmap(&grid, 9));
-    let all: Vec<&Item> = items.iter().collect();
-    let share = Percent::new(2.0).unwrap();
-    let mut proposer = NetworkProposer::new(&model, &grid, share, Device::Cpu, &[]).unwrap();
-    let alone = proposer.best(&scene, &all, share).unwrap();
-    let scored = proposer.best_with_scores(&scene, &all, share).unwrap();
-    assert_eq!(scored.best, alone);
-    assert_eq!(scored.scores.len(), items.len());
 }
 
 #[test]

@@ -8,7 +8,6 @@
 )]
 
 mod configuration;
-mod log_stream;
 mod process;
 mod rpc;
 mod stream;

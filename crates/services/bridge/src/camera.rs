@@ -7,7 +7,7 @@ use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{debug, v1};
+use ppnpack_wire::v1;
 
 use crate::Settings;
 use crate::robot::{Robot, RobotError, View};
@@ -16,7 +16,6 @@ use crate::robot::{Robot, RobotError, View};
 pub(crate) struct Camera {
     cell: Cell,
     clouds: Publisher<v1::PointCloud>,
-    debug_clouds: Option<Publisher<debug::PointCloud>>,
     /// How long after a cloud the next one is due while nothing changes.
     pub(crate) period: Duration,
     sequence: u64,
@@ -30,13 +29,9 @@ impl Camera {
         cell: &Cell,
         settings: &Settings,
     ) -> Result<Self, ServiceError> {
-        let debug_clouds = settings
-            .debug_streams
-            .then(|| Publisher::new(process, cell, Stream::DebugCloud));
         Ok(Self {
             cell: cell.clone(),
             clouds: Publisher::new(process, cell, Stream::Cloud)?,
-            debug_clouds: debug_clouds.transpose()?,
             period: settings.cloud_period(),
             sequence: 0,
             is_in_trouble: false,
@@ -58,7 +53,8 @@ impl Camera {
         self.sequence += 1;
         for view in &views {
             let message = self.cloud(view, state_number, captured_at_ns);
-            self.publish(&message)
+            self.clouds
+                .put(&message)
                 .map_err(|error| RobotError(error.to_string()))?;
         }
         Ok(())
@@ -75,14 +71,6 @@ impl Camera {
             cell: self.cell.to_string(),
             sensor: view.sensor.clone(),
             ..cloud::write(&capture, &view.points_m)
-        }
-    }
-
-    fn publish(&self, message: &v1::PointCloud) -> Result<(), ServiceError> {
-        self.clouds.put(message)?;
-        match (&self.debug_clouds, cloud::read(message)) {
-            (Some(publisher), Ok(cloud)) => publisher.put(&debug::cloud(&self.cell, &cloud)),
-            _ => Ok(()),
         }
     }
 }

@@ -10,7 +10,6 @@
 mod camera;
 mod cell;
 mod clock;
-mod debug_scene;
 mod desk;
 mod journal;
 pub mod robot;

@@ -39,8 +39,6 @@ pub struct Settings {
     pub overdue_s: f64,
     /// A placement that was decided longer ago than this is not begun, in seconds; with 0 that is not asked.
     pub decision_age_limit_s: f64,
-    /// Whether streams for people to look at are published too.
-    pub debug_streams: bool,
 }
 
 impl Default for Settings {
@@ -55,7 +53,6 @@ impl Default for Settings {
             state_period_s: 2.0,
             overdue_s: 30.0,
             decision_age_limit_s: 60.0,
-            debug_streams: false,
         }
     }
 }

@@ -11,7 +11,6 @@ use ppnpack_wire::v1;
 
 use crate::Settings;
 use crate::clock;
-use crate::debug_scene::DebugScene;
 use crate::robot::Robot;
 use ppnpack_protocol::ledger::{Ledger, Record};
 use ppnpack_protocol::message;
@@ -21,7 +20,6 @@ pub(crate) struct Streams {
     cell: Cell,
     states: Publisher<v1::CellState>,
     outcomes: Publisher<v1::Outcome>,
-    debug_scene: Option<DebugScene>,
     is_simulated: bool,
     state_period: Duration,
     /// When the state is published although it did not change.
@@ -39,13 +37,10 @@ impl Streams {
         for kind in (1..).map_while(|kind| v1::OutcomeKind::try_from(kind).ok()) {
             count_outcomes(cell, kind, 0);
         }
-        let has_debug_streams = settings.debug_streams;
-        let debug_scene = has_debug_streams.then(|| DebugScene::new(process, cell, robot));
         Ok(Self {
             cell: cell.clone(),
             states: Publisher::new(process, cell, Stream::State)?,
             outcomes: Publisher::new(process, cell, Stream::Outcome)?,
-            debug_scene: debug_scene.transpose()?,
             is_simulated: robot.is_simulated(),
             state_period: settings.state_period(),
             next_state: Instant::now(),
@@ -82,9 +77,6 @@ impl Streams {
     /// Publishes the state of the cell.
     pub(crate) fn tell_state(&self, ledger: &Ledger) {
         warn(self.states.put(&self.state_of(ledger)));
-        if let Some(scene) = &self.debug_scene {
-            warn(scene.tell(&ledger.head().bodies));
-        }
     }
 
     /// Publishes how a placement ended.

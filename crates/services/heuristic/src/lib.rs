@@ -1,11 +1,10 @@
-//! The heuristic service: the best valid placements of a step, and the validity of given ones.
+//! The heuristic service: the best valid placements of a step.
 //!
 //! It serves any cell. Each worker thread keeps the searches of the cells that are routed to it, with the memory that
 //! they need.
 
 mod evaluate;
 mod settings;
-mod validate;
 mod worker;
 
 use std::sync::{Arc, Mutex};
@@ -15,20 +14,19 @@ use ppnpack_service::Running;
 use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Incoming, Listener};
+use ppnpack_service::rpc::{self, Listener};
 use ppnpack_service::{HealthLatch, ServiceError, alive};
 use ppnpack_wire::item_store::ItemStore;
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1;
 
 pub use settings::Settings;
-use worker::{Message, Worker};
+use worker::{Evaluate, Worker};
 
 /// The running service.
 pub struct Heuristic {
     // Requests stop coming before the workers end: fields are dropped in this order.
     alive: alive::Token,
-    listeners: Vec<Listener>,
+    listener: Listener,
     _ready: HealthLatch,
     workers: Vec<std::thread::JoinHandle<()>>,
 }
@@ -50,45 +48,29 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Heuristic, Servic
         workers.push(actor::spawn(process, &name, worker, mailbox)?);
         addresses.push(address);
     }
-    let routes: Arc<[Address<Message>]> = addresses.into();
-    let to_evaluate = Arc::clone(&routes);
-    let evaluate = move |incoming: Incoming<v1::EvaluateRequest>| {
-        deliver(&to_evaluate, incoming, Message::Evaluate);
+    let routes: Vec<Address<Evaluate>> = addresses;
+    // The requests of one cell always go to the same worker, which has its searches.
+    let evaluate = move |incoming: Evaluate| {
+        let sum: usize = incoming.cell().as_str().bytes().map(usize::from).sum();
+        if let Some(route) = routes.get(sum % routes.len().max(1)) {
+            route.deliver(incoming, |incoming| incoming);
+        }
     };
-    let validate = move |incoming: Incoming<v1::ValidateRequest>| {
-        deliver(&routes, incoming, Message::Validate);
-    };
-    let listeners = vec![
-        rpc::listen(process, None, evaluate)?,
-        rpc::listen(process, None, validate)?,
-    ];
+    let listener = rpc::listen(process, None, evaluate)?;
     let alive = alive::announce(process, None)?;
     ready.pass();
     Ok(Heuristic {
         alive,
-        listeners,
+        listener,
         _ready: ready,
         workers,
     })
 }
 
-/// The requests of one cell always go to the same worker, which has its searches.
-fn deliver<R: ppnpack_wire::rpc::Request>(
-    routes: &[Address<Message>],
-    incoming: Incoming<R>,
-    wrap: impl FnOnce(Incoming<R>) -> Message,
-) {
-    let cell = incoming.cell().as_str();
-    let sum: usize = cell.bytes().map(usize::from).sum();
-    if let Some(route) = routes.get(sum % routes.len().max(1)) {
-        route.deliver(incoming, wrap);
-    }
-}
-
 impl Running for Heuristic {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        // Without listeners nobody has the workers' addresses: they end when their mailboxes are empty.
-        drop((self.alive, self.listeners));
+        // Without the listener nobody has the workers' addresses: they end when their mailboxes are empty.
+        drop((self.alive, self.listener));
         ppnpack_service::join(self.workers, deadline)
     }
 }

@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
 use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
-use ppnpack_packing::step::{Candidate, Evaluated};
 use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::Actor;
@@ -17,17 +16,13 @@ use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::{ItemStore, MissingItems};
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
+use crate::evaluate;
 use crate::settings::Settings;
-use crate::{evaluate, validate};
 
-/// What a worker is told.
-pub(crate) enum Message {
-    Evaluate(Incoming<v1::EvaluateRequest>),
-    Validate(Incoming<v1::ValidateRequest>),
-}
+/// A request as it waits.
+pub(crate) type Evaluate = Incoming<v1::EvaluateRequest>;
 
 /// Why a request is not answered as it was asked.
 pub(crate) enum Refusal {
@@ -65,7 +60,7 @@ impl From<WireError> for Refusal {
 }
 
 /// A reply, and how long the stages of the work on it took.
-pub(crate) type Answer<Reply> = (Reply, Vec<v1::StageTiming>);
+pub(crate) type Answer = (v1::EvaluateReply, Vec<v1::StageTiming>);
 
 /// Answers requests one after another.
 pub(crate) struct Worker {
@@ -85,44 +80,36 @@ struct KeptSearch {
     grid: Grid,
     settings: SearchSettings,
     checks: Vec<i32>,
-    ranking: Ranking,
-}
-
-/// A search, and how far it was asked for.
-pub(crate) struct Ranking {
-    pub(crate) search: ValidSearch,
-    /// The ranking that the search is in, where more of it may be asked for.
-    pub(crate) given: Option<Given>,
-}
-
-/// What was given of a ranking.
-#[derive(Debug)]
-pub(crate) struct Given {
-    pub(crate) content: v1::EvaluateRequest,
-    /// Those that the search ranks: it knows their items by shape, and one that is read anew has another.
-    pub(crate) candidates: Vec<Candidate>,
-    /// The last placement.
-    pub(crate) last: Evaluated,
+    search: ValidSearch,
 }
 
 impl Actor for Worker {
-    type Message = Message;
+    type Message = Evaluate;
 
-    fn handle(&mut self, message: Message) {
-        match message {
-            Message::Evaluate(incoming) => {
-                let lacking = |missing_items| v1::EvaluateReply {
+    fn handle(&mut self, incoming: Evaluate) {
+        let Some(incoming) = incoming.still_wanted(&self.planners) else {
+            return;
+        };
+        match evaluate::evaluate(self, &incoming) {
+            Ok((reply, stages)) => {
+                let model = None;
+                incoming.reply(reply, Done { stages, model });
+            }
+            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
+            Err(Refusal::Late) => {
+                let message =
+                    "the time limit passed during the work: give it more time, or ask for less";
+                incoming.refuse(Status::TimedOut, message);
+            }
+            Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
+            Err(Refusal::Missing(missing)) => {
+                let message = missing.to_string();
+                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
+                let reply = v1::EvaluateReply {
                     missing_items,
                     ..v1::EvaluateReply::default()
                 };
-                self.answer(incoming, evaluate::evaluate, lacking);
-            }
-            Message::Validate(incoming) => {
-                let lacking = |missing_items| v1::ValidateReply {
-                    missing_items,
-                    ..v1::ValidateReply::default()
-                };
-                self.answer(incoming, validate::validate, lacking);
+                incoming.refuse_with(reply, Status::MissingItems, message);
             }
         }
     }
@@ -163,36 +150,6 @@ impl Worker {
         self.most_placements
     }
 
-    /// `lacking` is the reply that names items which the service does not have.
-    fn answer<R: Request>(
-        &mut self,
-        incoming: Incoming<R>,
-        work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<Answer<R::Reply>, Refusal>,
-        lacking: impl FnOnce(Vec<Vec<u8>>) -> R::Reply,
-    ) {
-        let Some(incoming) = incoming.still_wanted(&self.planners) else {
-            return;
-        };
-        match work(self, &incoming) {
-            Ok((reply, stages)) => {
-                let model = None;
-                incoming.reply(reply, Done { stages, model });
-            }
-            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
-            Err(Refusal::Late) => {
-                let message =
-                    "the time limit passed during the work: give it more time, or ask for less";
-                incoming.refuse(Status::TimedOut, message);
-            }
-            Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
-            Err(Refusal::Missing(missing)) => {
-                let message = missing.to_string();
-                let ids = missing.0.into_iter().map(ItemId::to_bytes).collect();
-                incoming.refuse_with(lacking(ids), Status::MissingItems, message);
-            }
-        }
-    }
-
     /// The items that a request names.
     pub(crate) fn items(
         &self,
@@ -210,13 +167,13 @@ impl Worker {
     }
 
     /// The search that this cell used last with these settings, or a new one.
-    pub(crate) fn ranking(
+    pub(crate) fn search(
         &mut self,
         cell: &Cell,
         grid: &Grid,
         settings: &SearchSettings,
         checks: &[i32],
-    ) -> Result<&mut Ranking, Refusal> {
+    ) -> Result<&mut ValidSearch, Refusal> {
         let is_same = |kept: &KeptSearch| {
             kept.cell == *cell
                 && kept.grid == *grid
@@ -233,7 +190,7 @@ impl Worker {
         };
         self.searches.push_front(kept);
         match self.searches.front_mut() {
-            Some(kept) => Ok(&mut kept.ranking),
+            Some(kept) => Ok(&mut kept.search),
             None => Err(Refusal::Failed("the search was lost".to_owned())),
         }
     }
@@ -248,7 +205,7 @@ impl Worker {
         let room = self.searches_bytes - self.bytes_of_one();
         let mut held = 0;
         let mut fits = |kept: &KeptSearch| {
-            held += kept.ranking.search.held_bytes();
+            held += kept.search.held_bytes();
             held <= room
         };
         let left = self.searches.iter().take_while(|kept| fits(kept)).count();
@@ -279,10 +236,7 @@ impl Worker {
             grid: grid.clone(),
             settings: settings.clone(),
             checks: checks.to_vec(),
-            ranking: Ranking {
-                search: ValidSearch::new(Box::new(search), boxed),
-                given: None,
-            },
+            search: ValidSearch::new(Box::new(search), boxed),
         })
     }
 }

@@ -8,7 +8,6 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
-use ppnpack_packing::placement::Placement;
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
@@ -99,7 +98,6 @@ fn evaluate(
         heuristic,
         ..SearchSettings::default()
     };
-    let yaw_count = grid.resolution().yaws().count() as u32;
     let candidate = |arrival: u32| v1::CandidateItem {
         item_id: ItemId::of(&item).to_bytes(),
         arrival: arrival.into(),
@@ -111,8 +109,6 @@ fn evaluate(
         parts: (0..candidates)
             .map(|candidate| v1::SearchPart {
                 candidate,
-                first_yaw: 0,
-                yaw_count,
                 proposals: None,
             })
             .collect(),
@@ -139,24 +135,6 @@ fn a_search_ends_when_its_time_is_over_and_the_worker_is_free_again() {
         assert_eq!(found.placements.len(), 1);
         assert!(began.elapsed() < Duration::from_secs(5));
     }
-}
-
-#[test]
-fn placements_are_validated_until_the_time_is_over() {
-    let rig = Rig::new(&Settings::default());
-    let grid = grid(400, 1);
-    let item = block(150, 1);
-    let placement = Placement { yaw: 0, x: 1, y: 2 };
-    let request = v1::ValidateRequest {
-        scene: Some(scene(&grid)),
-        item_id: ItemId::of(&item).to_bytes(),
-        item: Some(item),
-        placements: Some(convert::placement::write_all(
-            vec![placement; 65_536].into_iter(),
-        )),
-        ..v1::ValidateRequest::default()
-    };
-    rig.assert_timed_out(&request, Duration::from_millis(500));
 }
 
 #[test]

@@ -18,7 +18,6 @@ mod round;
 mod router;
 mod sensors;
 mod settings;
-mod streams;
 mod tray;
 mod worker;
 
@@ -96,8 +95,8 @@ pub fn start(
             inputs.push(Input::new(process, Some(&Cell::new(name)?), &actors)?);
         }
     }
-    let router = actors.router;
-    let subscribe = |camera| ros::subscribe(process, camera, &router, &counts);
+    let (router, trays) = (actors.router, actors.tray_clouds);
+    let subscribe = |camera| ros::subscribe(process, camera, &router, &trays, &counts);
     let cameras = settings.ros.iter().map(subscribe);
     Ok(Perception {
         inputs,

@@ -49,8 +49,6 @@ pub struct Settings {
     pub clouds_mib: usize,
     /// Requests that wait for a heightmap at most; more are refused.
     pub queue: usize,
-    /// Whether streams for people to look at are published too.
-    pub debug_streams: bool,
     /// Cameras whose drivers publish clouds as ROS 2 does.
     pub ros: Vec<RosCamera>,
     /// The objects that can be recognised: `builtin`, or a folder of meshes. Without, nothing is recognised.
@@ -73,7 +71,6 @@ impl Default for Settings {
             sensor_restart_after_s: 2.0,
             clouds_mib: 192,
             queue: 256,
-            debug_streams: false,
             ros: Vec::new(),
             catalogue: None,
             trays: BTreeMap::new(),
@@ -182,8 +179,12 @@ impl ServiceSettings for Settings {
         in_range("sensor_restart_after_s", restart_s, 0.0..=3600.0)?;
         in_range("clouds_mib", self.clouds_mib, 1..=65_536)?;
         in_range("queue", self.queue, 1..=65_536)?;
-        ros::validate(&self.ros, |cell| {
-            self.grid_of(cell).map(|_| self.sensors_of(cell))
+        ros::validate(&self.ros, |cell, is_tray| match is_tray {
+            true => self
+                .trays
+                .contains_key(cell.as_str())
+                .then(|| Sensors::new(&[])),
+            false => self.grid_of(cell).map(|_| self.sensors_of(cell)),
         })
     }
 }

@@ -9,10 +9,10 @@ use ppnpack_perception::doubts::Doubt;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::process::Process;
-use ppnpack_service::stream::Arrived;
+use ppnpack_service::stream::{Arrived, Publisher};
 use ppnpack_wire::convert::cloud::CheckedCloud;
 use ppnpack_wire::convert::scene;
-use ppnpack_wire::keys::Cell;
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, DoubtKind};
 
 use crate::counts::{Counts, Fate};
@@ -24,7 +24,6 @@ use crate::room::Held;
 use crate::round::Round;
 use crate::router::Clouds;
 use crate::settings::Settings;
-use crate::streams::Streams;
 
 /// Silence is told after this long.
 const SILENCE: Duration = Duration::from_secs(10);
@@ -44,7 +43,7 @@ pub(crate) struct Worker {
     /// Drawn at random when the service starts.
     epoch: u64,
     sequence: u64,
-    streams: Streams,
+    heightmaps: Publisher<v1::Heightmap>,
     outputs: Outputs,
     /// When silence is told; `None` once it is.
     silent_at: Option<Instant>,
@@ -105,7 +104,7 @@ impl Worker {
         let mapper = Mapper::new(&grid, settings.mapper.clone());
         let sensors = settings.sensors_of(cell).count();
         let order = CloudOrder::new(settings.sensor_restart_after());
-        let streams = Streams::new(process, cell, settings.debug_streams);
+        let heightmaps = Publisher::new(process, cell, Stream::Heightmap);
         Ok(Self {
             cell: cell.clone(),
             clouds,
@@ -116,7 +115,7 @@ impl Worker {
             state_number: 0,
             epoch,
             sequence: 0,
-            streams: streams.map_err(|error| error.to_string())?,
+            heightmaps: heightmaps.map_err(|error| error.to_string())?,
             outputs,
             silent_at: Some(Instant::now() + SILENCE),
         })
@@ -149,8 +148,10 @@ impl Worker {
         if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
             inspected.put(self.cell.clone(), first.message);
         }
-        let grid = self.mapper.grid();
-        self.streams.tell(&heightmap, grid, &mapped.scene);
+        // Nothing depends on it: heightmaps can be asked for.
+        if let Err(error) = self.heightmaps.put(&heightmap) {
+            tracing::warn!(cell = %self.cell, %error, "heightmap not published");
+        }
         // Who answers requests is gone only where the service is ending.
         let message = heightmaps::Message::New(self.cell.clone(), heightmap);
         self.outputs.heightmaps.send(message).ok();

@@ -45,6 +45,7 @@ fn camera(key: &str, cell: &str) -> RosCamera {
     RosCamera {
         key: key.to_owned(),
         sensor: String::new(),
+        is_tray: false,
         cell: cell.to_owned(),
         container_from_sensor: Extrinsics {
             position_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],

@@ -14,9 +14,7 @@ mod scenes;
 mod settings;
 mod step_plan;
 mod store;
-mod viewing;
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -41,7 +39,6 @@ use objects::Objects;
 use planning::Helpers;
 pub use settings::{CellSettings, ClosingSettings, ContainerSettings, Settings, Where};
 use store::Store;
-use viewing::Viewing;
 
 /// The running service.
 pub struct PlannerService {
@@ -50,7 +47,6 @@ pub struct PlannerService {
     outcomes: Vec<Subscription>,
     threads: Vec<JoinHandle<()>>,
     ready: HealthLatch,
-    viewing: Option<Viewing>,
 }
 
 /// Starts the service; `catalogues` has the objects that can be announced by name, one for each resolution of a cell.
@@ -86,7 +82,6 @@ pub fn start(
         outcomes: Vec::new(),
         threads: Vec::new(),
         ready: cells_health,
-        viewing: None,
     };
     for (name, cell_settings) in &settings.cells {
         let cell = Cell::new(name)?;
@@ -110,20 +105,11 @@ pub fn start(
             service.hear(process, &container.address, &address)?;
         }
     }
-    let viewing = settings
-        .view
-        .map(|address| Viewing::start(process, address));
-    service.viewing = viewing.transpose()?;
     service.ready.pass();
     Ok(service)
 }
 
 impl PlannerService {
-    /// Where viewers of Foxglove's protocol connect, where it serves them.
-    pub fn view_address(&self) -> Option<SocketAddr> {
-        self.viewing.as_ref().map(|viewing| viewing.address)
-    }
-
     /// Has a cell's actor take requests.
     fn listen(
         &mut self,
@@ -184,7 +170,6 @@ impl Running for PlannerService {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
         // Without these nobody has the cells' addresses: they end when their mailboxes are empty.
         drop((self.leases, self.listeners, self.outcomes));
-        let viewing = self.viewing.map(Viewing::end);
-        join(self.threads.into_iter().chain(viewing).collect(), deadline)
+        join(self.threads, deadline)
     }
 }

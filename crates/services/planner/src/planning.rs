@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
@@ -20,7 +19,7 @@ use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
 use crate::interruption::Interruption;
-use crate::remote::{LocalSearches, Peers, RemoteProposer, SharedEvaluator};
+use crate::remote::{Peers, RemoteProposer, ServiceEvaluator};
 use crate::settings::{CellSettings, Where};
 
 /// The services that take part in planning.
@@ -64,16 +63,13 @@ impl Planning {
             interruption: Some(interruption),
         };
         match settings.evaluate {
-            Where::Fastest | Where::Services => {
-                let grid = parts.grid()?;
+            Where::Services => {
                 let peers = peers(&helpers.heuristic, settings.evaluate_limit_s);
-                let is_sooner_taken = settings.evaluate == Where::Fastest;
-                let local = LocalSearches::new(&grid, &settings.method, settings.search_bytes());
-                let local = local.map_err(|error| error.to_string())?;
-                let evaluator = SharedEvaluator::new(peers, local, is_sooner_taken);
-                parts.build(Box::new(evaluator), Vec::new())
+                let own = parts.search()?;
+                let evaluator = ServiceEvaluator::new(peers, &settings.method, own);
+                parts.build(Box::new(evaluator))
             }
-            Where::InProcess => parts.build_here(),
+            Where::InProcess => parts.build(Box::new(parts.search()?)),
         }
     }
 
@@ -91,7 +87,7 @@ impl Planning {
             network: None,
             interruption: None,
         };
-        parts.build_here()
+        parts.build(Box::new(parts.search()?))
     }
 
     pub(crate) fn grid(&self) -> &Grid {
@@ -134,21 +130,14 @@ impl Parts<'_> {
             .map_err(|error| error.to_string())
     }
 
-    /// With a search in this process, which checks stability itself.
-    fn build_here(&self) -> Result<Planning, String> {
-        let method = &self.settings.method;
-        let search = Search::new(&self.grid()?, &method.search_settings());
-        let search = search.map_err(|error| error.to_string())?;
-        let search = search.bounded().within_bytes(self.settings.search_bytes());
-        self.build(Box::new(search), method.stability.checks())
+    /// A search in this process.
+    fn search(&self) -> Result<Search, String> {
+        let settings = self.settings.method.search_settings();
+        let search = Search::new(&self.grid()?, &settings).map_err(|error| error.to_string())?;
+        Ok(search.bounded().within_bytes(self.settings.search_bytes()))
     }
 
-    /// With an evaluator; `more` are the checks that are asked after all others.
-    fn build(
-        &self,
-        evaluator: Box<dyn Evaluator>,
-        more: Vec<BoxedCheck>,
-    ) -> Result<Planning, String> {
+    fn build(&self, evaluator: Box<dyn Evaluator>) -> Result<Planning, String> {
         let Self { settings, .. } = *self;
         let (grid, method) = (self.grid()?, &settings.method);
         let proposer = method.proposer_or_exhaustive(&grid, self.network);
@@ -168,7 +157,7 @@ impl Parts<'_> {
         twin.cell.container = grid.container();
         let trial = trial::check(method.trial, &method.loads, twin, self.threads.clone());
         checks.extend(trial.map_err(|error| error.to_string())?);
-        checks.extend(more);
+        checks.extend(method.stability.checks());
         let evaluator = method.farsighted(evaluator);
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
         Ok(Planning { grid, planner })

@@ -4,7 +4,6 @@
 //! that gains from it can run the steps of several cells at once. The network itself is behind the traits [`Network`]
 //! and [`Scorer`]: this crate does not link libtorch.
 
-mod debug_scores;
 mod settings;
 mod worker;
 
@@ -16,7 +15,6 @@ use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
-use ppnpack_packing::score_map::ScoreMap;
 use ppnpack_packing::step::StageError;
 use ppnpack_service::Running;
 use ppnpack_service::actor;
@@ -26,7 +24,6 @@ use ppnpack_service::rpc::Listener;
 use ppnpack_service::{HealthLatch, ServiceError, alive, join};
 use ppnpack_wire::keys::Service;
 
-use debug_scores::DebugScores;
 pub use settings::{Device, Settings};
 use worker::Worker;
 
@@ -48,14 +45,8 @@ pub trait Scorer: Send {
     fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>>;
 }
 
-/// What the network says of a step's items.
-#[derive(Debug, Clone, Default)]
-pub struct ScoredItems {
-    /// Per item, its placements with the best scores, best first.
-    pub best: Vec<Vec<Placement>>,
-    /// Per item, the scores of all its placements that stay below the rim; `None` where the step did not ask for them.
-    pub scores: Option<Vec<ScoreMap>>,
-}
+/// The best placements of a step's items by the network: per item, those with the best scores, best first.
+pub type ScoredItems = Vec<Vec<Placement>>;
 
 /// A step whose items are to be scored.
 #[derive(Debug, Clone, Copy)]
@@ -66,8 +57,6 @@ pub struct ScoredStep<'a> {
     pub items: &'a [&'a Item],
     /// How many of their placements are wanted.
     pub share: Percent,
-    /// Whether the scores of all placements are wanted too.
-    pub wants_scores: bool,
 }
 
 /// Why the service did not start.
@@ -103,10 +92,7 @@ pub fn start(
     let (address, mailbox) = actor::mailbox(settings.queue.max(1));
     let planners = Alive::watch(process.session(), Service::Planner)?;
     process.set_model(Some(network.model().to_owned()));
-    let debug_scores = settings
-        .debug_streams
-        .then(|| DebugScores::new(process.clone()));
-    let mut worker = Worker::new(network, planners, settings, debug_scores);
+    let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
     let thread = process
         .supervisor()

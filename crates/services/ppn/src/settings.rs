@@ -27,8 +27,6 @@ pub struct Settings {
     /// The most work of one request: cells of the container times yaws times candidates, which is also what its memory grows
     /// with. More is refused before it is begun.
     pub most_placements: usize,
-    /// Whether streams for people to look at are published too.
-    pub debug_streams: bool,
 }
 
 /// Where a network runs.
@@ -52,7 +50,6 @@ impl Default for Settings {
             grids_kept: 4,
             most_cells: 1 << 16,
             most_placements: 1 << 22,
-            debug_streams: false,
         }
     }
 }

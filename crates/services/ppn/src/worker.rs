@@ -14,11 +14,9 @@ use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::{ItemStore, MissingItems};
-use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
-use crate::debug_scores::{CellScores, DebugScores};
 use crate::settings::Settings;
 use crate::{Network, ScoredItems, ScoredStep, Scorer};
 
@@ -35,8 +33,6 @@ pub(crate) struct Worker {
     model: String,
     scorers: VecDeque<(Grid, Box<dyn Scorer>)>,
     items: ItemStore,
-    /// For people to look at, where they may.
-    debug_scores: Option<DebugScores>,
     batch: usize,
     grids_kept: usize,
     most_cells: usize,
@@ -71,19 +67,13 @@ impl<E: std::error::Error> From<E> for Refusal {
 }
 
 impl Worker {
-    pub(crate) fn new(
-        network: Box<dyn Network>,
-        planners: Alive,
-        settings: &Settings,
-        debug_scores: Option<DebugScores>,
-    ) -> Self {
+    pub(crate) fn new(network: Box<dyn Network>, planners: Alive, settings: &Settings) -> Self {
         Self {
             planners,
             model: network.model().to_owned(),
             network,
             scorers: VecDeque::new(),
             items: ItemStore::new(settings.items_kept_mib << 20),
-            debug_scores,
             batch: settings.batch.max(1),
             grids_kept: settings.grids_kept.max(1),
             most_cells: settings.most_cells,
@@ -199,10 +189,6 @@ impl Worker {
         if ready.is_empty() {
             return;
         }
-        let are_scores_wanted: Vec<bool> = ready
-            .iter()
-            .map(|ready| self.are_scores_wanted(ready.incoming.cell()))
-            .collect();
         let items: Vec<Vec<&Item>> = ready
             .iter()
             .map(|ready| ready.step.items.iter().map(|item| &**item).collect())
@@ -210,12 +196,10 @@ impl Worker {
         let steps: Vec<ScoredStep<'_>> = ready
             .iter()
             .zip(&items)
-            .zip(are_scores_wanted)
-            .map(|((ready, items), wants_scores)| ScoredStep {
+            .map(|(ready, items)| ScoredStep {
                 heightmap: ready.step.scene.heightmap(),
                 items,
                 share: ready.step.share,
-                wants_scores,
             })
             .collect();
         let results = match self.scorer(grid) {
@@ -227,39 +211,16 @@ impl Worker {
         };
         drop(steps);
         drop(items);
-        let mut of_cells = Vec::new();
         for (ready, result) in ready.into_iter().zip(results) {
-            of_cells.extend(self.answer(ready, started, result));
-        }
-        // Nobody waits any more.
-        if let Some(debug_scores) = &self.debug_scores {
-            for of_cell in of_cells {
-                debug_scores.tell(grid, &of_cell);
-            }
+            self.answer(ready, started, result);
         }
     }
 
-    /// Whether somebody looks at the scores of a cell.
-    fn are_scores_wanted(&mut self, cell: &Cell) -> bool {
-        let debug_scores = self.debug_scores.as_mut();
-        debug_scores.is_some_and(|debug_scores| debug_scores.is_wanted(cell))
-    }
-
-    /// Answers a request. Gives the scores, where it asked for them.
-    fn answer(
-        &self,
-        ready: Ready,
-        started: Instant,
-        result: Result<ScoredItems, StageError>,
-    ) -> Option<CellScores> {
-        let ScoredItems { best, scores } = match result {
-            Ok(scored) => scored,
-            Err(error) => {
-                ready.incoming.refuse(Status::Failed, error.to_string());
-                return None;
-            }
+    fn answer(&self, ready: Ready, started: Instant, result: Result<ScoredItems, StageError>) {
+        let best = match result {
+            Ok(best) => best,
+            Err(error) => return ready.incoming.refuse(Status::Failed, error.to_string()),
         };
-        let cell = ready.incoming.cell().clone();
         let proposals = best
             .into_iter()
             .map(|of_item| convert::placement::write_all(of_item.into_iter()));
@@ -273,11 +234,6 @@ impl Worker {
         ];
         let model = Some(self.model.clone());
         ready.incoming.reply(reply, Done { stages, model });
-        Some(CellScores {
-            cell,
-            items: ready.step.items,
-            scores: scores?,
-        })
     }
 
     /// The network for a grid; those longest unused go first.

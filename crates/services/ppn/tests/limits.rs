@@ -45,12 +45,7 @@ impl Scorer for Idle {
     fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
         std::thread::sleep(self.takes);
         self.scored.fetch_add(steps.len(), Ordering::Relaxed);
-        let nothing = |step: &ScoredStep<'_>| {
-            Ok(ScoredItems {
-                best: vec![Vec::new(); step.items.len()],
-                scores: None,
-            })
-        };
+        let nothing = |step: &ScoredStep<'_>| Ok(vec![Vec::new(); step.items.len()]);
         steps.iter().map(nothing).collect()
     }
 }

@@ -19,7 +19,6 @@ use ppnpack_wire::keys::{Cell, Service};
 use crate::cell::bridge::BridgeFace;
 use crate::cell::perception::PerceptionFace;
 use crate::cell::planner::PlannerFace;
-use crate::claims::{Claim, Claims};
 use crate::error::FaceError;
 use crate::frames::Frames;
 use crate::requests::Requests;
@@ -53,7 +52,8 @@ pub(crate) struct Cells {
     common: Common,
     namespace: Name,
     world_from_container: BTreeMap<Cell, Isometry3<f64>>,
-    claims: Claims,
+    /// Who has which name in ROS: what is asked under one must reach one cell alone.
+    names: BTreeMap<Name, Cell>,
     cells: BTreeMap<Cell, CellFace>,
     /// Whether there were more, which is said once.
     is_full: bool,
@@ -95,7 +95,7 @@ impl Cells {
             },
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),
-            claims: Claims::default(),
+            names: BTreeMap::new(),
             cells: BTreeMap::new(),
             is_full: false,
             scenes: PlannedScenes::new(session),
@@ -146,15 +146,14 @@ impl Cells {
             return Ok(());
         }
         let name = self.namespace.join(&names::part_of(cell.as_str()))?;
-        let claim = self.claims.claim(&name, cell, Instant::now());
-        if let Claim::TakenFrom(gone) = &claim {
-            tracing::warn!(%cell, %gone, %name, "a cell has the name in ROS of one that has gone");
-            self.cells.remove(gone);
-        }
+        let holder = self
+            .names
+            .entry(name.clone())
+            .or_insert_with(|| cell.clone());
         let face = self.cells.entry(cell.clone()).or_default();
-        if let Claim::Refused(other) = claim {
+        if holder != cell {
             if is_new {
-                tracing::error!(%cell, %other, %name, "a cell is not in ROS: another one has its name there");
+                tracing::error!(%cell, %holder, %name, "a cell is not in ROS: another one has its name there");
             }
             return Ok(());
         }

@@ -2,7 +2,6 @@
 
 use ppnpack_ros::RosError;
 use ppnpack_service::ServiceError;
-use ppnpack_wire::WireError;
 
 /// What keeps a cell from being seen in ROS.
 #[derive(Debug, thiserror::Error)]
@@ -13,7 +12,4 @@ pub(crate) enum FaceError {
     /// Of the side of the stack.
     #[error(transparent)]
     Service(#[from] ServiceError),
-    /// A message of the stack is not possible.
-    #[error(transparent)]
-    Wire(#[from] WireError),
 }

@@ -1,4 +1,4 @@
-//! Frames: where containers, sensors and items are, for `tf2`.
+//! Frames: where containers and items are, for `tf2`.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
@@ -18,14 +18,6 @@ const WORLD: &str = "world";
 /// The frame of a container, in which all coordinates are.
 pub(crate) fn container(cell: &str) -> String {
     format!("{cell}/container")
-}
-
-/// The frame of a sensor of a container.
-pub(crate) fn sensor(cell: &Cell, sensor: &str) -> String {
-    match sensor {
-        "" => format!("{cell}/sensor"),
-        name => format!("{cell}/sensor/{name}"),
-    }
 }
 
 /// The frame of an item that lies in a container.

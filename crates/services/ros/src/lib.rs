@@ -1,5 +1,4 @@
-//! The cells in ROS 2: what they say as topics, what can be asked of them as services, packing as an action, and the point clouds of ROS's
-//! drivers for perception.
+//! The cells in ROS 2: what they say as topics, what can be asked of them as services, and packing as an action.
 //!
 //! It is a client like any other of the stack, and a node of ROS as `rmw_zenoh` has them, on the stack's own router or on that of ROS. Each
 //! cell that is there, and each container, has its topics below a name of its own. What is large or has to be drawn is read only while
@@ -7,8 +6,6 @@
 
 mod cell;
 mod cells;
-mod claims;
-mod clouds;
 mod convert;
 mod error;
 mod frames;
@@ -29,8 +26,7 @@ use ppnpack_service::{HealthLatch, Running, ServiceError, ServiceSettings, Shutd
 use zenoh::{Session, Wait};
 
 use cells::Cells;
-use clouds::CloudIn;
-pub use settings::{CloudSource, Settings};
+pub use settings::Settings;
 
 /// How often it is looked what is new and who reads it.
 const LOOK: Duration = Duration::from_millis(100);
@@ -42,7 +38,6 @@ const GOALS_END: Duration = Duration::from_secs(1);
 pub struct Ros {
     // Nobody finds it any more before it ends: fields are dropped in this order.
     alive: alive::Token,
-    clouds: Vec<CloudIn>,
     _ready: HealthLatch,
     shutdown: Shutdown,
     thread: JoinHandle<()>,
@@ -63,11 +58,6 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
     let own = session.as_ref().unwrap_or(process.session());
     let name = Name::new(&settings.namespace).map_err(ServiceError::start)?;
     let node = Node::new(own, settings.domain, &name).map_err(ServiceError::start)?;
-    let clouds = settings.clouds.iter();
-    let clouds = clouds.map(|source| clouds::pass_on(process, &node, source));
-    let clouds = clouds
-        .collect::<Result<_, _>>()
-        .map_err(ServiceError::start)?;
     let shutdown = process.shutdown().of_part();
     let (working, goals) = sync_channel(0);
     let cells = Cells::new(process, &node, settings, &shutdown, Arc::new(working));
@@ -82,7 +72,6 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
     tracing::info!(domain = settings.domain, namespace = %name, "in ROS 2");
     Ok(Ros {
         alive,
-        clouds,
         _ready: ready,
         shutdown,
         thread,
@@ -119,7 +108,7 @@ fn follow(mut cells: Cells, shutdown: &Shutdown) {
 
 impl Running for Ros {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        drop((self.alive, self.clouds));
+        drop(self.alive);
         self.shutdown.request();
         let ended = ppnpack_service::join(vec![self.thread], deadline);
         // Whoever waits for the result of a goal is told that it ended.

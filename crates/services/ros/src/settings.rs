@@ -1,6 +1,6 @@
 //! What can be set.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -27,8 +27,6 @@ pub struct Settings {
     pub request_limit_s: f64,
     /// Where the containers are in the frame `world`: the poses of their frames there. One that is not named is at its origin.
     pub containers: BTreeMap<String, Extrinsics>,
-    /// Drivers whose clouds are passed on to perception.
-    pub clouds: Vec<CloudSource>,
 }
 
 impl Default for Settings {
@@ -39,27 +37,8 @@ impl Default for Settings {
             namespace: "/ppnpack".to_owned(),
             request_limit_s: 30.0,
             containers: BTreeMap::new(),
-            clouds: Vec::new(),
         }
     }
-}
-
-/// A driver that publishes `sensor_msgs/msg/PointCloud2`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CloudSource {
-    /// The topic, such as `/camera/depth/points`.
-    pub topic: String,
-    /// The cell, or container, that it looks at.
-    pub cell: String,
-    /// Its name among the sensors of the cell, where there are several.
-    #[serde(default)]
-    pub sensor: String,
-    /// Whether it looks at the tray.
-    #[serde(default)]
-    pub is_tray: bool,
-    /// Where it is: the pose of the frame that its coordinates are in.
-    pub container_from_sensor: Extrinsics,
 }
 
 impl Settings {
@@ -79,18 +58,6 @@ impl ServiceSettings for Settings {
             Cell::new(cell).map_err(|error| refused(&error))?;
             pose.pose().map_err(|error| refused(&error))?;
         }
-        let mut sensors = BTreeSet::new();
-        for (index, source) in self.clouds.iter().enumerate() {
-            let refused = |error: &dyn std::fmt::Display| format!("clouds[{index}]: {error}");
-            Name::new(&source.topic).map_err(|error| refused(&error))?;
-            Cell::new(&source.cell).map_err(|error| refused(&error))?;
-            let pose = source.container_from_sensor.pose();
-            pose.map_err(|error| refused(&error))?;
-            // Perception would take the clouds of the one as late ones of the other.
-            if !sensors.insert((&source.cell, source.is_tray, &source.sensor)) {
-                return Err(refused(&"another one of the cell has this sensor's name"));
-            }
-        }
         Ok(())
     }
 }
@@ -99,43 +66,19 @@ impl ServiceSettings for Settings {
 mod tests {
     use super::*;
 
-    fn source() -> CloudSource {
-        CloudSource {
-            topic: "/camera/points".to_owned(),
-            cell: "cell-1".to_owned(),
-            sensor: String::new(),
-            is_tray: false,
-            container_from_sensor: Extrinsics {
-                position_m: [0.1, 0.1, 0.9],
-                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
-            },
-        }
-    }
-
     #[test]
     fn impossible_settings_are_named() {
         type Change = fn(&mut Settings);
-        let changes: [(&str, Change); 7] = [
+        let changes: [(&str, Change); 4] = [
             ("domain", |it| it.domain = 233),
             ("request_limit_s", |it| it.request_limit_s = f64::NAN),
             ("namespace", |it| it.namespace = "ppnpack".to_owned()),
             ("containers.all", |it| {
-                let pose = source().container_from_sensor;
+                let pose = Extrinsics {
+                    position_m: [0.1, 0.1, 0.9],
+                    orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
+                };
                 it.containers.insert("all".to_owned(), pose);
-            }),
-            ("clouds[0]: 'points'", |it| {
-                it.clouds = vec![CloudSource {
-                    topic: "points".to_owned(),
-                    ..source()
-                }];
-            }),
-            ("clouds[1]: ", |it| {
-                let mut second = source();
-                second.container_from_sensor.orientation_xyzw = [0.0; 4];
-                it.clouds = vec![source(), second];
-            }),
-            ("clouds[1]: another", |it| {
-                it.clouds = vec![source(), source()];
             }),
         ];
         assert_eq!(Settings::default().validate(), Ok(()));

@@ -1,4 +1,4 @@
-//! A cell in ROS over real sessions: what it says comes, what is asked is passed on, and clouds of drivers come to perception.
+//! A cell in ROS over real sessions: what it says comes, and what is asked is passed on.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -9,34 +9,30 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_perception::extrinsics::Extrinsics;
+use nalgebra::Isometry3;
 use ppnpack_ros::action::{Action, SendGoalRequest, SendGoalResponse};
+use ppnpack_ros::cdr;
 use ppnpack_ros::description::Message;
 use ppnpack_ros::keys::{self, TypeKey};
 use ppnpack_ros::messages::ppnpack_actions::{Pack, PackGoal};
 use ppnpack_ros::messages::ppnpack_msgs::{Announcement, CellState, Session};
 use ppnpack_ros::messages::ppnpack_srvs::{Hold, HoldRequest, HoldResponse};
-use ppnpack_ros::messages::sensor_msgs::PointCloud2;
 use ppnpack_ros::messages::std_srvs::{Trigger, TriggerRequest};
 use ppnpack_ros::messages::tf2_msgs::TfMessage;
 use ppnpack_ros::messages::unique_identifier_msgs::Uuid;
 use ppnpack_ros::messages::visualization_msgs::MarkerArray;
 use ppnpack_ros::names::Name;
 use ppnpack_ros::service::Service;
-use ppnpack_ros::{Node, Qos, Subscription, cdr};
-use ppnpack_ros_service::{CloudSource, Settings};
+use ppnpack_ros_service::Settings;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{self, Done, Incoming, Listener};
-use ppnpack_service::stream::{self, Publisher};
+use ppnpack_service::stream::Publisher;
 use ppnpack_service::{Running, alive};
-use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::debug;
 use ppnpack_wire::keys::{Cell, Service as Of, Stream};
-use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
+use ppnpack_wire::v1;
+use zenoh::pubsub::Subscriber;
 use zenoh::query::ReplyKeyExpr;
 use zenoh::sample::Sample;
 use zenoh::{Session as ZenohSession, Wait};
@@ -61,7 +57,6 @@ struct Rig {
     bridge: Process,
     states: Publisher<v1::CellState>,
     session: ZenohSession,
-    node: Node,
     _alive: alive::Token,
     _process: Process,
     hub: Hub,
@@ -79,7 +74,6 @@ impl Rig {
             face: Some(Box::new(
                 ppnpack_ros_service::start(&process, settings).unwrap(),
             )),
-            node: Node::new(&session, settings.domain, &name("/viewer")).unwrap(),
             bridge,
             session,
             _process: process,
@@ -88,14 +82,15 @@ impl Rig {
     }
 
     /// The messages of a topic.
-    fn listen<M: Message>(&self, topic: &str) -> (Receiver<M>, Subscription) {
+    fn listen<M: Message>(&self, topic: &str) -> (Receiver<M>, Subscriber<()>) {
         let (sender, receiver) = sync_channel(64);
-        let on_message = move |message| drop(sender.try_send(message));
-        let limit = MAX_CLOUD_BYTES;
-        let subscribed = self
-            .node
-            .subscribe(&name(topic), Qos::EVENTS, limit, on_message);
-        (receiver, subscribed.unwrap())
+        let on_sample = move |sample: Sample| {
+            let message = cdr::decode(&sample.payload().to_bytes()).unwrap();
+            drop(sender.try_send(message));
+        };
+        let key = keys::data(0, &name(topic), &TypeKey::of_message::<M>());
+        let subscribed = self.session.declare_subscriber(key).callback(on_sample);
+        (receiver, subscribed.wait().unwrap())
     }
 
     /// What is given to whoever comes later to a topic, as advanced subscribers of Zenoh ask for it.
@@ -213,16 +208,9 @@ fn whoever_comes_later_is_given_what_is_so() {
 #[test]
 fn what_nobody_followed_is_not_given_to_who_comes_later() {
     let rig = Rig::new(&Settings::default());
-    let scenes = Publisher::new(&rig.bridge, &cell(), Stream::DebugScene).unwrap();
-    let size = ContainerSize {
-        x_m: 0.4,
-        y_m: 0.3,
-        z_m: 0.2,
-    };
-    let scene = debug::scene(&cell(), 0, size, &[], None);
     let topic = "/ppnpack/cell_1/scene";
     let (drawn, subscription) = rig.listen::<MarkerArray>(topic);
-    comes(&drawn, || scenes.put(&scene).unwrap(), |_| true);
+    comes(&drawn, || rig.states.put(&state()).unwrap(), |_| true);
     assert!(rig.last::<MarkerArray>(topic).is_some());
     drop(subscription);
     let until = Instant::now() + PATIENCE;
@@ -230,74 +218,6 @@ fn what_nobody_followed_is_not_given_to_who_comes_later() {
         assert!(Instant::now() < until, "it is kept");
         std::thread::sleep(AGAIN);
     }
-}
-
-#[test]
-fn clouds_of_a_driver_come_to_perception() {
-    let settings = Settings {
-        clouds: vec![CloudSource {
-            topic: "/camera/points".to_owned(),
-            cell: "cell-1".to_owned(),
-            sensor: "left".to_owned(),
-            is_tray: false,
-            container_from_sensor: Extrinsics {
-                position_m: [0.1, 0.2, 0.9],
-                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
-            },
-        }],
-        ..Settings::default()
-    };
-    let rig = Rig::new(&settings);
-    let (sender, clouds) = sync_channel(64);
-    let keep = move |_, cloud: v1::PointCloud| drop(sender.try_send(cloud));
-    let session = rig.bridge.session();
-    let _subscription =
-        stream::subscribe(session, Some(&cell()), Stream::Cloud, MAX_CLOUD_BYTES, keep).unwrap();
-    let driver = rig
-        .node
-        .publisher::<PointCloud2>(&name("/camera/points"), Qos::SENSOR)
-        .unwrap();
-    let capture = Capture {
-        sequence: 1,
-        captured_at_ns: 5_000_000_000,
-        state_number: 0,
-        container_from_sensor: Isometry3::identity(),
-    };
-    let points = [
-        Point3::new(0.25, -0.5, 1.0),
-        Point3::new(f32::NAN, 0.0, 0.0),
-    ];
-    let written = cloud::write(&capture, &points);
-    let message = PointCloud2 {
-        height: 1,
-        width: 2,
-        fields: ["x", "y", "z"]
-            .into_iter()
-            .zip([0, 4, 8])
-            .map(
-                |(name, offset)| ppnpack_ros::messages::sensor_msgs::PointField {
-                    name: name.to_owned(),
-                    offset,
-                    datatype: 7,
-                    count: 1,
-                },
-            )
-            .collect(),
-        point_step: 12,
-        row_step: 24,
-        data: cdr::Bytes(written.data.clone()),
-        ..PointCloud2::default()
-    };
-    let came = comes(&clouds, || driver.publish(&message).unwrap(), |_| true);
-    assert_eq!(came.data, written.data);
-    assert_eq!(came.fields, written.fields);
-    assert_eq!(
-        (came.sensor.as_str(), came.cell.as_str()),
-        ("left", "cell-1")
-    );
-    let read = cloud::read(&came).unwrap();
-    let translation = read.container_from_sensor().translation.vector;
-    assert_eq!(translation.as_slice(), [0.1, 0.2, 0.9]);
 }
 
 #[test]

@@ -50,7 +50,7 @@ messages! {
     // health.proto
     HealthRequest HealthReply HealthCheck
     // heuristic.proto
-    EvaluateRequest CandidateItem SearchPart EvaluateReply ValidateRequest ValidateReply Validity
+    EvaluateRequest CandidateItem SearchPart EvaluateReply
     // item.proto
     Item ItemView Underside
     // objective.proto

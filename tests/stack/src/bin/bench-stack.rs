@@ -16,7 +16,7 @@ use ppnpack_wire::keys::Service;
 use serde::Serialize;
 
 /// Where a stack evaluates if nothing else is said.
-const FASTEST: &str = "fastest";
+const IN_PROCESS: &str = "in-process";
 
 /// Measures plans through the stack: reference setting, simulated cells, the built-in objects.
 #[derive(Debug, Parser)]
@@ -88,7 +88,7 @@ fn main() -> Result<()> {
         return compare(&arguments, &catalogue, programs);
     }
     let mut rows = vec![
-        exhaustive(&arguments, &catalogue, FASTEST)?,
+        exhaustive(&arguments, &catalogue, IN_PROCESS)?,
         exhaustive(&arguments, &catalogue, "services")?,
     ];
     if !arguments.without_network {
@@ -128,7 +128,7 @@ fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static s
 fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
     let options = untried(Options {
         has_network: true,
-        evaluate: FASTEST,
+        evaluate: IN_PROCESS,
         ..Options::default()
     });
     let stack =
@@ -141,7 +141,7 @@ fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> 
     let cells: Vec<String> = (1..=4).map(|number| format!("cell-{number}")).collect();
     let options = untried(Options {
         cells: cells.clone(),
-        evaluate: FASTEST,
+        evaluate: IN_PROCESS,
         ..Options::default()
     });
     let stack = Stack::start(&options)?;
@@ -219,7 +219,7 @@ struct Comparison {
 
 fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Result<()> {
     let mut rows = Vec::new();
-    for evaluate in [FASTEST, "services"] {
+    for evaluate in [IN_PROCESS, "services"] {
         let start = |programs: Option<&Path>| {
             Stack::start(&untried(Options {
                 evaluate,

@@ -117,25 +117,21 @@ fn everything_is_killed_while_the_planner_packs_by_itself() {
 
 #[test]
 fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
-    let mut stack = Stack::start(&Options {
-        heuristics: 2,
-        ..Options::default()
-    })
-    .unwrap();
+    let mut stack = Stack::start(&Options::default()).unwrap();
     let cell = stack.cell(0).unwrap();
     cell.begin("stopped", &OBJECTS, false).unwrap();
     assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
 
-    stack.signal("heuristic-2", Signal::Stop).unwrap();
+    stack.signal("heuristic-1", Signal::Stop).unwrap();
     let decision = cell.step().unwrap().unwrap();
     assert!(
-        decision.degraded[0].contains("heuristic-2"),
+        decision.degraded[0].contains("heuristic-1"),
         "{:?}",
         decision.degraded
     );
     assert_consistent(&cell, "while it is stopped");
 
-    stack.signal("heuristic-2", Signal::Continue).unwrap();
+    stack.signal("heuristic-1", Signal::Continue).unwrap();
     let ended = Instant::now();
     let when = "a stopped heuristic service is asked again";
     while !cell.step().unwrap().unwrap().degraded.is_empty() {
@@ -163,10 +159,10 @@ fn without_any_heuristic_service_the_planner_searches_itself_and_says_so() {
 }
 
 #[test]
-fn replicas_decide_what_one_decides() {
-    let decisions = |heuristics: usize| {
+fn a_heuristic_service_decides_what_the_planner_decides() {
+    let decisions = |evaluate: &'static str| {
         let stack = Stack::start(&Options {
-            heuristics,
+            evaluate,
             ..Options::default()
         })
         .unwrap();
@@ -183,9 +179,9 @@ fn replicas_decide_what_one_decides() {
         }
         decisions
     };
-    let alone = decisions(1);
+    let alone = decisions("in-process");
     assert!(alone.len() > 10);
-    assert_eq!(decisions(3), alone);
+    assert_eq!(decisions("services"), alone);
 }
 
 #[test]

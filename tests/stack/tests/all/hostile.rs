@@ -60,7 +60,7 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         .unwrap();
     let scene = heightmap.scene;
     let evaluate = v1::EvaluateRequest {
-        scene: scene.clone(),
+        scene,
         candidates: vec![v1::CandidateItem {
             item_id: vec![7; 32],
             arrival: 0,
@@ -73,8 +73,6 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         }],
         parts: vec![v1::SearchPart {
             candidate: 0,
-            first_yaw: 0,
-            yaw_count: 4,
             proposals: None,
         }],
         objective: Some(v1::Objective {
@@ -83,11 +81,6 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         }),
         limit: 1,
         ..v1::EvaluateRequest::default()
-    };
-    let validate = v1::ValidateRequest {
-        scene,
-        item_id: vec![7; 32],
-        ..v1::ValidateRequest::default()
     };
     let place = v1::PlaceRequest {
         placement_id: "hostile".to_owned(),
@@ -100,7 +93,6 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
     vec![
         target(cell, v1::HeightmapRequest::default()),
         target(cell, evaluate),
-        target(cell, validate),
         target(cell, place),
         target(cell, v1::OutcomeRequest::default()),
         target(cell, v1::CellStateRequest::default()),

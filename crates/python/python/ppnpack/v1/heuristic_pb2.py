@@ -29,7 +29,7 @@ from ppnpack.v1 import placement_pb2 as ppnpack_dot_v1_dot_placement__pb2
 from ppnpack.v1 import scene_pb2 as ppnpack_dot_v1_dot_scene__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1appnpack/v1/heuristic.proto\x12\nppnpack.v1\x1a\x17ppnpack/v1/header.proto\x1a\x15ppnpack/v1/item.proto\x1a\x1appnpack/v1/objective.proto\x1a\x1appnpack/v1/placement.proto\x1a\x16ppnpack/v1/scene.proto\"\xff\x02\n\x0f\x45valuateRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12 \n\x05scene\x18\x02 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12-\n\ncandidates\x18\x03 \x03(\x0b\x32\x19.ppnpack.v1.CandidateItem\x12\x1f\n\x05items\x18\x04 \x03(\x0b\x32\x10.ppnpack.v1.Item\x12%\n\x05parts\x18\x05 \x03(\x0b\x32\x16.ppnpack.v1.SearchPart\x12(\n\tobjective\x18\x06 \x01(\x0b\x32\x15.ppnpack.v1.Objective\x12!\n\x06\x63hecks\x18\x07 \x03(\x0e\x32\x11.ppnpack.v1.Check\x12\r\n\x05limit\x18\x08 \x01(\r\x12\x0c\n\x04step\x18\t \x01(\x04\x12\x12\n\nranking_id\x18\n \x01(\t\x12*\n\x05\x61\x66ter\x18\x0b \x01(\x0b\x32\x1b.ppnpack.v1.RankedPlacement\"?\n\rCandidateItem\x12\x0f\n\x07item_id\x18\x01 \x01(\x0c\x12\x0f\n\x07\x61rrival\x18\x02 \x01(\x04\x12\x0c\n\x04pose\x18\x03 \x01(\r\"p\n\nSearchPart\x12\x11\n\tcandidate\x18\x01 \x01(\r\x12\x11\n\tfirst_yaw\x18\x02 \x01(\r\x12\x11\n\tyaw_count\x18\x03 \x01(\r\x12)\n\tproposals\x18\x04 \x01(\x0b\x32\x16.ppnpack.v1.Placements\"\xc2\x01\n\rEvaluateReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12/\n\nplacements\x18\x02 \x03(\x0b\x32\x1b.ppnpack.v1.RankedPlacement\x12\x13\n\x0bis_complete\x18\x03 \x01(\x08\x12+\n\x06\x63ounts\x18\x04 \x03(\x0b\x32\x1b.ppnpack.v1.PlacementCounts\x12\x15\n\rmissing_items\x18\x05 \x03(\x0c\"\xde\x01\n\x0fValidateRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12 \n\x05scene\x18\x02 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12\x0f\n\x07item_id\x18\x03 \x01(\x0c\x12\x1e\n\x04item\x18\x04 \x01(\x0b\x32\x10.ppnpack.v1.Item\x12*\n\nplacements\x18\x05 \x01(\x0b\x32\x16.ppnpack.v1.Placements\x12!\n\x06\x63hecks\x18\x06 \x03(\x0e\x32\x11.ppnpack.v1.Check\"y\n\rValidateReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12(\n\nvalidities\x18\x02 \x03(\x0b\x32\x14.ppnpack.v1.Validity\x12\x15\n\rmissing_items\x18\x03 \x03(\x0c\"\\\n\x08Validity\x12\x16\n\x0eresting_height\x18\x01 \x01(\r\x12\x11\n\tis_inside\x18\x02 \x01(\x08\x12%\n\nrefused_by\x18\x03 \x01(\x0e\x32\x11.ppnpack.v1.Checkb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1appnpack/v1/heuristic.proto\x12\nppnpack.v1\x1a\x17ppnpack/v1/header.proto\x1a\x15ppnpack/v1/item.proto\x1a\x1appnpack/v1/objective.proto\x1a\x1appnpack/v1/placement.proto\x1a\x16ppnpack/v1/scene.proto\"\xbf\x02\n\x0f\x45valuateRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12 \n\x05scene\x18\x02 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12-\n\ncandidates\x18\x03 \x03(\x0b\x32\x19.ppnpack.v1.CandidateItem\x12\x1f\n\x05items\x18\x04 \x03(\x0b\x32\x10.ppnpack.v1.Item\x12%\n\x05parts\x18\x05 \x03(\x0b\x32\x16.ppnpack.v1.SearchPart\x12(\n\tobjective\x18\x06 \x01(\x0b\x32\x15.ppnpack.v1.Objective\x12!\n\x06\x63hecks\x18\x07 \x03(\x0e\x32\x11.ppnpack.v1.Check\x12\r\n\x05limit\x18\x08 \x01(\r\x12\x0c\n\x04step\x18\t \x01(\x04\"?\n\rCandidateItem\x12\x0f\n\x07item_id\x18\x01 \x01(\x0c\x12\x0f\n\x07\x61rrival\x18\x02 \x01(\x04\x12\x0c\n\x04pose\x18\x03 \x01(\r\"J\n\nSearchPart\x12\x11\n\tcandidate\x18\x01 \x01(\r\x12)\n\tproposals\x18\x04 \x01(\x0b\x32\x16.ppnpack.v1.Placements\"\xc2\x01\n\rEvaluateReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12/\n\nplacements\x18\x02 \x03(\x0b\x32\x1b.ppnpack.v1.RankedPlacement\x12\x13\n\x0bis_complete\x18\x03 \x01(\x08\x12+\n\x06\x63ounts\x18\x04 \x03(\x0b\x32\x1b.ppnpack.v1.PlacementCounts\x12\x15\n\rmissing_items\x18\x05 \x03(\x0c\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -37,17 +37,11 @@ _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'ppnpack.v1.heuristic_pb2', 
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_EVALUATEREQUEST']._serialized_start=171
-  _globals['_EVALUATEREQUEST']._serialized_end=554
-  _globals['_CANDIDATEITEM']._serialized_start=556
-  _globals['_CANDIDATEITEM']._serialized_end=619
-  _globals['_SEARCHPART']._serialized_start=621
-  _globals['_SEARCHPART']._serialized_end=733
-  _globals['_EVALUATEREPLY']._serialized_start=736
-  _globals['_EVALUATEREPLY']._serialized_end=930
-  _globals['_VALIDATEREQUEST']._serialized_start=933
-  _globals['_VALIDATEREQUEST']._serialized_end=1155
-  _globals['_VALIDATEREPLY']._serialized_start=1157
-  _globals['_VALIDATEREPLY']._serialized_end=1278
-  _globals['_VALIDITY']._serialized_start=1280
-  _globals['_VALIDITY']._serialized_end=1372
+  _globals['_EVALUATEREQUEST']._serialized_end=490
+  _globals['_CANDIDATEITEM']._serialized_start=492
+  _globals['_CANDIDATEITEM']._serialized_end=555
+  _globals['_SEARCHPART']._serialized_start=557
+  _globals['_SEARCHPART']._serialized_end=631
+  _globals['_EVALUATEREPLY']._serialized_start=634
+  _globals['_EVALUATEREPLY']._serialized_end=828
 # @@protoc_insertion_point(module_scope)

@@ -12,7 +12,7 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class EvaluateRequest(_message.Message):
-    __slots__ = ("header", "scene", "candidates", "items", "parts", "objective", "checks", "limit", "step", "ranking_id", "after")
+    __slots__ = ("header", "scene", "candidates", "items", "parts", "objective", "checks", "limit", "step")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     SCENE_FIELD_NUMBER: _ClassVar[int]
     CANDIDATES_FIELD_NUMBER: _ClassVar[int]
@@ -22,8 +22,6 @@ class EvaluateRequest(_message.Message):
     CHECKS_FIELD_NUMBER: _ClassVar[int]
     LIMIT_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
-    RANKING_ID_FIELD_NUMBER: _ClassVar[int]
-    AFTER_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.RequestHeader
     scene: _scene_pb2.Scene
     candidates: _containers.RepeatedCompositeFieldContainer[CandidateItem]
@@ -33,9 +31,7 @@ class EvaluateRequest(_message.Message):
     checks: _containers.RepeatedScalarFieldContainer[_placement_pb2.Check]
     limit: int
     step: int
-    ranking_id: str
-    after: _placement_pb2.RankedPlacement
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., scene: _Optional[_Union[_scene_pb2.Scene, _Mapping]] = ..., candidates: _Optional[_Iterable[_Union[CandidateItem, _Mapping]]] = ..., items: _Optional[_Iterable[_Union[_item_pb2.Item, _Mapping]]] = ..., parts: _Optional[_Iterable[_Union[SearchPart, _Mapping]]] = ..., objective: _Optional[_Union[_objective_pb2.Objective, _Mapping]] = ..., checks: _Optional[_Iterable[_Union[_placement_pb2.Check, str]]] = ..., limit: _Optional[int] = ..., step: _Optional[int] = ..., ranking_id: _Optional[str] = ..., after: _Optional[_Union[_placement_pb2.RankedPlacement, _Mapping]] = ...) -> None: ...
+    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., scene: _Optional[_Union[_scene_pb2.Scene, _Mapping]] = ..., candidates: _Optional[_Iterable[_Union[CandidateItem, _Mapping]]] = ..., items: _Optional[_Iterable[_Union[_item_pb2.Item, _Mapping]]] = ..., parts: _Optional[_Iterable[_Union[SearchPart, _Mapping]]] = ..., objective: _Optional[_Union[_objective_pb2.Objective, _Mapping]] = ..., checks: _Optional[_Iterable[_Union[_placement_pb2.Check, str]]] = ..., limit: _Optional[int] = ..., step: _Optional[int] = ...) -> None: ...
 
 class CandidateItem(_message.Message):
     __slots__ = ("item_id", "arrival", "pose")
@@ -48,16 +44,12 @@ class CandidateItem(_message.Message):
     def __init__(self, item_id: _Optional[bytes] = ..., arrival: _Optional[int] = ..., pose: _Optional[int] = ...) -> None: ...
 
 class SearchPart(_message.Message):
-    __slots__ = ("candidate", "first_yaw", "yaw_count", "proposals")
+    __slots__ = ("candidate", "proposals")
     CANDIDATE_FIELD_NUMBER: _ClassVar[int]
-    FIRST_YAW_FIELD_NUMBER: _ClassVar[int]
-    YAW_COUNT_FIELD_NUMBER: _ClassVar[int]
     PROPOSALS_FIELD_NUMBER: _ClassVar[int]
     candidate: int
-    first_yaw: int
-    yaw_count: int
     proposals: _placement_pb2.Placements
-    def __init__(self, candidate: _Optional[int] = ..., first_yaw: _Optional[int] = ..., yaw_count: _Optional[int] = ..., proposals: _Optional[_Union[_placement_pb2.Placements, _Mapping]] = ...) -> None: ...
+    def __init__(self, candidate: _Optional[int] = ..., proposals: _Optional[_Union[_placement_pb2.Placements, _Mapping]] = ...) -> None: ...
 
 class EvaluateReply(_message.Message):
     __slots__ = ("header", "placements", "is_complete", "counts", "missing_items")
@@ -72,39 +64,3 @@ class EvaluateReply(_message.Message):
     counts: _containers.RepeatedCompositeFieldContainer[_placement_pb2.PlacementCounts]
     missing_items: _containers.RepeatedScalarFieldContainer[bytes]
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., placements: _Optional[_Iterable[_Union[_placement_pb2.RankedPlacement, _Mapping]]] = ..., is_complete: _Optional[bool] = ..., counts: _Optional[_Iterable[_Union[_placement_pb2.PlacementCounts, _Mapping]]] = ..., missing_items: _Optional[_Iterable[bytes]] = ...) -> None: ...
-
-class ValidateRequest(_message.Message):
-    __slots__ = ("header", "scene", "item_id", "item", "placements", "checks")
-    HEADER_FIELD_NUMBER: _ClassVar[int]
-    SCENE_FIELD_NUMBER: _ClassVar[int]
-    ITEM_ID_FIELD_NUMBER: _ClassVar[int]
-    ITEM_FIELD_NUMBER: _ClassVar[int]
-    PLACEMENTS_FIELD_NUMBER: _ClassVar[int]
-    CHECKS_FIELD_NUMBER: _ClassVar[int]
-    header: _header_pb2.RequestHeader
-    scene: _scene_pb2.Scene
-    item_id: bytes
-    item: _item_pb2.Item
-    placements: _placement_pb2.Placements
-    checks: _containers.RepeatedScalarFieldContainer[_placement_pb2.Check]
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., scene: _Optional[_Union[_scene_pb2.Scene, _Mapping]] = ..., item_id: _Optional[bytes] = ..., item: _Optional[_Union[_item_pb2.Item, _Mapping]] = ..., placements: _Optional[_Union[_placement_pb2.Placements, _Mapping]] = ..., checks: _Optional[_Iterable[_Union[_placement_pb2.Check, str]]] = ...) -> None: ...
-
-class ValidateReply(_message.Message):
-    __slots__ = ("header", "validities", "missing_items")
-    HEADER_FIELD_NUMBER: _ClassVar[int]
-    VALIDITIES_FIELD_NUMBER: _ClassVar[int]
-    MISSING_ITEMS_FIELD_NUMBER: _ClassVar[int]
-    header: _header_pb2.ReplyHeader
-    validities: _containers.RepeatedCompositeFieldContainer[Validity]
-    missing_items: _containers.RepeatedScalarFieldContainer[bytes]
-    def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., validities: _Optional[_Iterable[_Union[Validity, _Mapping]]] = ..., missing_items: _Optional[_Iterable[bytes]] = ...) -> None: ...
-
-class Validity(_message.Message):
-    __slots__ = ("resting_height", "is_inside", "refused_by")
-    RESTING_HEIGHT_FIELD_NUMBER: _ClassVar[int]
-    IS_INSIDE_FIELD_NUMBER: _ClassVar[int]
-    REFUSED_BY_FIELD_NUMBER: _ClassVar[int]
-    resting_height: int
-    is_inside: bool
-    refused_by: _placement_pb2.Check
-    def __init__(self, resting_height: _Optional[int] = ..., is_inside: _Optional[bool] = ..., refused_by: _Optional[_Union[_placement_pb2.Check, str]] = ...) -> None: ...

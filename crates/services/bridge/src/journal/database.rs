@@ -1,29 +1,21 @@
 //! Ledgers as tables.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
 use ppnpack_packing::motion::Cycle;
-use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, read, version};
+use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, is_new, read};
 use redb::{
-    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition, TableError,
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
     WriteTransaction,
 };
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
-use crate::robot::{Body, KnownPose};
-use ppnpack_protocol::ledger::{Change, Head, Ledger, Record};
+use ppnpack_protocol::ledger::{Change, Ledger, Record};
 
 /// Per cell: its [`Head`]. The names of the tables count the versions of what is in them.
 const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-3");
-
-/// Per cell: its [`SecondHead`], of which a new one is made where there is none.
-const SECOND_HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-2");
-
-/// Per cell: its [`FirstHead`], of which a new one is made where there is neither.
-const FIRST_HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-1");
 
 /// Per cell and number: its [`Record`]s.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
@@ -31,7 +23,7 @@ const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("recor
 /// Per cell: the number of its last placement with a motion, and the motion.
 const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 
-/// The newest version that this program knows, which it writes.
+/// The version of this program.
 const VERSION: u64 = 3;
 
 /// What it holds is not what was written.
@@ -48,81 +40,24 @@ impl OwnFault for NoLedger {
 /// Why the database did not do what was asked.
 pub(super) type Fault = ppnpack_service::database::Fault<NoLedger>;
 
-/// A body as it was written before it said how its pose is known: item, object, pose, and whether
-/// it is inside.
-type FirstBody = (String, String, Isometry3<f64>, bool);
-
-/// A head as it was written before bodies said how their poses are known.
-#[derive(Deserialize)]
-struct SecondHead {
-    state_number: u64,
-    first_state_number: u64,
-    hold: Option<String>,
-    next: u64,
-    bodies: Vec<FirstBody>,
-}
-
-/// A head as it was written before there were holds.
-#[derive(Deserialize)]
-struct FirstHead {
-    state_number: u64,
-    next: u64,
-    bodies: Vec<FirstBody>,
-}
-
-impl From<SecondHead> for Head {
-    fn from(second: SecondHead) -> Self {
-        let bodies = second.bodies.into_iter();
-        let bodies = bodies.map(|(item_id, object, pose, is_inside)| Body {
-            item_id,
-            object,
-            container_from_item: KnownPose::Assumed(pose),
-            is_inside,
-        });
-        Self {
-            state_number: second.state_number,
-            first_state_number: second.first_state_number,
-            hold: second.hold,
-            next: second.next,
-            bodies: bodies.collect(),
-        }
-    }
-}
-
-impl From<FirstHead> for SecondHead {
-    /// What was forgotten before is not known: all is from now on.
-    fn from(first: FirstHead) -> Self {
-        Self {
-            state_number: first.state_number,
-            first_state_number: first.state_number,
-            hold: None,
-            next: first.next,
-            bodies: first.bodies,
-        }
-    }
-}
-
 /// The cells that have ledgers.
 pub(super) fn cells(database: &Database) -> Result<Vec<String>, Fault> {
     let transaction = database.begin_read()?;
-    let mut cells = BTreeSet::new();
-    for table in [HEADS, SECOND_HEADS, FIRST_HEADS] {
-        let table = match transaction.open_table(table) {
-            Err(TableError::TableDoesNotExist(_)) => continue,
-            table => table?,
-        };
-        for entry in table.iter()? {
-            cells.insert(entry?.0.value().to_owned());
-        }
+    if is_new(&transaction, VERSION)? {
+        return Ok(Vec::new());
     }
-    Ok(cells.into_iter().collect())
+    let mut cells = Vec::new();
+    for entry in transaction.open_table(HEADS)?.iter()? {
+        cells.push(entry?.0.value().to_owned());
+    }
+    Ok(cells)
 }
 
 /// The ledger of a cell, if it has one.
 pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fault> {
     let transaction = database.begin_read()?;
-    version(&transaction, VERSION)?;
-    let Some(head) = load_head(&transaction, cell)? else {
+    is_new(&transaction, VERSION)?;
+    let Some(head) = load_one(&transaction, HEADS, cell)? else {
         return Ok(None);
     };
     let mut records = load_records(&transaction, cell)?;
@@ -135,18 +70,6 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
         placement.cycle = Some(Arc::new(cycle));
     }
     Ok(Some(Ledger::of(head, records)))
-}
-
-/// The head of a cell, of whichever version it is.
-fn load_head(transaction: &ReadTransaction, cell: &str) -> Result<Option<Head>, Fault> {
-    if let Some(head) = load_one::<Head>(transaction, HEADS, cell)? {
-        return Ok(Some(head));
-    }
-    let second = match load_one::<SecondHead>(transaction, SECOND_HEADS, cell)? {
-        Some(second) => Some(second),
-        None => load_one::<FirstHead>(transaction, FIRST_HEADS, cell)?.map(SecondHead::from),
-    };
-    Ok(second.map(Head::from))
 }
 
 /// What a table has for a cell.
@@ -182,10 +105,6 @@ pub(super) fn write(
         .open_table(FORMAT)?
         .insert(VERSION_KEY, VERSION)?;
     write_one(&transaction, HEADS, cell, &change.head)?;
-    // Whoever reads these alone must not go on from a state that is past.
-    for table in [SECOND_HEADS, FIRST_HEADS] {
-        transaction.open_table(table)?.remove(cell)?;
-    }
     write_records(&transaction, cell, whole, change)?;
     if let Some((number, Record::Placement { placement, .. })) = &change.written
         && let Some(cycle) = &placement.cycle

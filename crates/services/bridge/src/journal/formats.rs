@@ -1,7 +1,6 @@
-//! Journals of every version, kept in `formats/`, are read and gone on with.
+//! A journal of this version, kept in `formats/`, is read and gone on with.
 //!
-//! `PPNPACK_RECORD=1` writes that of this version where it is missing. One that is there stays as it
-//! is: the program of its version wrote it.
+//! `PPNPACK_RECORD=1` writes it where it is missing. One that is there stays as it is.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -76,13 +75,13 @@ fn cycle() -> Cycle {
 }
 
 /// What was done before the placement that is under way, after which the item was there.
-fn records(container_from_item: KnownPose) -> BTreeMap<u64, Record> {
+fn records() -> BTreeMap<u64, Record> {
     let renewal = Record::Renewal {
         request_id: "r".to_owned(),
         state_number: Some(STATE - 1),
     };
     let outcome = Outcome {
-        finding: placed(container_from_item),
+        finding: placed(KnownPose::Found(pose())),
         state_number: STATE,
     };
     let placement = Record::Placement {
@@ -92,35 +91,16 @@ fn records(container_from_item: KnownPose) -> BTreeMap<u64, Record> {
     BTreeMap::from([(0, renewal), (1, placement)])
 }
 
-/// What is in the journal of the first version: neither holds nor motions.
-fn first() -> Ledger {
-    let mut records = records(KnownPose::Assumed(pose()));
-    let under_way = Record::Placement {
-        placement: Box::new(placement("p2", STATE)),
-        outcome: None,
-    };
-    records.insert(2, under_way);
-    let head = Head {
-        state_number: STATE,
-        first_state_number: STATE,
-        hold: None,
-        next: 3,
-        bodies: vec![body("a", KnownPose::Assumed(pose()))],
-    };
-    Ledger::of(head, records)
-}
-
-/// What is in the journals of the second version, where poses are assumed, and of the third; and
-/// their last change.
-fn later(container_from_item: KnownPose) -> (Ledger, Change) {
+/// What is in the journal, and its last change.
+fn kept() -> (Ledger, Change) {
     let head = Head {
         state_number: STATE,
         first_state_number: STATE - 10,
         hold: Some("a door is open".to_owned()),
         next: 2,
-        bodies: vec![body("a", container_from_item)],
+        bodies: vec![body("a", KnownPose::Found(pose()))],
     };
-    let ledger = Ledger::of(head, records(container_from_item));
+    let ledger = Ledger::of(head, records());
     let change = ledger.accept(Placement {
         cycle: Some(Arc::new(cycle())),
         ..placement("p2", STATE)
@@ -128,30 +108,24 @@ fn later(container_from_item: KnownPose) -> (Ledger, Change) {
     (ledger, change)
 }
 
-fn write_third(database: &Database) {
-    let (ledger, change) = later(KnownPose::Found(pose()));
-    database::write(database, CELL, Some(&ledger), &change).unwrap();
-}
-
-/// A copy of the journal of a version. That of this one is recorded where it is missing.
-fn copy(version: u64) -> (TempDir, PathBuf) {
+/// A copy of the journal, which is recorded where it is missing.
+fn copy() -> (TempDir, PathBuf) {
     let formats = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/journal/formats");
-    let kept = formats.join(format!("{version}.redb.zst"));
+    let recorded = formats.join("3.redb.zst");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
-    if !kept.exists() {
+    if !recorded.exists() {
         let is_recording = std::env::var("PPNPACK_RECORD").is_ok_and(|value| value == "1");
-        assert!(
-            is_recording && version == 3,
-            "{} is missing",
-            kept.display()
-        );
-        write_third(&Database::create(&path).unwrap());
+        assert!(is_recording, "{} is missing", recorded.display());
+        let (ledger, change) = kept();
+        let database = Database::create(&path).unwrap();
+        database::write(&database, CELL, Some(&ledger), &change).unwrap();
+        drop(database);
         let packed = zstd::encode_all(fs::read(&path).unwrap().as_slice(), 19).unwrap();
         fs::create_dir_all(formats).unwrap();
-        fs::write(&kept, packed).unwrap();
+        fs::write(&recorded, packed).unwrap();
     }
-    let packed = fs::read(kept).unwrap();
+    let packed = fs::read(recorded).unwrap();
     fs::write(&path, zstd::decode_all(packed.as_slice()).unwrap()).unwrap();
     (folder, path)
 }
@@ -181,23 +155,9 @@ fn assert_goes_on(path: &Path, expected: &Ledger) {
 }
 
 #[test]
-fn a_journal_of_the_first_version_is_read_and_gone_on_with() {
-    let (_folder, path) = copy(1);
-    assert_goes_on(&path, &first());
-}
-
-#[test]
-fn a_journal_of_the_second_version_is_read_and_gone_on_with() {
-    let (_folder, path) = copy(2);
-    let (mut ledger, change) = later(KnownPose::Assumed(pose()));
-    ledger.apply(change);
-    assert_goes_on(&path, &ledger);
-}
-
-#[test]
-fn a_journal_of_the_third_version_is_read_and_gone_on_with() {
-    let (_folder, path) = copy(3);
-    let (mut ledger, change) = later(KnownPose::Found(pose()));
+fn a_journal_is_read_as_it_was_recorded_and_gone_on_with() {
+    let (_folder, path) = copy();
+    let (mut ledger, change) = kept();
     ledger.apply(change);
     assert_goes_on(&path, &ledger);
 }

@@ -346,7 +346,7 @@ fn without_a_file_nothing_is_kept() {
 }
 
 #[test]
-fn the_journal_of_a_newer_version_is_refused_and_left_as_it_is() {
+fn the_journal_of_another_version_is_refused_and_left_as_it_is() {
     let disk = Disk::default();
     let (kept, _) = journal(&disk);
     let (mut own, ledger) = begin(&kept, "c1");
@@ -360,63 +360,15 @@ fn the_journal_of_a_newer_version_is_refused_and_left_as_it_is() {
         });
     };
     set(4);
-    let (newer, health) = journal(&disk);
-    let refused = CellJournal::new(Some(newer), cell("c1")).load();
+    let (other, health) = journal(&disk);
+    let refused = CellJournal::new(Some(other), cell("c1")).load();
     let text = refused.unwrap_err().to_string();
     assert!(
-        text.contains("newer version") && text.contains("format 4"),
+        text.contains("another version") && text.contains("format 4"),
         "{text}"
     );
     assert!(!health.is_ready());
     set(3);
     let (again, _) = journal(&disk);
     assert_eq!(begin(&again, "c1").1, ledger);
-}
-
-#[test]
-fn a_journal_from_before_there_were_holds_is_read_and_gone_on_with() {
-    /// As it was written then.
-    #[derive(serde::Serialize)]
-    struct FirstHead {
-        state_number: u64,
-        next: u64,
-        bodies: Vec<(&'static str, &'static str, Isometry3<f64>, bool)>,
-    }
-    let disk = Disk::default();
-    let heads: redb::TableDefinition<'_, &str, &[u8]> = redb::TableDefinition::new("heads-1");
-    let records: redb::TableDefinition<'_, (&str, u64), &[u8]> =
-        redb::TableDefinition::new("records-1");
-    let head = FirstHead {
-        state_number: 77,
-        next: 5,
-        bodies: vec![("a", "box", Isometry3::translation(0.1, 0.2, 0.25), true)],
-    };
-    change(&disk, |transaction| {
-        let bytes = postcard::to_stdvec(&head).unwrap();
-        let mut table = transaction.open_table(heads).unwrap();
-        table.insert("c1", bytes.as_slice()).unwrap();
-        transaction.open_table(records).unwrap();
-    });
-    for _ in 0..2 {
-        let (kept, _) = journal(&disk);
-        let (mut own, ledger) = begin(&kept, "c1");
-        assert_eq!((ledger.head().state_number, ledger.head().next), (77, 5));
-        let assumed = KnownPose::Assumed(Isometry3::translation(0.1, 0.2, 0.25));
-        let body = Body {
-            container_from_item: assumed,
-            ..body("a")
-        };
-        assert_eq!(ledger.head().bodies, [body]);
-        assert_eq!(
-            ledger.judge(&placement("p", 76)),
-            PlacementVerdict::Forgotten
-        );
-        own.write(&ledger, &ledger.no_change()).unwrap();
-    }
-    // An older program finds nothing there, and begins at a state of its own.
-    change(&disk, |transaction| {
-        use redb::ReadableTable;
-        let table = transaction.open_table(heads).unwrap();
-        assert!(table.get("c1").unwrap().is_none());
-    });
 }

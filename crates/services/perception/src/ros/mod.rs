@@ -21,6 +21,7 @@ use zenoh::sample::Sample;
 
 use crate::counts::{Counts, Fate};
 use crate::router::Router;
+use crate::tray;
 use settings::RosCamera;
 
 /// Takes the clouds of a camera, until the subscriber is dropped.
@@ -28,13 +29,18 @@ pub(crate) fn subscribe(
     process: &Process,
     camera: &RosCamera,
     router: &Arc<Router>,
+    trays: &tray::Clouds,
     counts: &Arc<Counts>,
 ) -> Result<Subscriber<()>, ServiceError> {
     let camera = camera.read();
     let camera = camera.map_err(|reason| ServiceError::start(format_args!("ros: {reason}")))?;
     let key = camera.key.clone();
-    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", Stream::Cloud.as_str())]);
-    let (router, counts) = (Arc::clone(router), Arc::clone(counts));
+    let stream = match camera.is_tray {
+        true => Stream::TrayCloud,
+        false => Stream::Cloud,
+    };
+    let received = metrics::counter(Metric::ReceivedTotal, &[("stream", stream.as_str())]);
+    let (router, trays, counts) = (Arc::clone(router), trays.clone(), Arc::clone(counts));
     let sequence = AtomicU64::new(1);
     let callback = move |sample: Sample| {
         received.increment(1);
@@ -44,7 +50,11 @@ pub(crate) fn subscribe(
         match read(&sample, &sequence, &camera.container_from_sensor) {
             Ok(mut cloud) => {
                 cloud.sensor.clone_from(&camera.sensor);
-                router.route(&camera.cell, room.with(cloud));
+                let cloud = room.with(cloud);
+                match camera.is_tray {
+                    true => trays.put(&camera.cell, cloud),
+                    false => router.route(&camera.cell, cloud),
+                }
             }
             Err(error) => {
                 let reason = format!("{}: {error}", sample.key_expr());

@@ -24,6 +24,9 @@ pub struct RosCamera {
     /// Its name among the sensors of the cell, where there are several.
     #[serde(default)]
     pub sensor: String,
+    /// Whether it looks at the cell's tray.
+    #[serde(default)]
+    pub is_tray: bool,
     /// Where it is: the pose of the frame that its coordinates are in.
     pub container_from_sensor: Extrinsics,
     /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
@@ -40,6 +43,7 @@ pub(super) struct Camera {
     pub(super) key: KeyExpr<'static>,
     pub(super) cell: Cell,
     pub(super) sensor: String,
+    pub(super) is_tray: bool,
     pub(super) container_from_sensor: Isometry3<f64>,
 }
 
@@ -58,6 +62,7 @@ impl RosCamera {
             key,
             cell: Cell::new(&self.cell).map_err(|error| error.to_string())?,
             sensor: self.sensor.clone(),
+            is_tray: self.is_tray,
             container_from_sensor: self
                 .container_from_sensor
                 .pose()
@@ -66,26 +71,29 @@ impl RosCamera {
     }
 }
 
-/// Checks the cameras that are set, given the sensors of the cells that are served.
+/// Checks the cameras that are set, given the sensors of the cells that are served, or of their trays.
 pub(crate) fn validate(
     cameras: &[RosCamera],
-    sensors_of: impl Fn(&Cell) -> Option<Sensors>,
+    sensors_of: impl Fn(&Cell, bool) -> Option<Sensors>,
 ) -> Result<(), String> {
     let mut seen = BTreeSet::new();
     for (index, camera) in cameras.iter().enumerate() {
         let refused = |reason: String| format!("ros[{index}]: {reason}");
         let cell = camera.read().map_err(refused)?.cell;
-        let Some(sensors) = sensors_of(&cell) else {
-            return Err(refused(format!(
-                "cell '{cell}' is not served: list it in cells, or set has_unlisted_cells"
-            )));
+        let Some(sensors) = sensors_of(&cell, camera.is_tray) else {
+            return Err(refused(match camera.is_tray {
+                true => format!("cell '{cell}' has no tray: set trays.{cell}"),
+                false => format!(
+                    "cell '{cell}' is not served: list it in cells, or set has_unlisted_cells"
+                ),
+            }));
         };
         let Some(sensor) = sensors.index_of(&camera.sensor) else {
             let name = &camera.sensor;
             return Err(refused(format!("cell '{cell}' has no sensor '{name}'")));
         };
         // Each camera counts its own clouds: those of two would be late in turn.
-        if !seen.insert((cell.clone(), sensor)) {
+        if !seen.insert((cell.clone(), camera.is_tray, sensor)) {
             return Err(refused(format!(
                 "cell '{cell}' has this camera already: name its cameras in sensors.{cell}"
             )));
@@ -103,6 +111,7 @@ mod tests {
             key: "0/camera/depth/points/**".to_owned(),
             cell: "cell-1".to_owned(),
             sensor: String::new(),
+            is_tray: false,
             container_from_sensor: Extrinsics {
                 position_m: [0.16, 0.16, 0.9],
                 orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
@@ -111,8 +120,8 @@ mod tests {
         }
     }
 
-    /// One sensor in each cell.
-    fn one(_: &Cell) -> Option<Sensors> {
+    /// One sensor in each cell, and one above its tray.
+    fn one(_: &Cell, _: bool) -> Option<Sensors> {
         Some(Sensors::new(&[]))
     }
 
@@ -133,7 +142,7 @@ mod tests {
     #[test]
     fn impossible_cameras_are_named() {
         type Change = fn(&mut RosCamera);
-        let changes: [(&str, Change); 14] = [
+        let changes: [(&str, Change); 15] = [
             ("key: '/camera", |c| c.key = "/camera/points".to_owned()),
             ("key: ''", |c| c.key = String::new()),
             ("key: 'a//b'", |c| c.key = "a//b".to_owned()),
@@ -151,6 +160,7 @@ mod tests {
             ("cell-?", |c| c.cell = "cell-?".to_owned()),
             ("'all'", |c| c.cell = "all".to_owned()),
             ("'cell-2' is not served", |c| c.cell = "cell-2".to_owned()),
+            ("cell 'cell-1' has no tray", |c| c.is_tray = true),
             ("is no unit quaternion", |c| {
                 c.container_from_sensor.orientation_xyzw = [0.0; 4];
             }),
@@ -161,7 +171,9 @@ mod tests {
                 c.container_from_sensor.position_m = [f64::INFINITY, 0.0, 0.0];
             }),
         ];
-        let served = |cell: &Cell| one(cell).filter(|_| cell.as_str() == "cell-1");
+        let served = |cell: &Cell, is_tray| {
+            one(cell, is_tray).filter(|_| cell.as_str() == "cell-1" && !is_tray)
+        };
         assert_eq!(validate(&[camera()], served), Ok(()));
         for (expected, change) in changes {
             let mut changed = camera();
@@ -174,11 +186,16 @@ mod tests {
         }
         let reason = validate(&[camera(), camera()], served).unwrap_err();
         assert!(reason.starts_with("ros[1]: cell 'cell-1' has this camera already"));
+        let tray = RosCamera {
+            is_tray: true,
+            ..camera()
+        };
+        assert_eq!(validate(&[camera(), tray], one), Ok(()));
     }
 
     #[test]
     fn the_cameras_of_a_cell_are_told_apart_by_their_names() {
-        let two = |_: &Cell| Some(Sensors::new(&["left".to_owned(), "right".to_owned()]));
+        let two = |_: &Cell, _| Some(Sensors::new(&["left".to_owned(), "right".to_owned()]));
         let named = |name: &str| RosCamera {
             sensor: name.to_owned(),
             ..camera()

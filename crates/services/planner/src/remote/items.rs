@@ -4,9 +4,14 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ppnpack_packing::item::{Item, ShapeId};
+use ppnpack_packing::step::StepInput;
+use ppnpack_service::rpc::CallError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Instance;
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::{convert, v1};
+
+use super::peers::Peers;
 
 /// Items remembered at most; then all are forgotten and written anew.
 const MAX_KEPT: usize = 4_096;
@@ -19,16 +24,43 @@ pub(crate) struct ItemMessages {
 }
 
 impl ItemMessages {
-    /// The ids of items, in their order.
-    pub(crate) fn ids<'a>(&mut self, items: impl Iterator<Item = &'a Item>) -> Vec<ItemId> {
+    /// Asks an instance for something about the candidates of a step, with those items that it may lack.
+    pub(crate) fn ask<R: Request>(
+        &mut self,
+        peers: &Peers,
+        instance: &Instance,
+        input: &StepInput<'_>,
+        request: impl Fn(&[ItemId], Vec<v1::Item>) -> R,
+    ) -> Result<R::Reply, CallError> {
+        let deadline = peers.deadline(input);
         if self.messages.len() > MAX_KEPT {
             *self = Self::default();
         }
-        items.map(|item| self.message(item).0).collect()
+        let items = || input.candidates.iter().map(|held| &*held.item);
+        let ids: Vec<ItemId> = items().map(|item| self.message(item).0).collect();
+        let Peers { cell, client, .. } = peers;
+        let asking = request(&ids, self.unsent(instance, items()));
+        let asked = match client.call_instance(cell, instance, asking, deadline) {
+            Err(error) if error.status() == Some(v1::Status::MissingItems) => {
+                // It was started anew, or let items go.
+                self.sent.remove(instance);
+                let asking = request(&ids, self.unsent(instance, items()));
+                client.call_instance(cell, instance, asking, deadline)
+            }
+            asked => asked,
+        };
+        if asked.is_ok() {
+            let sent = self.sent.entry(instance.clone()).or_default();
+            if sent.len() > MAX_KEPT {
+                sent.clear();
+            }
+            sent.extend(ids);
+        }
+        asked
     }
 
     /// The messages of those items that an instance was not sent yet, each once.
-    pub(crate) fn unsent<'a>(
+    fn unsent<'a>(
         &mut self,
         instance: &Instance,
         items: impl Iterator<Item = &'a Item>,
@@ -40,20 +72,6 @@ impl ItemMessages {
             .filter(|(id, _)| !sent.contains(id) && named.insert(*id))
             .map(|(_, message)| v1::Item::clone(&message))
             .collect()
-    }
-
-    /// Remembers that an instance has these items now.
-    pub(crate) fn has(&mut self, instance: &Instance, ids: &[ItemId]) {
-        let sent = self.sent.entry(instance.clone()).or_default();
-        if sent.len() > MAX_KEPT {
-            sent.clear();
-        }
-        sent.extend(ids);
-    }
-
-    /// Forgets what an instance was sent: it was started anew, or let items go.
-    pub(crate) fn forget(&mut self, instance: &Instance) {
-        self.sent.remove(instance);
     }
 
     fn message(&mut self, item: &Item) -> (ItemId, Arc<v1::Item>) {

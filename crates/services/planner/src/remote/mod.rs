@@ -2,14 +2,9 @@
 
 mod evaluator;
 mod items;
-mod local;
-mod pace;
 mod peers;
 mod proposer;
-mod source;
-mod split;
 
-pub(crate) use evaluator::SharedEvaluator;
-pub(crate) use local::LocalSearches;
+pub(crate) use evaluator::ServiceEvaluator;
 pub(crate) use peers::Peers;
 pub(crate) use proposer::RemoteProposer;

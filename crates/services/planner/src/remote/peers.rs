@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use ppnpack_packing::step::StepInput;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
-use ppnpack_wire::keys::Cell;
+use ppnpack_wire::keys::{Cell, Instance};
 
 /// The services of one kind that are alive, and how they are asked for a cell.
 #[derive(Clone)]
@@ -14,11 +14,18 @@ pub(crate) struct Peers {
     pub(crate) cell: Cell,
     pub(crate) client: Client,
     pub(crate) alive: Arc<Alive>,
-    /// The longest that they may take for an answer; a step may need several.
+    /// The longest that one may take for an answer.
     pub(crate) limit: Duration,
 }
 
 impl Peers {
+    /// The instance that is asked for this cell: the same as long as the same ones are alive.
+    pub(super) fn chosen(&self) -> Option<Instance> {
+        let alive = self.alive.instances();
+        let sum: usize = self.cell.as_str().bytes().map(usize::from).sum();
+        alive.get(sum % alive.len().max(1)).cloned()
+    }
+
     /// When they have to have answered: half of what is left of the step is kept for what follows.
     pub(super) fn deadline(&self, input: &StepInput<'_>) -> Instant {
         let now = Instant::now();

@@ -2,11 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
 use ppnpack_packing::step::{StageError, StepInput};
-use ppnpack_service::rpc::CallError;
-use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Instance;
 use ppnpack_wire::{convert, v1};
 
@@ -41,51 +38,15 @@ impl RemoteProposer {
         }
     }
 
-    /// The instance that serves this cell: the same as long as the same ones are alive.
+    /// The instance that serves this cell, where it did not just fail.
     fn instance(&self) -> Result<Instance, StageError> {
-        let alive = self.peers.alive.instances();
-        let cell = self.peers.cell.as_str();
-        let sum: usize = cell.bytes().map(usize::from).sum();
-        let chosen = alive.get(sum % alive.len().max(1)).cloned();
-        let chosen = chosen.ok_or("no ppn service is alive")?;
+        let chosen = self.peers.chosen().ok_or("no ppn service is alive")?;
         match &self.failed {
             Some(failed) if failed.instance == chosen && failed.at.elapsed() < PAUSE => {
                 Err(failed.reason.clone().into())
             }
             _ => Ok(chosen),
         }
-    }
-
-    fn ask(
-        &mut self,
-        instance: &Instance,
-        input: &StepInput<'_>,
-        ids: &[ItemId],
-        deadline: Instant,
-    ) -> Result<v1::ProposeReply, CallError> {
-        let items = || input.candidates.iter().map(|candidate| &*candidate.item);
-        let mut scene = convert::scene::write(input.grid, input.scene);
-        scene.surface = None;
-        let mut request = v1::ProposeRequest {
-            scene: Some(scene),
-            item_ids: ids.iter().map(|id| id.to_bytes()).collect(),
-            items: self.items.unsent(instance, items()),
-            percent: self.share.percent(),
-            ..v1::ProposeRequest::default()
-        };
-        let Peers { cell, client, .. } = &self.peers;
-        let asked = match client.call_instance(cell, instance, request.clone(), deadline) {
-            Err(error) if error.status() == Some(v1::Status::MissingItems) => {
-                self.items.forget(instance);
-                request.items = self.items.unsent(instance, items());
-                client.call_instance(cell, instance, request, deadline)
-            }
-            asked => asked,
-        };
-        if asked.is_ok() {
-            self.items.has(instance, ids);
-        }
-        asked
     }
 }
 
@@ -97,10 +58,18 @@ impl Proposer for RemoteProposer {
     ) -> Result<(), StageError> {
         let instance = self.instance()?;
         let now = Instant::now();
-        let deadline = self.peers.deadline(input);
-        let items: Vec<&Item> = input.candidates.iter().map(|held| &*held.item).collect();
-        let ids = self.items.ids(items.into_iter());
-        let asked = self.ask(&instance, input, &ids, deadline);
+        let mut scene = convert::scene::write(input.grid, input.scene);
+        scene.surface = None;
+        let percent = self.share.percent();
+        let asked = self.items.ask(&self.peers, &instance, input, |ids, items| {
+            v1::ProposeRequest {
+                scene: Some(scene.clone()),
+                item_ids: ids.iter().map(|id| id.to_bytes()).collect(),
+                items,
+                percent,
+                ..v1::ProposeRequest::default()
+            }
+        });
         let filled = asked
             .map_err(|error| error.to_string())
             .and_then(|reply| fill(&reply, input.candidates.len(), proposals));

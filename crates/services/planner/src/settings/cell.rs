@@ -56,8 +56,7 @@ pub struct CellSettings {
     pub evaluate: Where,
     /// The longest that the network may take for a step, in seconds, before the search goes on without it.
     pub propose_limit_s: f64,
-    /// The longest that a heuristic service may take for a page of placements, in seconds, before its part is searched
-    /// here. A step may need several pages.
+    /// The longest that a heuristic service may take for a step, in seconds, before that is searched in the planner.
     pub evaluate_limit_s: f64,
     /// A heightmap whose cloud came longer ago than this, in seconds, is not planned on.
     pub heightmap_age_limit_s: f64,
@@ -88,10 +87,7 @@ pub struct CellSettings {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Where {
-    /// By the heuristic services, or in the planner where that is sooner: on a coarse grid a search takes less than
-    /// the way to a service and back. The decisions are the same.
-    Fastest,
-    /// By the heuristic services that are alive, all together.
+    /// By a heuristic service, which is asked once in a step. The decisions are the same.
     Services,
     /// In the planner itself.
     InProcess,
@@ -108,7 +104,7 @@ impl Default for CellSettings {
             closing: ClosingSettings::default(),
             arm: None,
             twin: TwinSettings::default(),
-            evaluate: Where::Fastest,
+            evaluate: Where::InProcess,
             propose_limit_s: 0.5,
             evaluate_limit_s: 1.0,
             heightmap_age_limit_s: 5.0,

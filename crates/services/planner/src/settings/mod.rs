@@ -6,7 +6,6 @@ mod containers;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use ppnpack_service::ServiceSettings;
@@ -36,10 +35,6 @@ pub struct Settings {
     /// The most that the heightmaps may take that items of one session were announced with, in MiB as they are encoded. An
     /// announcement with more is refused.
     pub shapes_mib: usize,
-    /// Where viewers of Foxglove's protocol connect; nowhere where none is given. There is no access control: other machines see the
-    /// cells where this is not a loopback address.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub view: Option<SocketAddr>,
 }
 
 impl Default for Settings {
@@ -50,7 +45,6 @@ impl Default for Settings {
             catalogue: ppnpack_household::BUILTIN.to_owned(),
             queue: 64,
             shapes_mib: 64,
-            view: None,
         }
     }
 }

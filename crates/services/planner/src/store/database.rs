@@ -2,15 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, read, version};
+use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, is_new, read};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 use prost::Message;
-use redb::{
-    Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, TableError,
-    WriteTransaction,
-};
+use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
 
 /// Per cell: its session.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
@@ -21,7 +18,7 @@ const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shap
 /// Beside the version in [`FORMAT`]: how many times the file was written.
 const REVISION_KEY: &str = "revision";
 
-/// The newest version that this program knows, which it writes. The first had one file for all cells.
+/// The version of this program.
 pub(super) const VERSION: u64 = 2;
 
 /// What else can be wrong with the file of a cell.
@@ -47,16 +44,6 @@ impl OwnFault for StoreFault {
 /// Why the database did not do what was asked.
 pub(super) type Fault = ppnpack_service::database::Fault<StoreFault>;
 
-/// An id and the heightmaps of that id, as they are encoded.
-type Shape = (Vec<u8>, Vec<u8>);
-
-/// What is kept of a cell.
-pub(super) struct Kept {
-    pub(super) cell: Cell,
-    session: Vec<u8>,
-    shapes: Vec<Shape>,
-}
-
 /// What becomes of the heightmaps when a session is written.
 pub(super) enum Change<'a> {
     /// Some are added, where all together then have no more bytes than may be; those that no item of the session refers to any more
@@ -74,7 +61,7 @@ pub(super) enum Change<'a> {
 /// The session of a cell, as it is encoded.
 pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Vec<u8>>, Fault> {
     let transaction = database.begin_read()?;
-    version(&transaction, VERSION)?;
+    is_new(&transaction, VERSION)?;
     read(&transaction, SESSIONS, cell.as_str(), <[u8]>::to_vec)
 }
 
@@ -149,73 +136,17 @@ fn add(
     Ok(())
 }
 
-/// What is in the file of a store of the first version; nothing in one of this version, or in a new file.
-pub(super) fn first_version(root: &Database) -> Result<Vec<Kept>, Fault> {
-    let transaction = root.begin_read()?;
-    if version(&transaction, VERSION)?.is_some() {
-        return Ok(Vec::new());
-    }
-    let table = match transaction.open_table(SESSIONS) {
-        Err(TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
-        table => table?,
-    };
-    let mut kept = Vec::new();
-    for entry in table.iter()? {
-        let (cell, session) = entry?;
-        if let Ok(cell) = Cell::new(cell.value()) {
-            kept.push(Kept {
-                shapes: shapes_of(&transaction, &cell)?,
-                session: session.value().to_vec(),
-                cell,
-            });
-        }
-    }
-    Ok(kept)
-}
-
-fn shapes_of(transaction: &ReadTransaction, cell: &Cell) -> Result<Vec<Shape>, Fault> {
-    let mut shapes = Vec::new();
-    for entry in transaction.open_table(SHAPES)?.iter()? {
-        let (key, shape) = entry?;
-        let (of, id) = key.value();
-        if of == cell.as_str() {
-            shapes.push((id.to_vec(), shape.value().to_vec()));
-        }
-    }
-    Ok(shapes)
-}
-
-/// Writes what a store of the first version had of a cell into the file of that cell. Gives the revision.
-pub(super) fn write_kept(database: &Database, kept: &Kept) -> Result<u64, Fault> {
-    let (transaction, revision) = begin_write(database)?;
-    {
-        let cell = kept.cell.as_str();
-        let mut sessions = transaction.open_table(SESSIONS)?;
-        sessions.insert(cell, kept.session.as_slice())?;
-        let mut shapes = transaction.open_table(SHAPES)?;
-        for (id, shape) in &kept.shapes {
-            shapes.insert((cell, id.as_slice()), shape.as_slice())?;
-        }
-    }
-    transaction.commit()?;
-    Ok(revision)
-}
-
-/// Makes the file of a store one of this version: what it said before is in the files of the cells. It has no mark: the commit is
-/// in two phases, so that damage is never taken for a crash, after which the sessions of the first version would count again.
+/// Makes a new file one of this version. It has no mark: the commit is in two phases, so that damage is never taken for a crash.
 pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
-    if version(&root.begin_read()?, VERSION)? == Some(VERSION) {
-        return Ok(());
+    if is_new(&root.begin_read()?, VERSION)? {
+        let (mut transaction, _) = begin_write(root)?;
+        transaction.set_two_phase_commit(true);
+        transaction.commit()?;
     }
-    let (mut transaction, _) = begin_write(root)?;
-    transaction.set_two_phase_commit(true);
-    transaction.delete_table(SESSIONS)?;
-    transaction.delete_table(SHAPES)?;
-    transaction.commit()?;
     Ok(())
 }
 
-/// How many times the file was written; zero in a new one, and in one of a program that did not count.
+/// How many times the file was written; zero in a new one.
 pub(super) fn revision(database: &Database) -> Result<u64, Fault> {
     let revision = read(&database.begin_read()?, FORMAT, REVISION_KEY, |found| found)?;
     Ok(revision.unwrap_or_default())

@@ -5,8 +5,7 @@
 //! thing that a caller asks is answered with "no session", and nothing is packed twice. So is one that is behind its mark: what was
 //! written last is damaged, or somebody put back an older copy.
 //!
-//! The file that the settings name says which version wrote the others. In the first version it held the sessions of all cells;
-//! these are given files of their own when it is opened.
+//! The file that the settings name says which version wrote the others.
 
 mod database;
 mod file;
@@ -24,7 +23,7 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::Message;
 use redb::Database;
 
-use self::database::{Change, Fault, Kept, StoreFault};
+use self::database::{Change, Fault, StoreFault};
 use self::file::CellFile;
 
 /// Why the store did not do what was asked.
@@ -76,30 +75,18 @@ impl Store {
     /// were announced with.
     ///
     /// # Errors
-    /// [`StoreError`] where it cannot be read or written, or is of a newer version.
+    /// [`StoreError`] where it cannot be read or written, or is of another version.
     pub(crate) fn open(path: Option<&Path>, most_shape_bytes: u64) -> Result<Self, StoreError> {
-        let store = Self {
-            path: path.map(Path::to_owned),
-            _root: None,
-            cells: Mutex::default(),
-            most_shape_bytes,
-        };
-        let Some(path) = path else {
-            return Ok(store);
-        };
-        let failed = |fault: Fault| StoreError::Open {
+        let failed = |path: &Path, fault: &Fault| StoreError::Open {
             path: path.to_owned(),
             reason: fault.to_string(),
         };
-        let (root, kept) = open_root(path).map_err(failed)?;
-        // What goes wrong before the end is done again: the root says the first version until then.
-        for kept in &kept {
-            store.with_written(&kept.cell, |database| database::write_kept(database, kept))?;
-        }
-        database::begin_version(&root).map_err(failed)?;
+        let root = path.map(|path| open_root(path).map_err(|fault| failed(path, &fault)));
         Ok(Self {
-            _root: Some(root),
-            ..store
+            path: path.map(Path::to_owned),
+            _root: root.transpose()?,
+            cells: Mutex::default(),
+            most_shape_bytes,
         })
     }
 
@@ -201,19 +188,8 @@ impl Store {
 
     fn write(&self, cell: &Cell, session: &Session, change: &Change<'_>) -> Result<(), StoreError> {
         let bytes = session.to_message(0).encode_to_vec();
-        self.with_written(cell, |database| {
-            database::write(database, cell, &bytes, change)
-        })
-    }
-
-    /// Works with the database of a cell as [`Self::with`] does, and notes the revision that was written.
-    fn with_written(
-        &self,
-        cell: &Cell,
-        mut work: impl FnMut(&Database) -> Result<u64, Fault>,
-    ) -> Result<(), StoreError> {
         self.with_file(cell, |file| {
-            let revision = work(&file.database)?;
+            let revision = database::write(&file.database, cell, &bytes, change)?;
             file.wrote(revision);
             Ok(())
         })
@@ -269,12 +245,12 @@ impl Store {
     }
 }
 
-/// Opens the file that says the version, and begins it where there is none; with what is in it of the first version.
-fn open_root(path: &Path) -> Result<(Database, Vec<Kept>), Fault> {
+/// Opens the file that says the version, and begins it where there is none.
+fn open_root(path: &Path) -> Result<Database, Fault> {
     let attempt = || -> Result<_, Fault> {
         let root = file::open(Some(path))?;
-        let kept = guarded(|| database::first_version(&root))?;
-        Ok((root, kept))
+        guarded(|| database::begin_version(&root))?;
+        Ok(root)
     };
     match attempt() {
         Err(fault) if fault.is_damage() => {
@@ -285,7 +261,5 @@ fn open_root(path: &Path) -> Result<(Database, Vec<Kept>), Fault> {
     }
 }
 
-#[cfg(test)]
-mod formats;
 #[cfg(test)]
 mod tests;

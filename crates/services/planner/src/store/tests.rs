@@ -17,12 +17,12 @@ use damage::with_each_damage;
 /// Room for all shapes here.
 const ENOUGH: u64 = 1 << 20;
 
-pub(super) fn cell(name: &str) -> Cell {
+fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
 }
 
 /// A block of so many cells a side.
-pub(super) fn shape(side: usize) -> v1::Item {
+fn shape(side: usize) -> v1::Item {
     let cells = side * side;
     let view = ViewSurfaces {
         origin_from_corner_m: Vector3::new(0.1, 0.1, 0.0),
@@ -31,7 +31,7 @@ pub(super) fn shape(side: usize) -> v1::Item {
     convert::item::write(&Item::new("block", vec![view; 2], 0.001).unwrap())
 }
 
-pub(super) fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
+fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
     SessionItem {
         lying: Lying::default(),
         item_id: item_id.to_owned(),
@@ -75,7 +75,7 @@ fn fill(store: &Store, cell: &Cell, items: usize) -> Session {
 }
 
 /// A folder for stores, on a disk that is quick where there is one.
-pub(super) fn folder() -> TempDir {
+fn folder() -> TempDir {
     let quick = Path::new("/dev/shm");
     match quick.is_dir() {
         true => tempfile::tempdir_in(quick).unwrap(),
@@ -83,7 +83,7 @@ pub(super) fn folder() -> TempDir {
     }
 }
 
-pub(super) fn open(path: &Path) -> Store {
+fn open(path: &Path) -> Store {
     Store::open(Some(path), ENOUGH).unwrap()
 }
 
@@ -221,6 +221,45 @@ fn every_page_of_a_cells_file_may_be_damaged() {
         assert_eq!(store.session(&a).unwrap(), session("after"), "{damage}");
         assert_eq!(store.session(&b).unwrap(), of_b, "{damage}");
     });
+}
+
+#[test]
+fn a_store_of_another_version_is_refused_and_left_as_it_is() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let a = cell("a");
+    let store = open(&path);
+    let of_a = fill(&store, &a, 1);
+    drop(store);
+    let format: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
+    let set = |path: &Path, version: Option<u64>| {
+        let database = Database::create(path).unwrap();
+        let transaction = database.begin_write().unwrap();
+        let mut table = transaction.open_table(format).unwrap();
+        match version {
+            Some(version) => drop(table.insert("version", version).unwrap()),
+            None => drop(table.remove("version").unwrap()),
+        }
+        drop(table);
+        transaction.commit().unwrap();
+    };
+    let of_cell = path.with_extension("cells").join("a.redb");
+    for (version, found) in [(Some(3), "format 3"), (None, "format 1")] {
+        let assert_other = |refused: StoreError| {
+            let text = refused.to_string();
+            assert!(
+                text.contains("another version") && text.contains(found),
+                "{text}"
+            );
+        };
+        set(&path, version);
+        assert_other(Store::open(Some(&path), 0).err().unwrap());
+        set(&path, Some(2));
+        set(&of_cell, version);
+        assert_other(open(&path).session(&a).unwrap_err());
+        set(&of_cell, Some(2));
+        assert_eq!(open(&path).session(&a).unwrap(), of_a);
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService, Where};
+use ppnpack_planner::{CellSettings, PlannerService};
 use ppnpack_service::Process;
 use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
@@ -54,7 +54,6 @@ impl Rig {
             .unwrap(),
         ];
         let cell = CellSettings {
-            evaluate: Where::InProcess,
             // The heightmap never shows what was placed: that would be in the way of what is tried.
             method: Method {
                 trial: TrialSettings::off(),

@@ -49,7 +49,7 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
         common::show(incoming, &grid, surface, 1);
     };
     let _perception = rpc::listen(&perception, None, heightmap).unwrap();
-    for evaluate in [Where::InProcess, Where::Fastest] {
+    for evaluate in [Where::InProcess, Where::Services] {
         let mut settings = CellSettings {
             grid: fine(),
             evaluate,

@@ -22,4 +22,3 @@ mod stateless;
 mod trying;
 mod two_controllers;
 mod versions;
-mod viewing;

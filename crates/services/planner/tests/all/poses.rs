@@ -10,7 +10,7 @@ use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_planner::{CellSettings, PlannerService, Settings};
 use ppnpack_service::Process;
 use ppnpack_service::Running;
 use ppnpack_service::embedded::{self, Hub};
@@ -93,7 +93,6 @@ impl Rig {
         let folder = tempfile::tempdir().unwrap();
         let settings = CellSettings {
             grid: grid(),
-            evaluate: Where::InProcess,
             method: Method {
                 buffer,
                 trial: TrialSettings::off(),

@@ -6,7 +6,7 @@ use crate::common::{self, announcement, block, cell, ids, placed, soon, square};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
-use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_planner::{CellSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Incoming, Listener};
 use ppnpack_service::stream::Latest;
@@ -51,7 +51,6 @@ impl Rig {
             Latest::subscribe(&perception, &cell(), Stream::Plan, MAX_MESSAGE_BYTES).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let settings = CellSettings {
-            evaluate: Where::InProcess,
             method: Method {
                 buffer,
                 ..crate::common::method()

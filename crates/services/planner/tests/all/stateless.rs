@@ -8,7 +8,7 @@ use crate::common::{self, announcement, block, cell, soon};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, Where};
+use ppnpack_planner::CellSettings;
 use ppnpack_service::embedded;
 use ppnpack_service::rpc::{self, Client, Done, Incoming};
 use ppnpack_wire::convert;
@@ -60,7 +60,6 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     };
     let _bridge = rpc::listen(&bridge, None, state).unwrap();
     let mut settings = CellSettings {
-        evaluate: Where::InProcess,
         sensor_latency_s: LATENCY.as_secs_f64(),
         ..crate::common::coarse()
     };

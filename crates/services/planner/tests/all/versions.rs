@@ -8,7 +8,7 @@ use crate::common::{self, announcement, block, cell, soon};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService, Where};
+use ppnpack_planner::{CellSettings, PlannerService};
 use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
@@ -62,7 +62,6 @@ impl Rig {
             rpc::listen(&bridge, None, place).unwrap(),
         ];
         let mut settings = CellSettings {
-            evaluate: Where::InProcess,
             heightmap_age_limit_s: 600.0,
             place_limit_s: 1.0,
             ..crate::common::coarse()

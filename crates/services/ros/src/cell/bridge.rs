@@ -12,9 +12,8 @@ use ppnpack_ros::service::Server;
 use ppnpack_ros::{Qos, RosError};
 use ppnpack_service::stream::Subscription;
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::debug::SceneUpdate;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use ppnpack_wire::{debug, v1};
 
 use super::follow::{self, Followed};
 use crate::cells::Common;
@@ -24,7 +23,8 @@ use crate::frames::{self, Frames};
 
 /// The bridge of a container in ROS.
 pub(crate) struct BridgeFace {
-    scene: Followed<SceneUpdate, MarkerArray>,
+    cell: Cell,
+    scene: Followed<v1::CellState, MarkerArray>,
     _streams: [Subscription; 2],
     _servers: Vec<Server>,
 }
@@ -44,7 +44,8 @@ impl BridgeFace {
             outcomes.publish(&messages::outcome(cell, outcome))
         };
         Ok(Self {
-            scene: Followed::new(cell, Stream::DebugScene, MAX_MESSAGE_BYTES, scene),
+            cell: cell.clone(),
+            scene: Followed::new(cell, Stream::State, scene),
             _streams: [
                 follow::each(common, cell, Stream::State, tell_state)?,
                 follow::each(common, cell, Stream::Outcome, tell_outcome)?,
@@ -54,9 +55,10 @@ impl BridgeFace {
     }
 
     pub(crate) fn advance(&mut self, common: &Common) -> Result<(), FaceError> {
-        let Some(scene) = self.scene.newest(&common.process)? else {
+        let Some(state) = self.scene.newest(&common.process)? else {
             return Ok(());
         };
+        let scene = debug::state(&self.cell, 0, &state);
         self.scene.pass_on(Ok(markers::of_scene(&scene)))
     }
 }

@@ -32,22 +32,15 @@ pub(super) fn each<M: prost::Message + prost::Name + Default + 'static>(
 pub(crate) struct Followed<M, T> {
     cell: Cell,
     stream: Stream,
-    limit_bytes: usize,
     latest: Option<Latest<M>>,
     publisher: Publisher<T>,
 }
 
 impl<M: prost::Message + prost::Name + Default, T: Message> Followed<M, T> {
-    pub(crate) fn new(
-        cell: &Cell,
-        stream: Stream,
-        limit_bytes: usize,
-        publisher: Publisher<T>,
-    ) -> Self {
+    pub(crate) fn new(cell: &Cell, stream: Stream, publisher: Publisher<T>) -> Self {
         Self {
             cell: cell.clone(),
             stream,
-            limit_bytes,
             latest: None,
             publisher,
         }
@@ -58,7 +51,7 @@ impl<M: prost::Message + prost::Name + Default, T: Message> Followed<M, T> {
         match (self.publisher.has_readers(), &self.latest) {
             (true, None) => {
                 let (cell, stream) = (&self.cell, self.stream);
-                let latest = Latest::subscribe(process, cell, stream, self.limit_bytes)?;
+                let latest = Latest::subscribe(process, cell, stream, MAX_MESSAGE_BYTES)?;
                 self.latest = Some(latest);
             }
             (false, Some(_)) => {

@@ -11,7 +11,7 @@ use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Subscription;
 use ppnpack_view::PlannedScenes;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use ppnpack_wire::v1;
 
 use super::follow::{self, Followed};
 use super::{pack, sessions};
@@ -40,7 +40,7 @@ impl PlannerFace {
         };
         Ok(Self {
             cell: cell.clone(),
-            plan: Followed::new(cell, Stream::Record, MAX_MESSAGE_BYTES, plan),
+            plan: Followed::new(cell, Stream::Record, plan),
             _streams: [
                 follow::each(common, cell, Stream::Plan, tell_decision)?,
                 sessions::follow(common, cell, told)?,

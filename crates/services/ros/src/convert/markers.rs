@@ -1,13 +1,13 @@
 //! What viewers draw, as markers: the scenes that are made for Foxglove, primitive by primitive.
 
 use foxglove::messages::{
-    self as scene, CubePrimitive, LinePrimitive, SceneEntity, TextPrimitive, TriangleListPrimitive,
+    self as scene, CubePrimitive, LinePrimitive, SceneEntity, SceneUpdate, TextPrimitive,
+    TriangleListPrimitive,
 };
 use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::geometry_msgs::{Point, Pose, Quaternion, Vector3};
 use ppnpack_ros::messages::std_msgs::{ColorRgba, Header};
 use ppnpack_ros::messages::visualization_msgs::{Marker, MarkerArray};
-use ppnpack_wire::debug::SceneUpdate;
 
 /// How thick lines are, and how high a capital letter is, in metres, where a scene has them in pixels.
 const LINE_M: f64 = 0.002;
@@ -19,7 +19,7 @@ pub(crate) fn of_scene(scene: &SceneUpdate) -> MarkerArray {
         action: Marker::DELETEALL,
         ..Marker::default()
     };
-    let entities = scene.0.entities.iter().flat_map(of_entity);
+    let entities = scene.entities.iter().flat_map(of_entity);
     MarkerArray {
         markers: std::iter::once(clear).chain(entities).collect(),
     }
@@ -160,28 +160,27 @@ mod tests {
     use nalgebra::Isometry3;
     use ppnpack_packing::grid::ContainerSize;
     use ppnpack_packing::motion::LegKind;
-    use ppnpack_wire::debug::{self, ItemBox};
+    use ppnpack_wire::convert::pose;
     use ppnpack_wire::debug_plan::{self, ArmLines, PlannedStep, TipPath};
     use ppnpack_wire::keys::Cell;
+    use ppnpack_wire::{debug, v1};
 
     use super::*;
 
     #[test]
     fn a_scene_is_drawn_in_place_of_the_one_before() {
         let cell = Cell::new("cell-1").unwrap();
-        let size = ContainerSize {
-            x_m: 0.4,
-            y_m: 0.3,
-            z_m: 0.2,
+        let body = v1::Body {
+            item_id: "a".to_owned(),
+            object: "mug".to_owned(),
+            container_from_item: Some(pose::write(&Isometry3::translation(0.1, 0.1, 0.05))),
+            ..v1::Body::default()
         };
-        let body = ItemBox {
-            id: "a".to_owned(),
-            label: "mug".to_owned(),
-            container_from_middle: Isometry3::translation(0.1, 0.1, 0.05),
-            size_m: nalgebra::Vector3::new(0.08, 0.08, 0.1),
-            is_inside: true,
+        let state = v1::CellState {
+            bodies: vec![body],
+            ..v1::CellState::default()
         };
-        let scene = debug::scene(&cell, 0, size, std::slice::from_ref(&body), Some(&body));
+        let scene = debug::state(&cell, 0, &state);
         let MarkerArray { markers } = of_scene(&scene);
         let drawn: Vec<(&str, i32, i32)> = markers
             .iter()
@@ -191,16 +190,13 @@ mod tests {
         assert_eq!(
             drawn[1..],
             [
-                ("container", 0, Marker::LINE_LIST),
                 ("body/a", 0, Marker::CUBE),
-                ("decision", 0, Marker::CUBE),
-                ("decision", 1, Marker::TEXT_VIEW_FACING),
+                ("body/a", 1, Marker::TEXT_VIEW_FACING),
             ]
         );
-        assert_eq!(markers[1].points.len(), 24, "twelve edges");
-        assert_eq!(markers[2].scale.z, 0.1);
-        assert_eq!(markers[2].pose.position.z, 0.05);
-        assert_eq!(markers[4].text, "mug");
+        assert_eq!(markers[1].scale.z, 0.02);
+        assert_eq!(markers[1].pose.position.z, 0.05);
+        assert_eq!(markers[2].text, "mug");
         for marker in &markers[1..] {
             assert_eq!(marker.header.frame_id, "cell-1/container");
             assert!(marker.color.a > 0.0);
@@ -227,6 +223,11 @@ mod tests {
         let cell = Cell::new("cell-1").unwrap();
         let scene = debug_plan::scene(&cell, 0, ContainerSize::REFERENCE, &step);
         let MarkerArray { markers } = of_scene(&scene);
+        assert_eq!(
+            (markers[1].r#type, markers[1].points.len()),
+            (Marker::LINE_LIST, 24),
+            "twelve edges"
+        );
         let drawn = markers[2..]
             .iter()
             .map(|marker| (marker.ns.as_str(), marker.r#type));
@@ -239,7 +240,7 @@ mod tests {
             ]
         );
         for (marker, line) in [(2, 1), (3, 2)] {
-            let line = &scene.0.entities[line].lines[0];
+            let line = &scene.entities[line].lines[0];
             assert_eq!(markers[marker].scale.x, line.thickness);
             assert_eq!(markers[marker].points.len(), 3);
         }

@@ -1,46 +1,17 @@
-//! Clouds and heightmaps as points.
+//! Heightmaps as points.
 
 use ppnpack_ros::cdr::Bytes;
 use ppnpack_ros::messages::builtin_interfaces::Time;
 use ppnpack_ros::messages::sensor_msgs::{PointCloud2, PointField};
 use ppnpack_ros::messages::std_msgs::Header;
-use ppnpack_wire::convert::cloud::Cloud;
 use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1::{self, NumericType};
-use ppnpack_wire::{WireError, ros};
+use ppnpack_wire::{WireError, v1};
 
 use crate::frames;
 
 /// Bytes of a point with three coordinates.
 const POINT_BYTES: u32 = 12;
-
-/// A cloud with all of its fields, in the frame of its sensor.
-pub(crate) fn cloud(cell: &Cell, cloud: &Cloud<'_>) -> PointCloud2 {
-    let message = cloud.message();
-    let fields = message.fields.iter().map(|field| PointField {
-        name: field.name.clone(),
-        offset: field.offset,
-        datatype: datatype(field.r#type()),
-        count: 1,
-    });
-    let width = u32::try_from(cloud.len()).unwrap_or(u32::MAX);
-    PointCloud2 {
-        header: Header {
-            stamp: Time::from_ns(cloud.captured_at_ns()),
-            frame_id: frames::sensor(cell, &message.sensor),
-        },
-        height: 1,
-        width,
-        fields: fields.collect(),
-        is_bigendian: false,
-        point_step: message.point_stride,
-        row_step: message.point_stride.saturating_mul(width),
-        data: Bytes(message.data.clone()),
-        // Holes are points that are not finite.
-        is_dense: false,
-    }
-}
 
 /// The middles of the cells of a heightmap at their heights, in the frame of the container. What was not seen has none.
 ///
@@ -85,50 +56,12 @@ pub(crate) fn heightmap(cell: &Cell, message: &v1::Heightmap) -> Result<PointClo
     })
 }
 
-/// The type of a field, as ROS numbers it.
-fn datatype(of: NumericType) -> u8 {
-    match of {
-        // A checked cloud has none of these.
-        NumericType::Unspecified | NumericType::Uint8 => ros::datatype::UINT8,
-        NumericType::Int8 => ros::datatype::INT8,
-        NumericType::Uint16 => ros::datatype::UINT16,
-        NumericType::Int16 => ros::datatype::INT16,
-        NumericType::Uint32 => ros::datatype::UINT32,
-        NumericType::Int32 => ros::datatype::INT32,
-        NumericType::Float32 => ros::datatype::FLOAT32,
-        NumericType::Float64 => ros::datatype::FLOAT64,
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Isometry3, Point3};
     use ppnpack_packing::grid::Grid;
     use ppnpack_packing::heightmap::{Heightmap, Scene};
-    use ppnpack_ros::cdr as encoding;
-    use ppnpack_wire::convert::cloud::{self as clouds, Capture};
 
     use super::*;
-
-    #[test]
-    fn a_cloud_that_goes_to_ros_and_back_is_the_same() {
-        let cell = Cell::new("cell-1").unwrap();
-        let capture = Capture {
-            sequence: 3,
-            captured_at_ns: 5_000_000_007,
-            state_number: 0,
-            container_from_sensor: Isometry3::translation(0.1, 0.2, 0.9),
-        };
-        let points = [Point3::new(0.0, 0.5, 1.0), Point3::new(f32::NAN, 0.0, 0.0)];
-        let message = clouds::write(&capture, &points);
-        let there = cloud(&cell, &clouds::read(&message).unwrap());
-        assert_eq!((there.width, there.row_step), (2, 24));
-        assert_eq!(there.header.frame_id, "cell-1/sensor");
-        let payload = encoding::encode(&there).unwrap();
-        let read = ros::PointCloud2::read(&payload).unwrap();
-        let back = ros::to_cloud(&read, 3, &capture.container_from_sensor).unwrap();
-        assert_eq!(back, message);
-    }
 
     #[test]
     fn a_heightmap_has_a_point_for_each_cell_that_was_seen() {

@@ -1,9 +1,9 @@
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::ViewSurfaces;
-use ppnpack_packing::method::Method;
+use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::step::Candidate;
 use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::embedded::{self, Hub};
@@ -43,7 +43,7 @@ impl Step {
 }
 
 /// Asks the heuristic services on a hub.
-fn evaluator(hub: &Hub) -> SharedEvaluator {
+fn evaluator(hub: &Hub) -> ServiceEvaluator {
     let session = embedded::session(hub).unwrap();
     let peers = Peers {
         cell: Cell::new("cell-1").unwrap(),
@@ -55,12 +55,12 @@ fn evaluator(hub: &Hub) -> SharedEvaluator {
         stability: Stability::None,
         ..Method::published()
     };
-    let local = LocalSearches::new(&Grid::reference(), &method, usize::MAX).unwrap();
-    SharedEvaluator::new(peers, local, false)
+    let own = Search::new(&Grid::reference(), &method.search_settings()).unwrap();
+    ServiceEvaluator::new(peers, &method, own.bounded())
 }
 
 /// The whole ranking, and one placement more where it does not end.
-fn ranked(evaluator: &mut SharedEvaluator, input: &StepInput<'_>) -> Vec<Evaluated> {
+fn ranked(evaluator: &mut ServiceEvaluator, input: &StepInput<'_>) -> Vec<Evaluated> {
     let mut proposals = Proposals::default();
     proposals.push_all();
     evaluator.rank(input, &[0], &proposals).unwrap();
@@ -69,46 +69,23 @@ fn ranked(evaluator: &mut SharedEvaluator, input: &StepInput<'_>) -> Vec<Evaluat
 }
 
 #[test]
-fn searches_beyond_the_usual_number_lose_nothing() {
-    let hub = embedded::hub().unwrap();
-    let (mut evaluator, step) = (evaluator(&hub), Step::new());
-    let input = step.input();
-    let part = Part {
-        candidate: 0,
-        yaws: YawRange { first: 0, end: 1 },
-        proposals: None,
-    };
-    let searches = MAX_SEARCHES + 2;
-    for _ in 0..searches {
-        let parts = std::slice::from_ref(&part);
-        evaluator.search_here(&input, parts, None).unwrap();
-    }
-    let next = || evaluator.next_best(&input).unwrap();
-    assert_eq!(std::iter::from_fn(next).count(), searches * PLACES);
-}
-
-#[test]
-fn pages_grow_only_where_a_service_is_asked() {
-    let hub = embedded::hub().unwrap();
-    let (mut evaluator, step) = (evaluator(&hub), Step::new());
-    let input = step.input();
-    assert_eq!(ranked(&mut evaluator, &input).len(), 4 * PLACES);
-    assert_eq!(evaluator.page, input.wanted());
-}
-
-#[test]
-fn the_part_of_a_service_that_begins_anew_with_each_page_is_searched_here() {
+fn the_planner_searches_where_no_service_is_and_goes_on_where_one_stopped() {
     let hub = embedded::hub().unwrap();
     let (mut evaluator, step) = (evaluator(&hub), Step::new());
     let input = step.input();
     let whole = ranked(&mut evaluator, &input);
     assert_eq!(whole.len(), 4 * PLACES);
+    let degraded = &evaluator.shortfall.degraded;
+    assert!(degraded[0].contains("no heuristic service"), "{degraded:?}");
 
     let process = embedded::process(&hub, Service::Heuristic, "heuristic-1").unwrap();
-    let best = convert::placement::write_ranked(&whole[0]);
+    let best: Vec<_> = whole[..3]
+        .iter()
+        .map(convert::placement::write_ranked)
+        .collect();
     let answer = move |incoming: Incoming<v1::EvaluateRequest>| {
         let reply = v1::EvaluateReply {
-            placements: vec![best],
+            placements: best.clone(),
             ..v1::EvaluateReply::default()
         };
         incoming.reply(reply, Done::default());
@@ -120,7 +97,5 @@ fn the_part_of_a_service_that_begins_anew_with_each_page_is_searched_here() {
     assert!(alive.wait(deadline, |instances| !instances.is_empty()));
 
     assert_eq!(ranked(&mut evaluator, &input), whole);
-    let degraded = &evaluator.shortfall.degraded;
-    let is_why = |why: &String| why.contains("does not go on where it stopped");
-    assert!(degraded.iter().any(is_why), "{degraded:?}");
+    assert_eq!(evaluator.shortfall.degraded, Vec::<String>::new());
 }

@@ -6,7 +6,7 @@ use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, ContainerSettings, PlannerService, Settings, Where};
+use ppnpack_planner::{CellSettings, ContainerSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, CallError, Client, Incoming, Listener};
 use ppnpack_service::{Process, Running, ServiceSettings};
@@ -31,7 +31,6 @@ pub(crate) fn left_and_right() -> CellSettings {
     let containers = ["left", "right"].map(|name| (name.to_owned(), ContainerSettings::default()));
     CellSettings {
         containers: BTreeMap::from(containers),
-        evaluate: Where::InProcess,
         method: Method {
             trial: TrialSettings::off(),
             ..crate::common::method()

@@ -1,11 +1,10 @@
 //! A planner with a perception that shows what was placed.
 
-use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
-use ppnpack_planner::{CellSettings, PlannerService, Settings, Where};
+use ppnpack_planner::{CellSettings, PlannerService};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
 use ppnpack_service::{Process, Running};
@@ -45,15 +44,6 @@ pub(crate) struct Rig {
 
 impl Rig {
     pub(crate) fn new(bodies: Option<Vec<v1::Body>>, settings: CellSettings) -> Self {
-        Self::viewed_at(None, bodies, settings)
-    }
-
-    /// A planner that serves viewers itself, where an address is given.
-    pub(crate) fn viewed_at(
-        view: Option<SocketAddr>,
-        bodies: Option<Vec<v1::Body>>,
-        settings: CellSettings,
-    ) -> Self {
         let hub = embedded::hub().unwrap();
         let shown = Arc::new(Mutex::new(Shown {
             state_number: 1,
@@ -86,15 +76,11 @@ impl Rig {
             (bridge, listener)
         });
         let settings = CellSettings {
-            evaluate: Where::InProcess,
             // A heightmap is shown until the next one is.
             heightmap_age_limit_s: 600.0,
             ..settings
         };
-        let settings = Settings {
-            view,
-            ..super::settings(settings)
-        };
+        let settings = super::settings(settings);
         Self {
             planner: super::start(&hub, &settings, &[]),
             client: Client::new(&embedded::session(&hub).unwrap()),
@@ -103,11 +89,6 @@ impl Rig {
             _bridge: bridge,
             hub,
         }
-    }
-
-    /// Where viewers connect.
-    pub(crate) fn view_address(&self) -> Option<SocketAddr> {
-        self.planner.view_address()
     }
 
     pub(crate) fn call<R: Request>(&self, request: R) -> R::Reply {
