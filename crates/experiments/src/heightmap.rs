@@ -195,10 +195,12 @@ fn truth(cell: &SimulatedCell, grid: &Grid, cameras: &[DepthCamera]) -> Outcome<
     for point in truth.points().in_world_m(&far.world_from_camera) {
         let is_seen = finer.iter().any(|finer| finer.sees(&point));
         let [x, y] = [point.x, point.y].map(|side| (side / cell_m) as usize);
-        let cell = &mut cells[x.min(grid.nx() - 1) * grid.ny() + y.min(grid.ny() - 1)];
-        cell.lowest_m = cell.lowest_m.min(point.z);
-        cell.highest_m = cell.highest_m.max(point.z);
-        cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
+        let index = x.min(grid.nx() - 1) * grid.ny() + y.min(grid.ny() - 1);
+        if let Some(cell) = cells.get_mut(index) {
+            cell.lowest_m = cell.lowest_m.min(point.z);
+            cell.highest_m = cell.highest_m.max(point.z);
+            cell.seen += f64::from(u8::from(is_seen)) / (across * across) as f64;
+        }
     }
     Ok(cells)
 }

@@ -189,7 +189,7 @@ fn closings() -> [Measured<'static>; 3] {
             counted(closed(runs).map(Container::size))
         }),
         Measured::new("filled_percent", "filled", |runs: &[Run], _| {
-            let filled_m3: f64 = closed(runs).map(|container| container.meshes_m3).sum();
+            let filled_m3 = closed(runs).fold(0.0, |sum, container| sum + container.meshes_m3);
             let whole_m3: f64 = closed(runs).map(Container::volume_m3).sum();
             let percent = 100.0 * filled_m3 / whole_m3.max(f64::MIN_POSITIVE);
             Cell::new(format!("{percent:.1} %"), percent)
