@@ -340,7 +340,7 @@ impl Setting {
 }
 
 /// What is said of each method; the stages of its decisions, too, where they are to be shown.
-pub(crate) fn columns(has_stages: bool) -> [Measured<'static>; 19] {
+pub(crate) fn columns(has_stages: bool) -> Vec<Measured<'static>> {
     let stage = |key, head, value: fn(&Run) -> f64| {
         Measured::mean_ms(key, head, value).shown_if(has_stages)
     };
@@ -355,7 +355,7 @@ pub(crate) fn columns(has_stages: bool) -> [Measured<'static>; 19] {
     let cm3 = |key, head, value: fn(&Run) -> f64| {
         Measured::mean(key, head, 0, move |run| 1e6 * value(run))
     };
-    [
+    let mut columns = vec![
         Measured::sum("cases", "", |_| 1).shown_if(false),
         Measured::mean_ms("decision_s", "decision per item", |run| run.decision_s),
         stage("propose_s", "proposing", |run| run.propose_s),
@@ -388,10 +388,6 @@ pub(crate) fn columns(has_stages: bool) -> [Measured<'static>; 19] {
             "of its mesh volume (%)",
             |run| run.meshes_m3,
         ),
-        ratio("decision_ratio_percent", "of its time (%)", |run| {
-            run.decision_s
-        })
-        .shown_if(has_stages),
         Measured::mean("fallen_out", "fell out", 2, |run| {
             (run.placed - run.items) as f64
         }),
@@ -400,7 +396,13 @@ pub(crate) fn columns(has_stages: bool) -> [Measured<'static>; 19] {
         Measured::share("steps_widened_percent", "steps widened", |run| {
             [run.steps_widened, run.placed]
         }),
-    ]
+    ];
+    if has_stages {
+        columns.push(ratio("decision_ratio_percent", "of its time (%)", |run| {
+            run.decision_s
+        }));
+    }
+    columns
 }
 
 /// The sum of a value over some runs divided by the sum over others on the same sequences, in percent. The interval

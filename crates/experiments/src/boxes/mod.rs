@@ -132,6 +132,6 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
             packed.push((*setting, *method, runs.concat()));
         }
     }
-    let results = Results::new(&settings, arguments.runs.workers(), packed);
+    let results = Results::new(&settings, arguments.runs.workers(), &packed);
     arguments.out.publish("boxes", &results, &results.text)
 }

@@ -57,7 +57,7 @@ impl<'a> Results<'a> {
     pub(super) fn new(
         settings: &'a Settings,
         workers: usize,
-        packed: Vec<(Setting, Method, Vec<Run>)>,
+        packed: &[(Setting, Method, Vec<Run>)],
     ) -> Self {
         let mut text = format!(
             "# Online box packing\n\n\
