@@ -64,7 +64,6 @@ pub mod refusal;
 pub mod resting;
 pub mod rules;
 pub mod scene_value;
-pub mod score_map;
 pub mod search;
 pub mod stability;
 pub mod step;

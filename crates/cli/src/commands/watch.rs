@@ -323,7 +323,7 @@ mod tests {
             ..v1::ClosedContainer::default()
         }];
         let shown = [
-            "open     left #2: 1 items, right #2: waits for an empty one, spare #2: ready",
+            "open     left #2: 1 items, right #2: waits for an empty one",
             "closed   right #1 with 7 items: it is full",
         ];
         assert_eq!(containers(&session), shown);

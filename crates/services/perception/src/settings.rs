@@ -191,6 +191,8 @@ impl ServiceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
+    use ppnpack_packing::grid::Grid;
+
     use super::*;
 
     #[test]
@@ -239,6 +241,7 @@ mod tests {
         });
         assert!(many.contains("the number of cells is 65"), "{many}");
         let hall = refused(|s| {
+            s.grid = GridSettings::from(&Grid::reference());
             (s.grid.container.x_m, s.grid.container.y_m) = (10.0, 10.0);
         });
         assert!(hall.contains("choose larger cells"));
