@@ -9,6 +9,8 @@ import pytest
 import ppnpack
 
 UNTRIED = {"tries_per_item": 0}
+# The objective alone, with the weights of the paper.
+PUBLISHED = {"weights": {}, "scene_value": {"weight": 0.0}}
 
 
 def test_the_default_grid_is_the_papers(grid):
@@ -27,7 +29,7 @@ def test_heights_round_up_to_units(grid):
 
 def test_a_plan_packs_the_larger_item_and_place_lays_it_down(grid, catalogue):
     buffer = [catalogue["mug"], catalogue["bowl"]]
-    plan = ppnpack.plan(grid, grid.empty(), buffer, alternatives=3)
+    plan = ppnpack.plan(grid, grid.empty(), buffer, alternatives=3, **PUBLISHED)
     choice = plan.choice
     larger = max(range(2), key=lambda slot: buffer[slot].voxel_count())
     assert choice.slot == larger and choice.resting_height == 0
@@ -46,7 +48,7 @@ def test_a_plan_is_the_best_of_the_evaluations(grid, catalogue):
     for heuristic in ["sdfm", "dbl", "hm", "mta"]:
         for proposals in ["all", "bounded"]:
             plan = ppnpack.plan(
-                grid, heightmap, buffer, heuristic=heuristic, proposals={"from": proposals}, trial=UNTRIED
+                grid, heightmap, buffer, heuristic=heuristic, proposals={"from": proposals}, trial=UNTRIED, **PUBLISHED
             )
             values = np.stack([ppnpack.evaluate(grid, heightmap, item, heuristic).value for item in buffer])
             best = np.unravel_index(values.argmin(), values.shape)

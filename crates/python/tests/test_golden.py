@@ -56,7 +56,8 @@ def test_the_planner_chooses_the_golden_optimum(cases, one_yaw):
     for case in cases:
         item = golden_item(case)
         valid = (case["drop"] >= 0) & (case["stable"] == 1)
-        plan = ppnpack.plan(one_yaw, case["container"], [item], stability="published", trial={"tries_per_item": 0})
+        method = {"stability": "published", "weights": {}, "scene_value": {"weight": 0.0}}
+        plan = ppnpack.plan(one_yaw, case["container"], [item], method, trial={"tries_per_item": 0})
         if not valid.any():
             continue
         best = np.where(valid, case["sdf"], np.inf).min()

@@ -39,10 +39,10 @@ class _Took(TypedDict):
 class Grid:
     def __new__(
         cls,
-        container_m: tuple[float, float, float] = ...,
-        cell_m: float = ...,
-        height_unit_m: float = ...,
-        yaws: int | Sequence[float] = ...,
+        container_m: tuple[float, float, float] | None = None,
+        cell_m: float | None = None,
+        height_unit_m: float | None = None,
+        yaws: int | Sequence[float] | None = None,
     ) -> Self: ...
     @staticmethod
     def reference() -> Grid: ...
