@@ -26,7 +26,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 # Nothing is sooner known than by asking again; what comes to the receiver is waited for.
 ASKED_EVERY_S = 0.2
 PATIENCE_S = 20.0
-PROCESSES = {"router": 1, "perception": 1, "ppn": 1, "heuristic": 2, "bridge": 1, "planner": 1, "console": 1}
+PROCESSES = {"router": 1, "perception": 1, "ppn": 1, "heuristic": 1, "bridge": 1, "planner": 1, "console": 1}
 # What the stack has counted of its cell by the time that this runs.
 COUNTED = (
     'ppnpack_outcomes_total{cell="cell-1", kind="OUTCOME_KIND_PLACED"}',
