@@ -381,17 +381,18 @@ impl Stability {
 }
 
 impl ProposalSource {
-    /// What the published code of the paper's baseline "Random" tries for an item: its text says "a feasible placement".
+    /// The baseline "Random" of the tables. The published code tries four yaws with three by three positions and takes the
+    /// first valid one; the paper's text has "a feasible placement".
     pub const PUBLISHED_TRIES: Self = Self::Tries {
         yaws: Self::PUBLISHED_YAWS,
         positions: Self::PUBLISHED_POSITIONS,
     };
 
-    /// How many yaws that is.
+    /// The number of yaws that it tries.
     pub const PUBLISHED_YAWS: u8 = 3;
 
-    /// How many positions at each of them: its description has "three", which are taken for three along each axis, as it then packs as many
-    /// items as the paper says (`docs/results/table1.md`).
+    /// The number of positions at each of them, chosen as it then packs as many items as the paper says
+    /// (`docs/results/table1.md`).
     pub const PUBLISHED_POSITIONS: u8 = 9;
 
     /// The network of these weights on cells of `cell_m` at best, the paper's where none is given, with `yaws` yaws at
