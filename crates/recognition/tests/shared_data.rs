@@ -21,9 +21,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::Resolution;
-use ppnpack_recognition::recognise::{Recogniser, Recognition};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use ppnpack_recognition::recognise::Recognition;
 
 const FILES: [&str; 8] = [
     "09_042_adjustable_wrench.ply",
@@ -88,62 +86,4 @@ fn real_objects_are_recognised_in_noisy_views() {
         views >= 14 && unknown <= 1,
         "{unknown} of {views} are unknown"
     );
-}
-
-/// Shows objects in each of their resting poses of at least 2 %, twice, to who knows those of `known`.
-fn measure(what: &str, shown: &[Arc<Model>], recogniser: &Recogniser, are_known: bool) {
-    let library = recogniser.library();
-    let mut random = ChaCha8Rng::seed_from_u64(3);
-    let [mut views, mut known, mut right, mut placed, mut same] = [0; 5];
-    for (index, model) in shown.iter().enumerate() {
-        let poses = 0..model.resting_poses.len();
-        for pose in poses.filter(|pose| model.resting_poses[*pose].probability >= 0.02) {
-            for _ in 0..2 {
-                let mut at = |low, high| random.random_range(low..high);
-                let truth = at_rest(
-                    model,
-                    pose,
-                    at(0.0, std::f64::consts::TAU),
-                    at(-0.12, 0.12),
-                    at(-0.08, 0.08),
-                );
-                let clusters = segmented(&[(model, truth)], &NoiseModel::default()).clusters;
-                views += 1;
-                let found = clusters
-                    .first()
-                    .map(|cluster| recogniser.recognise(cluster));
-                let Some(Recognition::Known(found)) = found else {
-                    continue;
-                };
-                known += 1;
-                let (object, pose) = (found.best.object, &found.best.world_from_item);
-                let error = library
-                    .pose_error(index, &truth, object, pose)
-                    .filter(|_| are_known);
-                if let Some(error) = error {
-                    right += 1;
-                    let is_placed = error.is_within(0.003, 3_f64.to_radians());
-                    placed += usize::from(is_placed);
-                    let looks_same = library.looks_same_from_above(index, &truth, object, pose);
-                    same += usize::from(is_placed || looks_same);
-                }
-            }
-        }
-    }
-    println!(
-        "{what}: of {views} views {known} called known, {right} rightly; of these {placed} within 3 mm and 3 degrees, {same} or alike"
-    );
-}
-
-#[test]
-#[ignore = "a measurement, of some minutes: with --release, --ignored and --no-capture"]
-fn all_objects_and_strangers_are_shown_from_above() {
-    let folders = ["data/ycb_apc", "data/unseen"].map(shared::shared);
-    let [Some(known), Some(strangers)] = folders else {
-        return;
-    };
-    let known = models(&known);
-    let recogniser = recogniser(&known);
-    measure("known objects", &known, &recogniser, true);
-    measure("strangers", &models(&strangers), &recogniser, false);
 }
