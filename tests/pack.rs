@@ -187,6 +187,12 @@ fn options_win_over_the_file_of_the_method_and_what_is_wrong_in_it_is_named() {
     assert_eq!((&used["buffer"], &used["seed"]), (&2.into(), &4.into()));
     for (text, named) in [
         ("bufer = 3", "bufer"),
+        ("buffer = 0", "the buffer"),
+        ("weights = { distance = nan }", "distance"),
+        (
+            "proposals = { from = \"tries\", yaws = 0, positions = 9 }",
+            "yaws that are tried",
+        ),
         ("heuristic = \"best\"", "best"),
         ("trial = { limits = { slide_m = -1.0 } }", "slide"),
         ("trial = { above_rim_m = -0.001 }", "above the rim"),

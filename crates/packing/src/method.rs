@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ppnpack_numbers::SettingError;
+use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 use crate::check::{BoxedCheck, Cost};
@@ -207,6 +207,16 @@ impl Method {
         self.trial.validate()?;
         self.loads.validate()?;
         self.scene_value.validate()?;
+        let buffer = within("between 1 and 1000", 1.0..=1e3);
+        buffer("the buffer", self.buffer as f64)?;
+        if let ProposalSource::Tries { yaws, positions } = self.proposals {
+            let count = within("at least 1", 1.0..=f64::from(u8::MAX));
+            count("the number of yaws that are tried", f64::from(yaws))?;
+            count(
+                "the number of positions that are tried",
+                f64::from(positions),
+            )?;
+        }
         Ok(())
     }
 

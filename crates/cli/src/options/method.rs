@@ -104,7 +104,14 @@ fn overlaid(usual: &Method, path: &Path) -> Outcome<Method> {
         Failure::input(format_args!("--method {}: {error}", path.display()))
     };
     let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-    let own: Map<String, Value> = match path.extension().is_some_and(|it| it == "json") {
+    let is_json = path.extension().is_some_and(|it| it == "json");
+    // As it stands there, it is refused with its line; merged, it no longer has one.
+    let alone: Method = match is_json {
+        true => serde_json::from_str(&text).map_err(|error| wrong(&error))?,
+        false => toml::from_str(&text).map_err(|error| wrong(&error))?,
+    };
+    alone.validate().map_err(|error| wrong(&error))?;
+    let own: Map<String, Value> = match is_json {
         true => serde_json::from_str(&text).map_err(|error| wrong(&error))?,
         false => toml::from_str(&text).map_err(|error| wrong(&error))?,
     };
@@ -112,7 +119,5 @@ fn overlaid(usual: &Method, path: &Path) -> Outcome<Method> {
     let mut keys: Map<String, Value> = serde_json::from_value(usual).or_run()?;
     keys.extend(own);
     let method = serde_json::from_value(Value::Object(keys));
-    let method: Method = method.map_err(|error| wrong(&error))?;
-    method.validate().map_err(|error| wrong(&error))?;
-    Ok(method)
+    method.map_err(|error| wrong(&error))
 }
