@@ -106,18 +106,24 @@ fn overlaid(usual: &Method, path: &Path) -> Outcome<Method> {
     let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
     let is_json = path.extension().is_some_and(|it| it == "json");
     // As it stands there, it is refused with its line; merged, it no longer has one.
-    let alone: Method = match is_json {
-        true => serde_json::from_str(&text).map_err(|error| wrong(&error))?,
-        false => toml::from_str(&text).map_err(|error| wrong(&error))?,
-    };
+    let alone: Method = read(&text, is_json).map_err(|error| wrong(&error))?;
     alone.validate().map_err(|error| wrong(&error))?;
-    let own: Map<String, Value> = match is_json {
-        true => serde_json::from_str(&text).map_err(|error| wrong(&error))?,
-        false => toml::from_str(&text).map_err(|error| wrong(&error))?,
-    };
+    let own: Map<String, Value> = read(&text, is_json).map_err(|error| wrong(&error))?;
     let usual = serde_json::to_value(usual).or_run()?;
     let mut keys: Map<String, Value> = serde_json::from_value(usual).or_run()?;
     keys.extend(own);
     let method = serde_json::from_value(Value::Object(keys));
     method.map_err(|error| wrong(&error))
+}
+
+/// Reads JSON or TOML; what is wrong is said in one line, with its place.
+fn read<T: serde::de::DeserializeOwned>(text: &str, is_json: bool) -> Result<T, String> {
+    if is_json {
+        return serde_json::from_str(text).map_err(|error| error.to_string());
+    }
+    toml::from_str(text).map_err(|error| {
+        let place = error.to_string();
+        let place = place.lines().next().unwrap_or_default();
+        format!("{place}: {}", error.message().replace('\n', " "))
+    })
 }
