@@ -1,19 +1,19 @@
 //! Heightmaps as points.
 
-use ppnpack_ros::cdr::Bytes;
-use ppnpack_ros::messages::builtin_interfaces::Time;
-use ppnpack_ros::messages::sensor_msgs::{PointCloud2, PointField};
-use ppnpack_ros::messages::std_msgs::Header;
 use ppnpack_wire::convert::scene;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{WireError, v1};
 
-use crate::frames;
+use super::messages;
+use crate::rmw::messages::{Header, PointCloud2, PointField, Time};
+
+/// The type of numbers of 32 bits, as `sensor_msgs/PointField` numbers it.
+const FLOAT32: u8 = 7;
 
 /// Bytes of a point with three coordinates.
 const POINT_BYTES: u32 = 12;
 
-/// The middles of the cells of a heightmap at their heights, in the frame of the container. What was not seen has none.
+/// Gives the middles of the cells of a heightmap at their heights, in the frame of the container. What was not seen has none.
 ///
 /// # Errors
 /// [`WireError`] where the heightmap is not possible.
@@ -36,14 +36,14 @@ pub(crate) fn heightmap(cell: &Cell, message: &v1::Heightmap) -> Result<PointClo
     let field = |name: &str, offset: u32| PointField {
         name: name.to_owned(),
         offset,
-        datatype: PointField::FLOAT32,
+        datatype: FLOAT32,
         count: 1,
     };
     let row_step = u32::try_from(data.len()).unwrap_or(u32::MAX);
     Ok(PointCloud2 {
         header: Header {
             stamp: Time::from_ns(message.captured_at_ns),
-            frame_id: frames::container(cell.as_str()),
+            frame_id: messages::container_frame(cell.as_str()),
         },
         height: 1,
         width: row_step / POINT_BYTES,
@@ -51,7 +51,7 @@ pub(crate) fn heightmap(cell: &Cell, message: &v1::Heightmap) -> Result<PointClo
         is_bigendian: false,
         point_step: POINT_BYTES,
         row_step,
-        data: Bytes(data),
+        data,
         is_dense: true,
     })
 }
@@ -77,7 +77,7 @@ mod tests {
         };
         let points = heightmap(&cell, &message).unwrap();
         assert_eq!(points.width as usize, grid.nx() * grid.ny() - 1);
-        let first: Vec<f32> = points.data.0[..12]
+        let first: Vec<f32> = points.data[..12]
             .chunks_exact(4)
             .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
             .collect();
