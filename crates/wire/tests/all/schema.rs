@@ -1,18 +1,10 @@
 //! The schema may grow, but what was once recorded of it stays. `PPNPACK_RECORD=1` records what is new.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::collections::BTreeSet;
 
 use prost_reflect::{Cardinality, DescriptorPool, FieldDescriptor, Kind};
 use prost_types::FileDescriptorSet;
-
-mod support;
+use prost_types::field_descriptor_proto::{Label, Type};
 
 const FILE: &str = "schema.txt";
 
@@ -66,7 +58,10 @@ fn breaks(recorded: &BTreeSet<String>, now: &BTreeSet<String>) -> Vec<String> {
 
 #[test]
 fn what_was_recorded_of_the_schema_still_holds() {
-    let recorded: BTreeSet<String> = support::recorded(FILE).lines().map(str::to_owned).collect();
+    let recorded: BTreeSet<String> = crate::support::recorded(FILE)
+        .lines()
+        .map(str::to_owned)
+        .collect();
     let now = lines(ppnpack_wire::schema().unwrap());
     let breaks = breaks(&recorded, &now);
     assert!(
@@ -75,7 +70,7 @@ fn what_was_recorded_of_the_schema_still_holds() {
          or make a new version of the protocol. Before its first release, take the lines out of tests/golden/{FILE}"
     );
     let text: Vec<&str> = now.iter().map(String::as_str).collect();
-    if recorded != now && !support::record(FILE, &(text.join("\n") + "\n")) {
+    if recorded != now && !crate::support::record(FILE, &(text.join("\n") + "\n")) {
         let new: Vec<&String> = now.difference(&recorded).collect();
         panic!("new, to be recorded with PPNPACK_RECORD=1: {new:#?}");
     }
@@ -102,56 +97,36 @@ fn message<'a>(
 
 #[test]
 fn breaking_changes_are_found_and_additions_are_none() {
-    let of_field = |broken: Vec<String>, field: &str| {
-        assert_eq!(broken.len(), 1, "{broken:?}");
-        assert!(broken[0].starts_with(field), "{broken:?}");
-    };
-    // Removed.
-    of_field(
-        broken_by(|schema| {
-            message(schema, "Outcome")
-                .field
-                .retain(|field| field.number() != 7);
+    type Change = fn(&mut FileDescriptorSet);
+    let slide = "message Outcome 007 slide_m";
+    let cases: [(&str, &str, Change); 6] = [
+        ("removed", slide, |schema| {
+            let fields = &mut message(schema, "Outcome").field;
+            fields.retain(|field| field.number() != 7);
         }),
-        "message Outcome 007 slide_m",
-    );
-    // Renumbered.
-    of_field(
-        broken_by(|schema| message(schema, "Outcome").field[6].number = Some(77)),
-        "message Outcome 007 slide_m",
-    );
-    // Of another type, singular where it was repeated, renamed.
-    of_field(
-        broken_by(|schema| {
-            let float = prost_types::field_descriptor_proto::Type::Float;
-            message(schema, "Outcome").field[6].set_type(float);
+        ("renumbered", slide, |schema| {
+            message(schema, "Outcome").field[6].number = Some(77);
         }),
-        "message Outcome 007 slide_m",
-    );
-    of_field(
-        broken_by(|schema| {
-            let optional = prost_types::field_descriptor_proto::Label::Optional;
-            message(schema, "Grid").field[3].set_label(optional);
+        ("of another type", slide, |schema| {
+            message(schema, "Outcome").field[6].set_type(Type::Float);
         }),
-        "message Grid 004 yaws_rad",
-    );
-    of_field(
-        broken_by(|schema| message(schema, "Grid").field[1].name = Some("edge_m".to_owned())),
-        "message Grid 002 cell_m",
-    );
-    // A value of an enum.
-    of_field(
-        broken_by(|schema| {
-            let enums = schema.file.iter_mut().flat_map(|file| &mut file.enum_type);
-            let status = enums
-                .into_iter()
-                .find(|kind| kind.name() == "Status")
-                .unwrap();
+        ("singular", "message Grid 004 yaws_rad", |schema| {
+            message(schema, "Grid").field[3].set_label(Label::Optional);
+        }),
+        ("renamed", "message Grid 002 cell_m", |schema| {
+            message(schema, "Grid").field[1].name = Some("edge_m".to_owned());
+        }),
+        ("a value", "enum Status 004 STATUS_BUSY", |schema| {
+            let mut enums = schema.file.iter_mut().flat_map(|file| &mut file.enum_type);
+            let status = enums.find(|kind| kind.name() == "Status").unwrap();
             status.value[4].number = Some(44);
         }),
-        "enum Status 004 STATUS_BUSY",
-    );
-    // A new field breaks nothing.
+    ];
+    for (what, line, change) in cases {
+        let broken = broken_by(change);
+        assert_eq!(broken.len(), 1, "{what}: {broken:?}");
+        assert!(broken[0].starts_with(line), "{what}: {broken:?}");
+    }
     let added = broken_by(|schema| {
         let grid = message(schema, "Grid");
         let mut field = grid.field[1].clone();

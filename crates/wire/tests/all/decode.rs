@@ -1,9 +1,4 @@
 //! Bytes of any kind are decoded or refused: nothing panics, and memory stays in bounds.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::fmt::Debug;
 
@@ -13,9 +8,7 @@ use proptest::prelude::*;
 use prost::{Message, Name};
 use prost_reflect::Kind;
 
-mod support;
-
-use support::filled::{filled, pool};
+use crate::support::filled::{filled, pool};
 
 /// What can be read from a payload is written to something that is read the same.
 fn stays<M: Message + Name + Default + PartialEq + Debug, T>(
@@ -32,7 +25,7 @@ fn stays<M: Message + Name + Default + PartialEq + Debug, T>(
 
 /// Reads a payload as every message, and as every type of the domain.
 fn read_as_everything(payload: &[u8]) {
-    for known in support::known() {
+    for known in crate::support::known() {
         if let Ok(recoded) = (known.recode)(payload) {
             assert!((known.recode)(&recoded).is_ok(), "{}", known.name);
         }
@@ -132,7 +125,7 @@ fn encodings_name_the_message() {
 fn many_empty_parts_take_bounded_memory() {
     const PARTS: usize = 200_000;
     const MOST_BYTES: u64 = 256 << 20;
-    for known in support::known() {
+    for known in crate::support::known() {
         let message = pool().get_message_by_name(&known.name).unwrap();
         let lists = message.fields().filter(|field| {
             field.is_list() && matches!(field.kind(), Kind::Message(_) | Kind::String | Kind::Bytes)

@@ -1,9 +1,4 @@
 //! What is written is read as it was, and what is read is written as it was.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use nalgebra::{Matrix3, Point3};
 use ppnpack_packing::model::mesh::Mesh;
@@ -19,9 +14,7 @@ use ppnpack_wire::{decode, v1};
 use proptest::prelude::*;
 use prost::{Message, Name};
 
-mod support;
-
-use support::domain;
+use crate::support::domain;
 
 /// A message as another process gets it.
 fn sent<M: Message + Name + Default>(message: &M) -> M {

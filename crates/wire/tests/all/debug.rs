@@ -1,9 +1,4 @@
 //! What is drawn of streams is what viewers read.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use foxglove::Encode;
 use foxglove::messages::{Grid as GridMessage, PointCloud, SceneUpdate, Timestamp};

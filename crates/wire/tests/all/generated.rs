@@ -1,13 +1,6 @@
 //! `generated/` is what the schemas in `proto/` compile to. `PPNPACK_RECORD=1` writes it anew.
 //!
 //! It is kept with the sources because the compiler of the schemas takes longer to build than all of this crate.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::path::{Path, PathBuf};
 

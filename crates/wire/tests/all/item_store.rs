@@ -1,9 +1,4 @@
 //! Items are kept by their id, within a bound.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::{ItemStore, MissingItems};

@@ -1,6 +1,4 @@
 //! Every message of the schema, and values to fill them with.
-#![allow(dead_code, reason = "each test file uses some of these")]
-#![allow(clippy::panic, reason = "a panic in a test is a failing test")]
 
 pub(crate) mod domain;
 pub(crate) mod filled;

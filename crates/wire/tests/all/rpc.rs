@@ -1,15 +1,10 @@
 //! Every request of the schema can be sent.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use ppnpack_wire::rpc::{Reply, Request};
 use ppnpack_wire::v1;
 use prost::Name;
 
-mod support;
+use crate::support::filled;
 
 /// The names of a request and its reply, once their headers were seen to be set and read.
 fn names<R: Request>() -> [String; 2] {
@@ -57,7 +52,7 @@ fn every_request_has_its_method_and_reply() {
         names::<v1::ShapesRequest>(),
         names::<v1::WithdrawRequest>(),
     ];
-    let pool = support::filled::pool();
+    let pool = filled::pool();
     let mut requests: Vec<String> = pool
         .all_messages()
         .map(|message| message.name().to_owned())

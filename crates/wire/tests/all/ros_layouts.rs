@@ -1,93 +1,11 @@
-//! Clouds of ROS 2 of any layout, against a plain way to make and read them, and against another implementation of CDR.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+//! Clouds of ROS 2 of any layout, against a plain way to make and read them.
 
-#[path = "support/payload.rs"]
-mod payload;
-
-use byteorder::{BigEndian, LittleEndian};
 use nalgebra::Isometry3;
 use ppnpack_wire::convert::cloud;
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype, to_cloud};
 use proptest::prelude::*;
-use serde::{Deserialize, Serialize};
 
-/// The message as the other implementation knows it: a structure with the fields of the interface's definition.
-mod theirs {
-    use super::{Deserialize, Serialize};
-
-    #[derive(Debug, Serialize, Deserialize)]
-    pub(super) struct Time {
-        pub(super) sec: i32,
-        pub(super) nanosec: u32,
-    }
-
-    #[derive(Debug, Serialize, Deserialize)]
-    pub(super) struct Header {
-        pub(super) stamp: Time,
-        pub(super) frame_id: String,
-    }
-
-    #[derive(Debug, Serialize, Deserialize)]
-    pub(super) struct PointField {
-        pub(super) name: String,
-        pub(super) offset: u32,
-        pub(super) datatype: u8,
-        pub(super) count: u32,
-    }
-
-    #[derive(Debug, Serialize, Deserialize)]
-    pub(super) struct PointCloud2 {
-        pub(super) header: Header,
-        pub(super) height: u32,
-        pub(super) width: u32,
-        pub(super) fields: Vec<PointField>,
-        pub(super) is_bigendian: bool,
-        pub(super) point_step: u32,
-        pub(super) row_step: u32,
-        pub(super) data: Vec<u8>,
-        pub(super) is_dense: bool,
-    }
-}
-
-impl theirs::PointCloud2 {
-    /// What it should be read as.
-    fn ours(&self) -> PointCloud2<'_> {
-        let fields = self.fields.iter().map(|own| PointField {
-            name: &own.name,
-            offset: own.offset,
-            datatype: own.datatype,
-            count: own.count,
-        });
-        PointCloud2 {
-            stamp: Stamp {
-                sec: self.header.stamp.sec,
-                nanosec: self.header.stamp.nanosec,
-            },
-            frame_id: &self.header.frame_id,
-            height: self.height,
-            width: self.width,
-            fields: fields.collect(),
-            is_bigendian: self.is_bigendian,
-            point_step: self.point_step,
-            row_step: self.row_step,
-            data: &self.data,
-            is_dense: self.is_dense,
-        }
-    }
-
-    fn payload(&self, is_big_endian: bool) -> Vec<u8> {
-        let (number, message) = if is_big_endian {
-            (0, cdr_encoding::to_vec::<_, BigEndian>(self))
-        } else {
-            (1, cdr_encoding::to_vec::<_, LittleEndian>(self))
-        };
-        [[0, number, 0, 0].as_slice(), &message.unwrap()].concat()
-    }
-}
+use crate::payload::payload;
 
 /// A field as a layout has it.
 #[derive(Debug, Clone)]
@@ -151,10 +69,42 @@ fn layouts() -> impl Strategy<Value = (Vec<Field>, usize)> {
 /// A cloud as a driver would make it, point by point, and what it means.
 #[derive(Debug)]
 struct Made {
-    message: theirs::PointCloud2,
+    stamp: Stamp,
+    frame_id: String,
+    height: usize,
+    width: usize,
     fields: Vec<Field>,
+    is_bigendian: bool,
+    stride: usize,
+    padding: usize,
+    data: Vec<u8>,
+    is_dense: bool,
     /// Of each point, of each field, the bytes of its first number, the least significant first.
     values: Vec<Vec<Vec<u8>>>,
+}
+
+impl Made {
+    fn message(&self) -> PointCloud2<'_> {
+        let number = |number: usize| u32::try_from(number).unwrap();
+        let fields = self.fields.iter().map(|field| PointField {
+            name: &field.name,
+            offset: number(field.offset),
+            datatype: field.datatype,
+            count: field.count,
+        });
+        PointCloud2 {
+            stamp: self.stamp,
+            frame_id: &self.frame_id,
+            height: number(self.height),
+            width: number(self.width),
+            fields: fields.collect(),
+            is_bigendian: self.is_bigendian,
+            point_step: number(self.stride),
+            row_step: number(self.width * self.stride + self.padding),
+            data: &self.data,
+            is_dense: self.is_dense,
+        }
+    }
 }
 
 fn clouds() -> impl Strategy<Value = Made> {
@@ -192,32 +142,17 @@ fn clouds() -> impl Strategy<Value = Made> {
             if has_short_end {
                 data.truncate(data.len().saturating_sub(padding));
             }
-            let number = |number: usize| u32::try_from(number).unwrap();
-            let message = theirs::PointCloud2 {
-                header: theirs::Header {
-                    stamp: theirs::Time { sec, nanosec },
-                    frame_id,
-                },
-                height: number(height),
-                width: number(width),
-                fields: fields
-                    .iter()
-                    .map(|field| theirs::PointField {
-                        name: field.name.clone(),
-                        offset: number(field.offset),
-                        datatype: field.datatype,
-                        count: field.count,
-                    })
-                    .collect(),
+            Made {
+                stamp: Stamp { sec, nanosec },
+                frame_id,
+                height,
+                width,
+                fields,
                 is_bigendian,
-                point_step: number(stride),
-                row_step: number(width * stride + padding),
+                stride,
+                padding,
                 data,
                 is_dense,
-            };
-            Made {
-                message,
-                fields,
                 values,
             }
         },
@@ -241,17 +176,16 @@ proptest! {
 
     #[test]
     fn any_layout_is_read_as_it_was_made(made in clouds(), is_big_endian in any::<bool>()) {
-        let payload = made.message.payload(is_big_endian);
+        let payload = payload(&made.message(), is_big_endian);
         let message = PointCloud2::read(&payload).unwrap();
-        prop_assert_eq!(&message, &made.message.ours());
-        prop_assert_eq!(&payload::payload(&message, is_big_endian), &payload);
+        prop_assert_eq!(&message, &made.message());
 
         let converted = to_cloud(&message, 1, &Isometry3::identity()).unwrap();
         let stride = converted.point_stride as usize;
-        let stamp = &made.message.header.stamp;
+        let stamp = made.stamp;
         let expected_ns = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
         prop_assert_eq!(i128::from(converted.captured_at_ns), expected_ns);
-        prop_assert_eq!(stride, made.message.point_step as usize);
+        prop_assert_eq!(stride, made.stride);
         prop_assert_eq!(converted.data.len(), made.values.len() * stride);
 
         let cloud = cloud::read(&converted).unwrap();
@@ -280,7 +214,7 @@ proptest! {
         changes in proptest::collection::vec((any::<proptest::sample::Index>(), any::<u8>()), 0..6),
         length in proptest::option::of(any::<proptest::sample::Index>()),
     ) {
-        let mut payload = made.message.payload(is_big_endian);
+        let mut payload = payload(&made.message(), is_big_endian);
         for (at, byte) in changes {
             let at = at.index(payload.len());
             payload[at] = byte;

@@ -1,20 +1,11 @@
 //! Every message has the encoding that was recorded. `PPNPACK_RECORD=1` records it anew.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use prost::Message;
 
-mod support;
-
-use support::filled::{filled, pool};
+use crate::support::filled::{filled, pool};
 
 const FILE: &str = "encodings.txt";
 
@@ -36,12 +27,12 @@ fn the_list_of_messages_is_complete() {
     let pool = pool();
     let messages: Vec<_> = pool.all_messages().collect();
     let expected: BTreeSet<&str> = messages.iter().map(|message| message.full_name()).collect();
-    let known = support::known();
+    let known = crate::support::known();
     let known: BTreeSet<&str> = known.iter().map(|known| known.name.as_str()).collect();
     let other: Vec<_> = expected.symmetric_difference(&known).collect();
     assert!(
         other.is_empty(),
-        "add to or take from tests/support/mod.rs: {other:?}"
+        "add to or take from tests/all/support/mod.rs: {other:?}"
     );
 }
 
@@ -49,7 +40,7 @@ fn the_list_of_messages_is_complete() {
 fn every_message_is_encoded_as_it_was_recorded() {
     let pool = pool();
     let mut text = String::new();
-    for known in support::known() {
+    for known in crate::support::known() {
         let message = pool.get_message_by_name(&known.name).unwrap();
         for alternative in 0..alternatives(&message) {
             let bytes = filled(&message, alternative).encode_to_vec();
@@ -58,10 +49,10 @@ fn every_message_is_encoded_as_it_was_recorded() {
             writeln!(text, "{} {alternative} {}", message.name(), hex(&bytes)).unwrap();
         }
     }
-    if support::record(FILE, &text) {
+    if crate::support::record(FILE, &text) {
         return;
     }
-    let recorded = support::recorded(FILE);
+    let recorded = crate::support::recorded(FILE);
     let mut recorded = recorded.lines();
     for line in text.lines() {
         let name = line.split(' ').next().unwrap();

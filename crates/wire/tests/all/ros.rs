@@ -1,20 +1,11 @@
 //! Clouds of ROS 2 become the clouds that they are, or are refused with an error that names what is wrong.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
-
-#[path = "support/payload.rs"]
-mod payload;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use ppnpack_wire::convert::cloud;
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype, to_cloud};
 use ppnpack_wire::{MAX_CLOUD_BYTES, WireError, v1};
 
-use payload::payload;
+use crate::payload::payload;
 
 /// One point (1, 2, 0.5) in plain CDR, little-endian, byte for byte as the specification says.
 #[rustfmt::skip]
