@@ -19,10 +19,7 @@ use crate::rmw::messages::{TfMessage, TransformStamped};
 use crate::rmw::{Node, Publisher};
 use crate::settings::Settings;
 
-/// How often it is looked for cells.
-const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
-
-/// How long the answers to that may take.
+/// How long the answers to who is there may take.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Cells and containers that have a face at most.
@@ -35,14 +32,13 @@ pub(crate) struct Cells {
     world_from_container: BTreeMap<Cell, Isometry3<f64>>,
     /// Where containers are: whoever comes later is told of all.
     fixed: Publisher<TfMessage>,
-    fixed_frames: Vec<TransformStamped>,
+    fixed_frames: BTreeMap<Cell, TransformStamped>,
     /// Who has which name in ROS: what is asked under one must reach one cell alone.
     names: BTreeMap<Name, Cell>,
     /// A cell has none where another one has its name.
     faces: BTreeMap<Cell, Face>,
     /// Whether there were more, which is said once.
     is_full: bool,
-    looked_at: Option<Instant>,
 }
 
 impl Cells {
@@ -60,11 +56,10 @@ impl Cells {
             namespace: Name::new(&settings.namespace)?,
             world_from_container: placed.collect(),
             fixed: node.publisher(&Name::ROOT.join("tf_static"), Qos::Latched)?,
-            fixed_frames: Vec::new(),
+            fixed_frames: BTreeMap::new(),
             names: BTreeMap::new(),
             faces: BTreeMap::new(),
             is_full: false,
-            looked_at: None,
             common: Common {
                 requests: Requests::new(client, settings.request_limit()),
                 moving: Arc::new(node.publisher(&Name::ROOT.join("tf"), Qos::Frames)?),
@@ -74,30 +69,20 @@ impl Cells {
         })
     }
 
-    /// Looks which cells there are, and passes on what is new and read.
-    pub(crate) fn advance(&mut self) {
-        let now = Instant::now();
-        if self.looked_at.is_none_or(|at| now - at >= LOOKED_FOR_EVERY) {
-            self.looked_at = Some(now);
-            if let Err(error) = self.look(now + PATIENCE) {
-                tracing::warn!(%error, "cells are not looked for");
-            }
-        }
-        for (cell, face) in &mut self.faces {
-            face.advance(&self.common, cell);
-        }
-    }
-
-    /// Gives faces to what is new.
-    fn look(&mut self, deadline: Instant) -> Result<(), RosError> {
-        for found in alive::find(self.common.process.session(), deadline)? {
+    /// Looks which cells there are, and has in ROS what is new.
+    pub(crate) fn look(&mut self) {
+        let session = self.common.process.session();
+        let found = match alive::find(session, Instant::now() + PATIENCE) {
+            Ok(found) => found,
+            Err(error) => return tracing::warn!(%error, "cells are not looked for"),
+        };
+        for found in found {
             for cell in &found.cells {
                 if let Err(error) = self.meet(found.service, cell) {
-                    tracing::warn!(%cell, service = %found.service, %error, "no face in ROS");
+                    tracing::warn!(%cell, service = %found.service, %error, "not in ROS");
                 }
             }
         }
-        Ok(())
     }
 
     /// Has what a service of a cell says and can be asked in ROS.
@@ -125,9 +110,9 @@ impl Cells {
             let placed = self.world_from_container.get(cell).copied();
             let pose = messages::pose_of(&placed.unwrap_or_default());
             let frame = messages::container_frame(cell.as_str());
-            self.fixed_frames
-                .push(messages::frame("world", frame, &pose));
-            let transforms = self.fixed_frames.clone();
+            let fixed = messages::frame("world", frame, &pose);
+            self.fixed_frames.insert(cell.clone(), fixed);
+            let transforms = self.fixed_frames.values().cloned().collect();
             self.fixed.publish(&TfMessage { transforms })?;
         }
         face.meet(&self.common, service, &name, cell)

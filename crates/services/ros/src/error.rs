@@ -3,7 +3,6 @@
 use std::fmt::Display;
 
 use ppnpack_service::ServiceError;
-use ppnpack_wire::WireError;
 
 use crate::rmw::description::Message;
 
@@ -31,9 +30,6 @@ pub(crate) enum RosError {
         /// What Zenoh says.
         reason: String,
     },
-    /// What the stack says is not possible.
-    #[error(transparent)]
-    Wire(#[from] WireError),
     /// Of the side of the stack.
     #[error(transparent)]
     Service(#[from] ServiceError),

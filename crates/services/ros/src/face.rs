@@ -4,17 +4,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use ppnpack_service::process::Process;
-use ppnpack_service::stream::{self, Latest, Subscription};
+use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use crate::convert::{markers, messages, points};
+use crate::convert::{markers, messages};
 use crate::error::RosError;
 use crate::requests::Requests;
 use crate::rmw::keys::{Name, Qos};
-use crate::rmw::messages::{
-    Announce, Begin, Changed, Hold, PointCloud2, SetBool, TfMessage, Trigger, Withdraw,
-};
+use crate::rmw::messages::{Announce, Begin, Changed, Hold, SetBool, TfMessage, Trigger, Withdraw};
 use crate::rmw::{Node, Publisher, Server};
 
 /// How long the planner may take to tell the session that is under way.
@@ -29,14 +27,14 @@ pub(crate) struct Common {
     pub(crate) moving: Arc<Publisher<TfMessage>>,
 }
 
-/// A cell in ROS: what it has of services, each with its topics.
+/// What a service of a cell says and answers in ROS, until it is dropped.
+type Parts = (Vec<Subscription>, Vec<Server>);
+
+/// A cell in ROS: what it has of services.
 #[derive(Default)]
 pub(crate) struct Face {
-    pub(crate) bridge: Option<(Vec<Subscription>, Vec<Server>)>,
-    planner: Option<(Vec<Subscription>, Vec<Server>)>,
-    perception: Option<Heightmaps>,
-    /// Why it was not passed on when that was last tried, which is said once.
-    fault: Option<String>,
+    pub(crate) bridge: Option<Parts>,
+    planner: Option<Parts>,
 }
 
 impl Face {
@@ -48,75 +46,18 @@ impl Face {
         name: &Name,
         cell: &Cell,
     ) -> Result<(), RosError> {
-        // A perception service may be there for all cells, and name none.
-        let is_seen = matches!(service, Service::Bridge | Service::Perception);
-        if is_seen && self.perception.is_none() {
-            self.perception = Some(Heightmaps {
-                publisher: common
-                    .node
-                    .publisher(&name.join("heightmap"), Qos::Sensor)?,
-                latest: None,
-            });
-        }
         match service {
             Service::Bridge if self.bridge.is_none() => {
-                self.bridge = Some((
-                    tell_states(common, name, cell)?,
-                    serve_bridge(common, name, cell)?,
-                ));
+                let streams = tell_states(common, name, cell)?;
+                self.bridge = Some((streams, serve_bridge(common, name, cell)?));
             }
             Service::Planner if self.planner.is_none() => {
-                self.planner = Some((
-                    tell_sessions(common, name, cell)?,
-                    serve_planner(common, name, cell)?,
-                ));
+                let streams = tell_sessions(common, name, cell)?;
+                self.planner = Some((streams, serve_planner(common, name, cell)?));
             }
             _ => {}
         }
         Ok(())
-    }
-
-    /// Passes on what is new and read.
-    pub(crate) fn advance(&mut self, common: &Common, cell: &Cell) {
-        let passed_on = self
-            .perception
-            .as_mut()
-            .map(|own| own.advance(&common.process, cell));
-        let fault = passed_on
-            .and_then(Result::err)
-            .map(|error| error.to_string());
-        if let Some(error) = &fault
-            && self.fault != fault
-        {
-            tracing::warn!(%cell, error, "a cell is not passed on");
-        }
-        self.fault = fault;
-    }
-}
-
-/// The heightmaps of a container, of which the newest is passed on while somebody reads them.
-struct Heightmaps {
-    publisher: Publisher<PointCloud2>,
-    latest: Option<Latest<v1::Heightmap>>,
-}
-
-impl Heightmaps {
-    fn advance(&mut self, process: &Process, cell: &Cell) -> Result<(), RosError> {
-        if !self.publisher.has_readers() {
-            self.latest = None;
-            return Ok(());
-        }
-        let Some(latest) = &self.latest else {
-            let stream = Stream::Heightmap;
-            let latest = Latest::subscribe(process, cell, stream, MAX_MESSAGE_BYTES)?;
-            self.latest = Some(latest);
-            return Ok(());
-        };
-        // One that is malformed is counted where it is read.
-        match latest.take().and_then(|arrived| arrived.message.ok()) {
-            Some(message) => self.publisher.publish(&points::heightmap(cell, &message)?),
-            None => Ok(()),
-        }
     }
 }
 

@@ -1,8 +1,7 @@
 //! The cells in ROS 2: what they say as topics, and what can be asked of them as services.
 //!
 //! It is a client like any other of the stack, and a node of ROS as `rmw_zenoh` has them, on the stack's own router or on that of ROS. Each
-//! cell that is there, and each container, has its topics below a name of its own. Heightmaps are read only while
-//! somebody subscribes them.
+//! cell that is there, and each container, has its topics below a name of its own.
 
 mod cells;
 mod convert;
@@ -27,8 +26,8 @@ use rmw::Node;
 use rmw::keys::Name;
 pub use settings::Settings;
 
-/// How often it is looked what is new and who reads it.
-const LOOK: Duration = Duration::from_millis(100);
+/// How often it is looked for cells.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// The running service.
 pub struct Ros {
@@ -91,10 +90,13 @@ fn open(settings: &Settings) -> Result<Option<Session>, ServiceError> {
     opened.map(Some)
 }
 
-/// Follows the cells until it is told to end.
+/// Looks for cells until it is told to end.
 fn follow(mut cells: Cells, shutdown: &Shutdown) {
-    while !shutdown.wait_timeout(LOOK) {
-        cells.advance();
+    loop {
+        cells.look();
+        if shutdown.wait_timeout(LOOK) {
+            return;
+        }
     }
 }
 

@@ -49,7 +49,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::messages::{
-        Announce, Announcement, CellState, Hold, PointCloud2, ServiceEventInfo, Time, Trigger,
+        Announce, Announcement, CellState, Hold, MarkerArray, ServiceEventInfo, Time, Trigger,
     };
     use super::*;
 
@@ -123,7 +123,7 @@ mod tests {
         #[test]
         fn whatever_comes_is_read_or_refused(payload in proptest::collection::vec(any::<u8>(), 0..200)) {
             decode::<CellState>(&payload).ok();
-            decode::<PointCloud2>(&payload).ok();
+            decode::<MarkerArray>(&payload).ok();
         }
     }
 }

@@ -59,8 +59,6 @@ fn is_part(part: &str) -> bool {
 /// How a topic is carried. Zenoh matches publishers and subscribers of any quality: it tells others what to expect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Qos {
-    /// What sensors see: late messages are not wanted.
-    Sensor,
     /// What happens, and services: every message is wanted.
     Events,
     /// Where frames are now.
@@ -73,7 +71,6 @@ impl Qos {
     /// Gives reliability, durability, history and depth as tokens have them; what is as by default is left out.
     fn as_str(self) -> &'static str {
         match self {
-            Self::Sensor => "2::,5:,:,:,,",
             Self::Events => "::,10:,:,:,,",
             Self::Frames => "::,100:,:,:,,",
             Self::Latched => ":1:,1:,:,:,,",

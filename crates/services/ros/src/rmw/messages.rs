@@ -64,18 +64,6 @@ messages! {
     }
     TfMessage = "tf2_msgs/msg/TFMessage" { transforms: Vec<TransformStamped> }
 
-    PointField = "sensor_msgs/msg/PointField" { name: String, offset: u32, datatype: u8, count: u32 }
-    PointCloud2 = "sensor_msgs/msg/PointCloud2" {
-        header: Header,
-        height: u32,
-        width: u32,
-        fields: Vec<PointField>,
-        is_bigendian: bool,
-        point_step: u32,
-        row_step: u32,
-        data: Vec<u8>,
-        is_dense: bool,
-    }
     CompressedImage = "sensor_msgs/msg/CompressedImage" { header: Header, format: String, data: Vec<u8> }
 
     UvCoordinate = "visualization_msgs/msg/UVCoordinate" { u: f32, v: f32 }

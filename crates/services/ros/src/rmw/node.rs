@@ -133,12 +133,6 @@ impl<M: Message> Publisher<M> {
         put.wait()
             .map_err(|error| RosError::zenoh(self.publisher.key_expr(), &error))
     }
-
-    /// Tells whether somebody subscribes the topic, as far as the session has heard.
-    pub(crate) fn has_readers(&self) -> bool {
-        let status = self.publisher.matching_status().wait();
-        status.is_ok_and(|status| status.matching())
-    }
 }
 
 /// A message as it was sent, with its attachment.
