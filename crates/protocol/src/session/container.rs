@@ -1,6 +1,6 @@
 //! The containers that a session packs: which are open, and what became of those that were closed.
 
-use ppnpack_packing::blocked::BlockedRegion;
+use ppnpack_wire::v1;
 
 use super::{ItemState, Session, SessionError, SessionItem};
 
@@ -20,7 +20,7 @@ pub struct Container {
     /// What stands there.
     pub stand: Stand,
     /// The regions of its floor that stay free.
-    pub keep_out: Vec<BlockedRegion>,
+    pub keep_out: Vec<v1::Region>,
     /// The least state that shows what was done in it so far.
     pub least_state_number: u64,
 }
@@ -38,7 +38,7 @@ pub enum Stand {
 
 impl Container {
     /// A container that is open from the start of a session.
-    pub fn open(name: String, keep_out: Vec<BlockedRegion>, least_state_number: u64) -> Self {
+    pub fn open(name: String, keep_out: Vec<v1::Region>, least_state_number: u64) -> Self {
         Self {
             name,
             sequence: 0,
@@ -75,32 +75,6 @@ impl Container {
     }
 }
 
-/// A container that was closed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ClosedContainer {
-    /// Its name.
-    pub name: String,
-    /// Which of those that stood there.
-    pub sequence: u64,
-    /// Why.
-    pub closing: Closing,
-    /// How many items it holds.
-    pub items: usize,
-}
-
-/// Why a container is closed.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Closing {
-    /// A request said so, for this reason.
-    Request(String),
-    /// No item of the buffer fits into any open one, and this one is the fullest.
-    NothingFits,
-    /// It is as full as the cell is set to.
-    Full,
-    /// All items that were announced of its order are in it.
-    OrderComplete,
-}
-
 impl Session {
     /// The containers of the cell.
     pub fn containers(&self) -> &[Container] {
@@ -108,7 +82,7 @@ impl Session {
     }
 
     /// The containers that were closed, as far as they are remembered.
-    pub fn closed(&self) -> &[ClosedContainer] {
+    pub fn closed(&self) -> &[v1::ClosedContainer] {
         &self.closed
     }
 
@@ -207,20 +181,19 @@ impl Session {
         }
     }
 
-    /// Nothing more is put into a container; with a `renewal_id` the bridge is to bring an empty one by this request. One that was
-    /// closed before stays closed.
+    /// Nothing more is put into a container, for the reason that `closed` has; how many items it holds is counted here. With a
+    /// `renewal_id` the bridge is to bring an empty one by this request. One that was closed before stays closed.
     ///
     /// # Errors
     /// [`SessionError::UnknownContainer`], [`SessionError::Pending`] where something is on its way into it, and
     /// [`SessionError::OtherContainer`] where it was not opened.
     pub fn close(
         &mut self,
-        name: &str,
-        sequence: u64,
-        closing: Closing,
+        closed: v1::ClosedContainer,
         renewal_id: Option<String>,
     ) -> Result<(), SessionError> {
         self.must_be_under_way()?;
+        let (name, sequence) = (closed.container.as_str(), closed.sequence);
         let container = self.container(name)?;
         if sequence < container.sequence {
             return Ok(());
@@ -229,18 +202,13 @@ impl Session {
             return Err(container.is_other_than(sequence));
         }
         self.must_not_await(name)?;
-        let closed = ClosedContainer {
-            name: name.to_owned(),
-            sequence,
-            closing,
-            items: self.packed_in(name).count(),
-        };
-        let surplus = (self.closed.len() + 1).saturating_sub(CLOSED_KEPT);
-        self.closed.drain(..surplus);
-        self.closed.push(closed);
+        let items = u32::try_from(self.packed_in(name).count()).unwrap_or(u32::MAX);
         let container = self.container_mut(name)?;
         container.stand = renewal_id.map_or(Stand::Closed, Stand::Renewing);
         container.sequence += 1;
+        let surplus = (self.closed.len() + 1).saturating_sub(CLOSED_KEPT);
+        self.closed.drain(..surplus);
+        self.closed.push(v1::ClosedContainer { items, ..closed });
         self.forget_left(LEFT_KEPT);
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::Isometry3;
 pub use ppnpack_packing::candidate::{Lying, Rules};
+use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::loads::Load;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_wire::item_id::ItemId;
@@ -9,36 +10,6 @@ use ppnpack_wire::{convert, v1};
 
 use crate::message::read_pose;
 use crate::placing::KnownPose;
-
-/// What an item belongs to, which says into which container it may go.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct OrderLine {
-    /// Its order.
-    pub order: Option<String>,
-    /// Its group.
-    pub group: Option<String>,
-    /// Its mass in kilograms, where it was told.
-    pub mass_kg: Option<f64>,
-    /// The bundle that it travels with in one container.
-    pub bundle: Option<String>,
-    /// At which stop it leaves the container, where it was told.
-    pub stop: Option<u32>,
-    /// The greatest of the buffer are packed first.
-    pub urgency: u32,
-    /// How many items its order has altogether, where that is expected.
-    pub order_items: Option<u32>,
-}
-
-impl OrderLine {
-    /// Whether it says the same of the item; how many there are of its order is not of the item.
-    fn is_same(&self, other: &Self) -> bool {
-        let of_item = |line: &Self| Self {
-            order_items: None,
-            ..line.clone()
-        };
-        of_item(self) == of_item(other)
-    }
-}
 
 /// An item of a session.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +25,7 @@ pub struct SessionItem {
     /// What has to be respected.
     pub rules: Rules,
     /// What it belongs to.
-    pub order_line: OrderLine,
+    pub order_line: v1::OrderLine,
     /// As it was announced.
     pub lying: Lying,
     /// In how many resting poses it may be packed at most; at least one.
@@ -139,14 +110,32 @@ impl SessionItem {
         }
     }
 
+    /// Its mass in kilograms, where it was told.
+    pub fn told_kg(&self) -> Option<f64> {
+        Some(self.order_line.mass_kg).filter(|mass_kg| *mass_kg > 0.0)
+    }
+
+    /// At which stop it leaves the container.
+    pub fn stop(&self) -> Stop {
+        Stop::new(Some(self.order_line.stop).filter(|stop| *stop > 0))
+    }
+
     /// Whether it was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
-    /// announced first.
+    /// announced first; how many items there are of its order is not of the item.
     pub fn is_same(&self, other: &Self) -> bool {
         self.shape == other.shape
             && self.rules == other.rules
             && self.lying == other.lying
-            && self.order_line.is_same(&other.order_line)
+            && of_item(&self.order_line) == of_item(&other.order_line)
             && self.allowed_poses == other.allowed_poses
+    }
+}
+
+/// An order line without what it says of the order.
+fn of_item(line: &v1::OrderLine) -> v1::OrderLine {
+    v1::OrderLine {
+        order_items: 0,
+        ..line.clone()
     }
 }
 

@@ -7,14 +7,12 @@ mod container;
 mod item;
 pub mod message;
 
-use std::collections::BTreeMap;
-
 use ppnpack_wire::v1;
 
 use crate::pursuit;
 
-pub use container::{ClosedContainer, Closing, Container, Stand};
-pub use item::{ItemState, Lying, OrderLine, Rules, SessionItem};
+pub use container::{Container, Stand};
+pub use item::{ItemState, Lying, Rules, SessionItem};
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;
@@ -117,7 +115,7 @@ pub struct Session {
     step: u64,
     is_automatic: bool,
     containers: Vec<Container>,
-    closed: Vec<ClosedContainer>,
+    closed: Vec<v1::ClosedContainer>,
     end: Option<End>,
     settled: Vec<v1::SettledDecision>,
     /// The most items that may be set aside.
@@ -284,30 +282,13 @@ impl Session {
     pub fn expects_no_more(&mut self, order: &str) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         let items = self.items.iter_mut();
-        let of_order = items.filter(|item| item.order_line.order.as_deref() == Some(order));
+        let of_order = items.filter(|item| item.order_line.order == order);
         let mut of_order = of_order.peekable();
         if of_order.peek().is_none() {
             return Err(SessionError::UnknownOrder(order.to_owned()));
         }
-        of_order.for_each(|item| item.order_line.order_items = None);
+        of_order.for_each(|item| item.order_line.order_items = 0);
         Ok(())
-    }
-
-    /// Of each order that is said to have more items than were announced of it: how many were.
-    pub fn unannounced(&self) -> BTreeMap<String, usize> {
-        let mut orders: BTreeMap<&str, (usize, u32)> = BTreeMap::new();
-        for item in &self.items {
-            if let Some(order) = &item.order_line.order {
-                let (announced, expected) = orders.entry(order).or_default();
-                *announced += 1;
-                *expected = item.order_line.order_items.unwrap_or(0).max(*expected);
-            }
-        }
-        let waiting = orders.into_iter();
-        let waiting = waiting.filter(|(_, (announced, expected))| *announced < *expected as usize);
-        waiting
-            .map(|(order, (announced, _))| (order.to_owned(), announced))
-            .collect()
     }
 
     /// Whether one more item may be set aside.

@@ -95,7 +95,7 @@ impl Replayer {
         }
         let step = RecordedStep::read(record, shapes)?;
         let cell = self.cell_of(record)?;
-        let found = step.plan(cell.settings.choice).plan(cell)?;
+        let found = step.plan().plan(cell)?;
         let Some(found) = found else {
             return Ok(None);
         };
@@ -149,11 +149,6 @@ impl ReplayedCell {
 
 impl PlansContainers for ReplayedCell {
     type Error = Unreplayable;
-
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let planning = self.plannings.get(container);
-        planning.is_some_and(Planning::is_by_value)
-    }
 
     fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Unreplayable> {
         let unknown = || Unreplayable::Container(container.to_owned());

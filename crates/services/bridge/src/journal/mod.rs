@@ -209,6 +209,4 @@ pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
 }
 
 #[cfg(test)]
-mod formats;
-#[cfg(test)]
 mod tests;

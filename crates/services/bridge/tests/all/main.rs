@@ -12,5 +12,4 @@ mod expiring;
 mod holding;
 mod motion;
 mod placing;
-mod restarting;
 mod scanning;

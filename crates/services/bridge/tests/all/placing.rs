@@ -21,8 +21,15 @@ fn outcome_request(placement_id: &str) -> v1::OutcomeRequest {
 }
 
 #[test]
-fn a_placement_is_carried_out_and_its_outcome_told() {
+fn a_placement_is_carried_out_its_outcome_told_and_counted() {
+    metrics::install().unwrap();
     let rig = Rig::simulated(SimulatedSettings::default());
+    let count = |kind: &str, count: u64| {
+        let line = format!("ppnpack_outcomes_total{{cell=\"cell-1\",kind=\"OUTCOME_KIND_{kind}\"}} {count}\n");
+        let text = metrics::render();
+        assert!(text.contains(&line), "{line} is not in:\n{text}");
+    };
+    count("PLACED", 0);
     let before = rig.controller.state();
     assert!(rig.process.health().is_ready());
     assert!(before.is_simulated && before.bodies.is_empty());
@@ -45,29 +52,8 @@ fn a_placement_is_carried_out_and_its_outcome_told() {
     );
     // A simulated cell knows where its items lie.
     assert!(after.bodies[0].is_found && outcome.is_found);
-}
-
-#[test]
-fn outcomes_are_counted_by_cell() {
-    metrics::install().unwrap();
-    let rig = Rig::simulated(SimulatedSettings::default());
-    let line = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_PLACED"}"#;
-    let lost = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_LOST"} 0"#;
-    let text = metrics::render();
-    assert!(
-        text.contains(&format!("{line} 0\n")) && text.contains(lost),
-        "{text}"
-    );
-    let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    rig.controller.outcome("p1");
-    // Counted before the new state is told.
-    assert_eq!(rig.controller.state_number(), state + 1);
-    let text = metrics::render();
-    assert!(
-        text.contains(&format!("{line} 1\n")) && text.contains(lost),
-        "{text}"
-    );
+    count("PLACED", 1);
+    count("LOST", 0);
 }
 
 #[test]
@@ -123,8 +109,7 @@ fn what_was_planned_on_another_state_is_stale() {
         let refused = rig.controller.refused(place("p1", other, 0.16));
         assert_eq!(refused, status);
     }
-    rig.controller.place(place("p1", state, 0.1));
-    rig.controller.outcome("p1");
+    rig.controller.carry_out("p1", state, 0.1);
     assert_eq!(
         rig.controller.refused(place("p2", state, 0.2)),
         Status::Stale
@@ -203,8 +188,7 @@ fn faults_that_are_asked_for_happen() {
     settings.faults.missed_picks = 1.0;
     let rig = Rig::simulated(settings.clone());
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    let outcome = rig.controller.outcome("p1");
+    let outcome = rig.controller.carry_out("p1", state, 0.16);
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
     assert_eq!(
         (outcome.state_number, outcome.container_from_item),
@@ -215,8 +199,7 @@ fn faults_that_are_asked_for_happen() {
     (settings.faults.missed_picks, settings.faults.drops) = (0.0, 1.0);
     let rig = Rig::simulated(settings);
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    let outcome = rig.controller.outcome("p1");
+    let outcome = rig.controller.carry_out("p1", state, 0.16);
     assert_eq!(outcome.kind(), OutcomeKind::Lost);
     assert_eq!(outcome.state_number, state + 1);
     assert!(rig.controller.state().bodies.is_empty());
@@ -226,13 +209,11 @@ fn faults_that_are_asked_for_happen() {
 fn a_container_is_renewed_once_per_request() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    rig.controller.outcome("p1");
+    rig.controller.carry_out("p1", state, 0.16);
     let renewed = rig.controller.renew("r1");
     assert_eq!(renewed, state + 2);
     assert!(rig.controller.state().bodies.is_empty());
-    rig.controller.place(place("p2", renewed, 0.16));
-    rig.controller.outcome("p2");
+    rig.controller.carry_out("p2", renewed, 0.16);
     assert_eq!(
         rig.controller.renew("r1"),
         renewed,

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Vector3};
-use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_packing::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header::RequestHeader;
@@ -441,15 +440,14 @@ impl CellPlanner {
     }
 }
 
-pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
+pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<v1::Region>, Refusal> {
     if regions.len() > MAX_REGIONS {
         return Err(Refusal::invalid(format_args!(
             "keep_out: {} regions where at most {MAX_REGIONS} are possible",
             regions.len()
         )));
     }
-    let regions = message::read_regions(regions);
-    let is_possible = |region: &BlockedRegion| {
+    let is_possible = |region: &v1::Region| {
         let sides = [
             (region.x_min_m, region.x_max_m),
             (region.y_min_m, region.y_max_m),
@@ -458,7 +456,7 @@ pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>,
         sides.all(|(least, most)| least.is_finite() && most.is_finite() && least <= most)
     };
     match regions.iter().all(is_possible) {
-        true => Ok(regions),
+        true => Ok(regions.to_vec()),
         false => Err(Refusal::invalid(
             "keep_out: a region needs finite sides, the least before the greatest",
         )),

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{self, ClosingRules, Fill};
+use ppnpack_packing::closing::{Closing, ClosingRules, Fill};
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_protocol::session::{Closing, Container};
+use ppnpack_protocol::session::Container;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
 
@@ -49,15 +49,6 @@ impl Done {
     }
 }
 
-/// A domain's reason as the session has it.
-fn as_told(why: &closing::Closing) -> Closing {
-    match why {
-        closing::Closing::NothingFits => Closing::NothingFits,
-        closing::Closing::Full { .. } => Closing::Full,
-        closing::Closing::OrderComplete => Closing::OrderComplete,
-    }
-}
-
 impl CellPlanner {
     pub(super) fn open(
         &mut self,
@@ -97,9 +88,14 @@ impl CellPlanner {
         incoming: &Incoming<v1::CloseRequest>,
     ) -> Result<v1::CloseReply, Refusal> {
         let request = incoming.message();
-        let closing = Closing::Request(header::text(&request.text));
-        let sequence = request.sequence;
-        self.close_container(&request.container, sequence, closing, request.is_renewed)?;
+        let closed = v1::ClosedContainer {
+            container: request.container.clone(),
+            sequence: request.sequence,
+            reason: v1::ClosingReason::Request.into(),
+            text: header::text(&request.text),
+            items: 0,
+        };
+        self.close_container(closed, request.is_renewed)?;
         Ok(v1::CloseReply {
             session: Some(self.message()),
             ..v1::CloseReply::default()
@@ -108,15 +104,14 @@ impl CellPlanner {
 
     fn close_container(
         &mut self,
-        name: &str,
-        sequence: u64,
-        closing: Closing,
+        closed: v1::ClosedContainer,
         is_renewed: bool,
     ) -> Result<(), Refusal> {
         let renewal_id = is_renewed.then(|| format!("{:032x}", rand::random::<u128>()));
-        let why = closing.clone();
-        self.change(|session| session.close(name, sequence, closing, renewal_id))?;
-        tracing::info!(cell = %self.cell, container = name, sequence, ?why, "a container is closed");
+        let why = closed.clone();
+        self.change(|session| session.close(closed, renewal_id))?;
+        let (container, sequence) = (why.container, why.sequence);
+        tracing::info!(cell = %self.cell, container, sequence, why = why.text, "a container is closed");
         Ok(())
     }
 
@@ -137,7 +132,7 @@ impl CellPlanner {
                 continue;
             }
             let sequence = self.session.container(&name)?.sequence;
-            self.close_container(&name, sequence, Closing::NothingFits, true)?;
+            self.close_container(closed(&name, sequence, &Closing::NothingFits), true)?;
             return Ok(true);
         }
         Ok(false)
@@ -171,12 +166,12 @@ impl CellPlanner {
         let rules = self.settings.closing.rules;
         let by_fill = rules.closing(&fill);
         let is_complete = by_fill.is_none() && self.is_complete(name);
-        let closing = by_fill.or_else(|| is_complete.then_some(closing::Closing::OrderComplete));
+        let closing = by_fill.or_else(|| is_complete.then_some(Closing::OrderComplete));
         let Some(closing) = closing else {
             return Ok(());
         };
         let renews = self.settings.closing.renews;
-        self.close_container(name, sequence, as_told(&closing), renews)
+        self.close_container(closed(name, sequence, &closing), renews)
     }
 
     fn size(&mut self, name: &str) -> Result<ContainerSize, Refusal> {
@@ -222,6 +217,31 @@ impl CellPlanner {
             Some(shape.item.mesh_volume_m3())
         });
         volumes_m3.sum()
+    }
+}
+
+/// A container that a rule closes, as the session tells of it.
+fn closed(name: &str, sequence: u64, why: &Closing) -> v1::ClosedContainer {
+    let (reason, text) = match why {
+        Closing::NothingFits => (
+            v1::ClosingReason::NothingFits,
+            "no item of the buffer fits into an open container, and this was the fullest",
+        ),
+        Closing::Full { .. } => (
+            v1::ClosingReason::Full,
+            "it is as full as the cell is set to",
+        ),
+        Closing::OrderComplete => (
+            v1::ClosingReason::OrderComplete,
+            "all items that were announced of its order are in it",
+        ),
+    };
+    v1::ClosedContainer {
+        container: name.to_owned(),
+        sequence,
+        reason: reason.into(),
+        text: text.to_owned(),
+        items: 0,
     }
 }
 

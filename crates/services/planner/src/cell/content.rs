@@ -107,7 +107,7 @@ impl CellPlanner {
 
     /// What an item weighs, in kilograms: as it was told, as the catalogue has it, or as what was seen of it is estimated to.
     pub(super) fn mass_kg(&mut self, item: &SessionItem) -> Option<f64> {
-        if let Some(told_kg) = item.order_line.mass_kg {
+        if let Some(told_kg) = item.told_kg() {
             return Some(told_kg);
         }
         let Shape { item, model } = self.shape(item).ok()?;
@@ -141,7 +141,7 @@ fn burden(item: &SessionItem, model: &Model) -> Burden {
     let known = Burden::of(model);
     Burden {
         name: item.item_id.as_str().into(),
-        mass_kg: item.order_line.mass_kg.unwrap_or(known.mass_kg),
+        mass_kg: item.told_kg().unwrap_or(known.mass_kg),
         carries_kg: item.rules.carries_kg.or(known.carries_kg),
     }
 }

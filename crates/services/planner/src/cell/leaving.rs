@@ -1,7 +1,7 @@
 //! At which stops what lies in a container leaves it.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_packing::leaving::Leaving;
 use ppnpack_protocol::session::{ItemState, SessionItem};
 
 use super::CellPlanner;
@@ -18,7 +18,7 @@ impl CellPlanner {
     /// At which stops the items leave that lie in a container, each where it lies now; `None` where none is said to leave at one.
     pub(super) fn leaving(&mut self, container: &str) -> Result<Option<Leaving>, Refusal> {
         let packed = self.session.packed_in(container);
-        let packed = packed.filter(|item| item.order_line.stop.is_some());
+        let packed = packed.filter(|item| item.order_line.stop > 0);
         let packed: Vec<SessionItem> = packed.cloned().collect();
         if packed.is_empty() {
             return Ok(None);
@@ -40,14 +40,13 @@ impl CellPlanner {
             let Some(view) = shape.views().get(placement.placement.yaw) else {
                 continue;
             };
-            let stop = Stop::new(item.order_line.stop);
             let most_m = AS_PLANNED_CELLS * grid.resolution().cell_m();
             let container_from_item = container_from_item.isometry();
             if is_as_planned(planned, container_from_item, most_m) {
-                leaving.place(view, placement, stop);
+                leaving.place(view, placement, item.stop());
             } else {
                 let moved = container_from_item * planned.inverse();
-                leaving.cover(&grid, &footprint(placement, view, &grid, &moved), stop);
+                leaving.cover(&grid, &footprint(placement, view, &grid, &moved), item.stop());
             }
         }
         Ok(Some(leaving))

@@ -7,7 +7,6 @@ mod closing;
 mod content;
 mod counts;
 mod decide;
-mod expected;
 mod footprint;
 mod inspect;
 mod leaving;
@@ -27,7 +26,6 @@ use std::time::{Duration, Instant};
 use ppnpack_catalogue::seen::SeenSolids;
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::model::Model;
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
@@ -47,7 +45,6 @@ use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
 use closing::Done;
-use expected::Expected;
 use inspect::ToInspect;
 use place::Place;
 use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
@@ -110,8 +107,6 @@ pub(crate) struct CellPlanner {
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
     closing: Done,
-    /// Since when orders wait for more items.
-    expected: Expected,
     own: Own,
 }
 
@@ -140,7 +135,6 @@ impl Actor for CellPlanner {
         self.publish_news();
         self.inspect();
         self.answer_plans();
-        self.give_up_expecting();
         self.close_done();
         self.renew_closed();
         self.advance();
@@ -160,7 +154,6 @@ impl Actor for CellPlanner {
             self.plans.next_expiry(),
             self.next_renewal(),
             self.closing.next_look(),
-            self.expected.next_expiry(),
         ];
         let latest = Instant::now() + TICK;
         Some(due.into_iter().flatten().fold(latest, Instant::min))
@@ -205,7 +198,6 @@ impl CellPlanner {
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
             closing: Done::default(),
-            expected: Expected::default(),
             own,
         };
         planner.must_have_its_containers()?;
@@ -337,7 +329,7 @@ impl CellPlanner {
                     _ => posed.lying,
                 },
                 rules: item.rules,
-                stop: Stop::new(item.order_line.stop),
+                stop: item.stop(),
                 ..posed.clone()
             });
             let posed: Vec<Candidate> = posed.collect();
@@ -353,7 +345,7 @@ impl CellPlanner {
             mass_kg,
             lying: item.lying,
             rules: item.rules,
-            stop: Stop::new(item.order_line.stop),
+            stop: item.stop(),
             ..Candidate::new(arrival, shape)
         }])
     }

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_protocol::session::{ItemState, OrderLine, SessionItem};
+use ppnpack_protocol::session::{ItemState, SessionItem};
+use ppnpack_wire::v1;
 
 use super::CellPlanner;
 
@@ -40,36 +41,28 @@ impl CellPlanner {
             }
         }
         for item in &items {
-            let OrderLine {
+            let v1::OrderLine {
                 order, order_items, ..
             } = &item.order_line;
-            if let Some((order, items)) = order.as_ref().zip(*order_items) {
-                orders.expect(order, usize::try_from(items).unwrap_or(usize::MAX));
+            if *order_items > 0 {
+                orders.expect(order, usize::try_from(*order_items).unwrap_or(usize::MAX));
             }
         }
         Some(orders)
     }
 
     fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
-        let OrderLine {
-            order,
-            group,
-            bundle,
-            urgency,
-            ..
-        } = &item.order_line;
+        let v1::OrderLine { order, group, .. } = &item.order_line;
         // What is of no order belongs together where each container is for one, and to nothing where they are shared. No order has a
         // name with a blank.
-        let none = || match sharing {
-            Sharing::OneOrder => Arc::from(""),
-            Sharing::Shared => Arc::from(format!("of item {}", item.item_id)),
+        let order: Arc<str> = match sharing {
+            Sharing::Shared if order.is_empty() => format!("of item {}", item.item_id).into(),
+            _ => order.as_str().into(),
         };
         OrderItem {
-            order: order.as_deref().map_or_else(none, Arc::from),
-            group: group.as_deref().map(Arc::from),
-            bundle: bundle.as_deref().map(Arc::from),
+            group: (!group.is_empty()).then(|| group.as_str().into()),
             mass_kg: self.mass_kg(item),
-            urgency: *urgency,
+            ..OrderItem::new(order)
         }
     }
 }
@@ -77,5 +70,5 @@ impl CellPlanner {
 /// Whether a rule can say anything of an item.
 fn has_rules(rules: &ContainerRules, item: &SessionItem) -> bool {
     let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
-    is_of_all || item.order_line != OrderLine::default()
+    is_of_all || item.order_line != v1::OrderLine::default()
 }

@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::orders::{Attempt, Orders};
 use ppnpack_packing::step::Candidate;
@@ -17,7 +16,7 @@ use super::refusal::Refusal;
 use crate::planning::Step;
 use crate::scenes::Seen;
 use crate::step_plan::{BufferItem, ContainerStep, StepPlan};
-use ppnpack_protocol::session::{ItemState, SessionError, SessionItem};
+use ppnpack_protocol::session::{ItemState, SessionError, SessionItem, message};
 
 /// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
 const ALL_PATIENCE: Duration = Duration::from_secs(1);
@@ -66,18 +65,12 @@ impl Prepared {
             candidates,
             number: self.number,
             alternatives,
-            below: None,
             deadline: Some(self.deadline),
         }
     }
 
     /// The step over all containers.
-    pub(super) fn step_plan(
-        &self,
-        alternatives: usize,
-        may_give_way: bool,
-        choice: ContainerChoice,
-    ) -> StepPlan<'_> {
+    pub(super) fn step_plan(&self, alternatives: usize, may_give_way: bool) -> StepPlan<'_> {
         let containers = self.containers.iter().map(|container| ContainerStep {
             name: &container.name,
             scene: &container.scene,
@@ -93,7 +86,6 @@ impl Prepared {
             attempts: attempts.collect(),
             number: self.number,
             alternatives,
-            choice,
             deadline: Some(self.deadline),
         }
     }
@@ -296,7 +288,7 @@ impl CellPlanner {
 
     /// The scene of a container with everything blocked that must stay free.
     fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
-        let mut regions = self.session.container(name)?.keep_out.clone();
+        let mut regions = message::read_regions(&self.session.container(name)?.keep_out);
         let packed = self.session.packed_in(name);
         let fragile: Vec<SessionItem> = packed
             .filter(|item| item.rules.is_fragile)

@@ -1,9 +1,10 @@
 //! A step as a record.
 
-use ppnpack_packing::candidate::{Candidate, Rules};
+use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_protocol::session::message;
 use ppnpack_wire::{convert, v1};
 
 use super::shapes::Shapes;
@@ -49,18 +50,9 @@ fn candidate(held: &Candidate, shapes: &mut Shapes) -> v1::RecordedCandidate {
         mass_kg: held.mass_kg,
         heightmap_from_item: frame(&held.lying.heightmap_from_item),
         waits_at: frame(&held.lying.waits_at),
-        rules: rules(&held.rules),
+        rules: message::write_rules(&held.rules),
         stop: stop(&held.stop),
     }
-}
-
-fn rules(rules: &Rules) -> Option<v1::ItemRules> {
-    (*rules != Rules::default()).then_some(v1::ItemRules {
-        is_fragile: rules.is_fragile,
-        is_bottom_only: rules.is_bottom_only,
-        is_upright: rules.is_upright,
-        carries_kg: rules.carries_kg,
-    })
 }
 
 fn stop(stop: &Stop) -> u32 {

@@ -126,14 +126,6 @@ impl Controller {
         reply.state.unwrap()
     }
 
-    /// The state as it is at any time.
-    pub(crate) fn state_apart_from_time(&self) -> v1::CellState {
-        v1::CellState {
-            clock_ns: 0,
-            ..self.state()
-        }
-    }
-
     pub(crate) fn state_number(&self) -> u64 {
         self.state().state_number
     }
@@ -150,6 +142,12 @@ impl Controller {
         };
         let execution = self.call(request).unwrap().execution.unwrap();
         execution.outcome.unwrap()
+    }
+
+    /// Has a brick placed; how that ended.
+    pub(crate) fn carry_out(&self, placement_id: &str, state_number: u64, x_m: f64) -> v1::Outcome {
+        self.place(place(placement_id, state_number, x_m));
+        self.outcome(placement_id)
     }
 
     pub(crate) fn renew(&self, request_id: &str) -> u64 {
