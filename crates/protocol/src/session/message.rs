@@ -58,7 +58,8 @@ impl Session {
             v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
             v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
         };
-        let is_unknown = |closed: &v1::ClosedContainer| closed.reason() == v1::ClosingReason::Unspecified;
+        let is_unknown =
+            |closed: &v1::ClosedContainer| closed.reason() == v1::ClosingReason::Unspecified;
         if message.closed.iter().any(is_unknown) {
             return Err(is_newer("closed.reason"));
         }

@@ -1,7 +1,5 @@
 //! What can be set of a simulated cell.
 
-use std::time::Duration;
-
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
 use ppnpack_service::configuration::in_range;
@@ -76,10 +74,6 @@ impl Default for SimulatedSettings {
 }
 
 impl SimulatedSettings {
-    pub(super) fn place_duration(&self) -> Duration {
-        Duration::try_from_secs_f64(self.place_duration_s).unwrap_or(Duration::ZERO)
-    }
-
     /// Checks that every number is possible.
     pub(crate) fn validate(&self) -> Result<(), String> {
         self.physics
@@ -161,7 +155,10 @@ mod tests {
             (|camera| camera.height_px = 1 << 40, "height"),
             (|camera| camera.noise.sigma_m = -1.0, "camera.noise.sigma_m"),
             (|camera| camera.noise.dropout = 1.5, "camera.noise.dropout"),
-            (|camera| camera.noise.step_m = f64::NAN, "camera.noise.step_m"),
+            (
+                |camera| camera.noise.step_m = f64::NAN,
+                "camera.noise.step_m",
+            ),
         ];
         for (change, named) in cameras {
             let refusal = refused_camera(change);

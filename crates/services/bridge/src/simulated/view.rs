@@ -83,7 +83,6 @@ mod tests {
 
     use super::*;
 
-
     #[test]
     fn the_camera_sees_the_floor_at_its_height_and_the_whole_rim() {
         // Without noise, and so high that depths are round numbers.

@@ -1,13 +1,17 @@
 //! Placements, renewals and what is published of them, over a real session.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::common::{self, PATIENCE, Rig, cell, deadline, place, renew};
-use ppnpack_bridge::simulated::SimulatedSettings;
-use ppnpack_service::Running;
+use nalgebra::Isometry3;
+use ppnpack_bridge::robot::{CutOff, Ending, Placement, Robot};
+use ppnpack_bridge::simulated::{SimulatedRobot, SimulatedSettings};
+use ppnpack_packing::motion::{Cycle, Leg, LegKind};
 use ppnpack_service::metrics;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
+use ppnpack_service::{Running, Shutdown};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
@@ -25,7 +29,9 @@ fn a_placement_is_carried_out_its_outcome_told_and_counted() {
     metrics::install().unwrap();
     let rig = Rig::simulated(SimulatedSettings::default());
     let count = |kind: &str, count: u64| {
-        let line = format!("ppnpack_outcomes_total{{cell=\"cell-1\",kind=\"OUTCOME_KIND_{kind}\"}} {count}\n");
+        let line = format!(
+            "ppnpack_outcomes_total{{cell=\"cell-1\",kind=\"OUTCOME_KIND_{kind}\"}} {count}\n"
+        );
         let text = metrics::render();
         assert!(text.contains(&line), "{line} is not in:\n{text}");
     };
@@ -268,8 +274,8 @@ fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another
         let folder = tempfile::tempdir().unwrap();
         let journal = Some(folder.path().join("bridge.redb"));
         let (mut rig, script) = Rig::scripted(is_simulated, journal.clone());
-        let state = rig.controller.state_number();
-        rig.controller.place(place("p1", state, 0.1));
+        let renewed = rig.controller.renew("r1");
+        rig.controller.place(place("p1", renewed, 0.1));
         script.go.send(()).unwrap();
         let first = rig.controller.outcome("p1");
         rig.controller.place(place("p2", first.state_number, 0.2));
@@ -282,6 +288,7 @@ fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another
         assert!(outcome.failure.contains("restarted"));
         assert_eq!(outcome.state_number, first.state_number + more);
         assert_eq!(rig.controller.outcome("p1"), first);
+        assert_eq!(rig.controller.renew("r1"), renewed);
         assert_eq!(rig.controller.state().bodies.len(), 1);
         let again = rig.controller.place(place("p2", first.state_number, 0.2));
         assert_eq!(again.phase(), ExecutionPhase::Ended);
@@ -383,4 +390,63 @@ fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     message.cycle_s = f64::NAN;
     wrong.cycle = Some(Box::new(message));
     assert_eq!(rig.controller.refused(wrong), Status::Invalid);
+}
+
+/// A motion of which each leg but the first takes so long.
+fn cycle(leg_s: f64) -> Cycle {
+    let kinds = [
+        LegKind::Descend,
+        LegKind::Lift,
+        LegKind::Insert,
+        LegKind::Return,
+    ];
+    let leg = |kind| Leg {
+        kind,
+        points: [0.0, if kind == LegKind::Descend { 0.0 } else { leg_s }]
+            .map(common::point)
+            .into(),
+    };
+    Cycle {
+        grip_s: 0.0,
+        release_s: 0.0,
+        legs: kinds.map(leg).into(),
+        ..common::cycle(3.0 * leg_s)
+    }
+}
+
+#[test]
+fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_holds_the_item() {
+    let mut robot =
+        SimulatedRobot::new(SimulatedSettings::default(), &common::catalogue()).unwrap();
+    let mut placement = Placement {
+        placement_id: "one".to_owned(),
+        item_id: "item-one".to_owned(),
+        object: "brick".to_owned(),
+        container_from_item: Isometry3::translation(0.16, 0.16, 0.02),
+        state_number: 1,
+        cycle: Some(Arc::new(cycle(0.1))),
+    };
+    let stopped = Shutdown::default();
+    stopped.request();
+    assert_eq!(robot.place(&placement, &stopped).unwrap_err(), CutOff);
+    assert!(robot.bodies().is_empty());
+
+    let started = Instant::now();
+    let finding = robot.place(&placement, &Shutdown::default()).unwrap();
+    assert!(started.elapsed() >= Duration::from_millis(300));
+    assert_eq!(finding.ending, Ending::Placed);
+
+    placement.cycle = Some(Arc::new(cycle(600.0)));
+    let end = Shutdown::default();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_secs(1));
+            end.request();
+        });
+        assert_eq!(
+            robot.place(&placement, &end).unwrap().ending,
+            Ending::Placed
+        );
+    });
+    assert!(started.elapsed() < PATIENCE);
 }

@@ -15,40 +15,6 @@ use super::refusal::Refusal;
 /// How long to wait before a container that could not be closed is looked at again.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// Whether containers are looked at that may be closed.
-#[derive(Debug)]
-pub(super) struct Done {
-    /// When; `None` until something changes.
-    next_look: Option<Instant>,
-}
-
-impl Default for Done {
-    /// At the start they are: what was closed last may not be on disk.
-    fn default() -> Self {
-        Self {
-            next_look: Some(Instant::now()),
-        }
-    }
-}
-
-impl Done {
-    pub(super) fn next_look(&self) -> Option<Instant> {
-        self.next_look
-    }
-
-    pub(super) fn look_again(&mut self) {
-        self.look_after(Duration::ZERO);
-    }
-
-    fn look_after(&mut self, pause: Duration) {
-        self.next_look = Some(Instant::now() + pause);
-    }
-
-    fn take_due(&mut self) -> bool {
-        self.next_look.take_if(|at| *at <= Instant::now()).is_some()
-    }
-}
-
 impl CellPlanner {
     pub(super) fn open(
         &mut self,
@@ -141,7 +107,8 @@ impl CellPlanner {
     /// Closes the containers that a rule of the cell closes, where anything changed.
     pub(super) fn close_done(&mut self) {
         let has_rules = self.settings.closing.rules != ClosingRules::default();
-        if !self.closing.take_due() || !has_rules {
+        let is_due = self.closes_at.take_if(|at| *at <= Instant::now());
+        if is_due.is_none() || !has_rules {
             return;
         }
         let containers = self.session.containers().iter();
@@ -152,7 +119,7 @@ impl CellPlanner {
         for (name, sequence) in open {
             if let Err(refusal) = self.close_where_done(&name, sequence) {
                 tracing::warn!(cell = %self.cell, container = name, reason = refusal.message, "not closed yet");
-                self.closing.look_after(PAUSE);
+                self.closes_at = Some(Instant::now() + PAUSE);
             }
         }
     }

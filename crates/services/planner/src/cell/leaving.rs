@@ -46,7 +46,11 @@ impl CellPlanner {
                 leaving.place(view, placement, item.stop());
             } else {
                 let moved = container_from_item * planned.inverse();
-                leaving.cover(&grid, &footprint(placement, view, &grid, &moved), item.stop());
+                leaving.cover(
+                    &grid,
+                    &footprint(placement, view, &grid, &moved),
+                    item.stop(),
+                );
             }
         }
         Ok(Some(leaving))

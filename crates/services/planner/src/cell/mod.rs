@@ -44,12 +44,10 @@ use crate::record::Recorder;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use closing::Done;
 use inspect::ToInspect;
 use place::Place;
 use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
 use refusal::Refusal;
-use renew::Renewal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
@@ -95,8 +93,8 @@ pub(crate) struct CellPlanner {
     session: Session,
     /// Where its containers stand.
     places: Vec<Place>,
-    /// Of containers that the bridge is asked for, by the ids of the requests.
-    renewals: BTreeMap<String, Renewal>,
+    /// When the bridge is asked again for empty containers, by the ids of the requests.
+    renewals: BTreeMap<String, Instant>,
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
     recorder: Recorder,
@@ -106,7 +104,8 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
-    closing: Done,
+    /// When containers are looked at that may be closed; `None` until something changes.
+    closes_at: Option<Instant>,
     own: Own,
 }
 
@@ -153,7 +152,7 @@ impl Actor for CellPlanner {
             inspection,
             self.plans.next_expiry(),
             self.next_renewal(),
-            self.closing.next_look(),
+            self.closes_at,
         ];
         let latest = Instant::now() + TICK;
         Some(due.into_iter().flatten().fold(latest, Instant::min))
@@ -197,7 +196,8 @@ impl CellPlanner {
             to_inspect: None,
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
-            closing: Done::default(),
+            // What was closed last may not be on disk.
+            closes_at: Some(Instant::now()),
             own,
         };
         planner.must_have_its_containers()?;
@@ -270,7 +270,7 @@ impl CellPlanner {
             counts::sessions_ended(&self.cell, self.message().end(), 1);
         }
         self.news.is_session_new = true;
-        self.closing.look_again();
+        self.closes_at = Some(Instant::now());
         Ok(())
     }
 

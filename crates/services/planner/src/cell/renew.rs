@@ -18,12 +18,6 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// How much longer than its request the thread that sends it may take to say what came of it.
 const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
-/// A container that the bridge is asked for: when it is asked again.
-#[derive(Debug)]
-pub(super) struct Renewal {
-    again_at: Instant,
-}
-
 impl CellPlanner {
     /// Whether empty containers are to come.
     pub(super) fn is_renewing(&self) -> bool {
@@ -43,8 +37,8 @@ impl CellPlanner {
         let due = self.to_be_renewed();
         let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.name));
         let due = due.map(|(_, id)| {
-            let asked = self.renewals.get(id);
-            asked.map_or_else(Instant::now, |asked| asked.again_at)
+            let again_at = self.renewals.get(id).copied();
+            again_at.unwrap_or_else(Instant::now)
         });
         due.min()
     }
@@ -58,8 +52,10 @@ impl CellPlanner {
         self.renewals
             .retain(|id, _| wanted.iter().any(|(_, wanted)| wanted == id));
         for (name, id) in wanted {
-            let asked = self.renewals.get(&id);
-            let is_due = asked.is_none_or(|asked| asked.again_at <= now);
+            let is_due = self
+                .renewals
+                .get(&id)
+                .is_none_or(|again_at| *again_at <= now);
             if is_due && !self.is_inspecting_in(&name) {
                 self.ask_renewal(&name, &id);
             }
@@ -96,7 +92,7 @@ impl CellPlanner {
             }
         };
         let again_at = Instant::now() + again_after;
-        self.renewals.insert(id.to_owned(), Renewal { again_at });
+        self.renewals.insert(id.to_owned(), again_at);
     }
 
     /// The bridge brought an empty container, or did not.
@@ -115,7 +111,7 @@ impl CellPlanner {
                 cell = %self.cell, container = closed.name, reason, "there is no empty container yet"
             );
             let again_at = Instant::now() + PAUSE;
-            self.renewals.insert(id.to_owned(), Renewal { again_at });
+            self.renewals.insert(id.to_owned(), again_at);
         }
     }
 

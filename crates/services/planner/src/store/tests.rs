@@ -179,19 +179,19 @@ fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
     let store = Store::open(None, ENOUGH).unwrap();
     let a = cell("a");
     fill(&store, &a, 1);
-    let cells = store.cells.lock().unwrap();
-    let transaction = cells[&a].database.begin_write().unwrap();
-    {
+    let change = |database: &Database| {
+        let transaction = database.begin_write().unwrap();
         let shapes: TableDefinition<'_, (&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
         let mut table = transaction.open_table(shapes).unwrap();
         let id = ItemId::of(&shape(3)).to_bytes();
         let other = shape(4).encode_to_vec();
-        table
-            .insert(("a", id.as_slice()), other.as_slice())
-            .unwrap();
-    }
-    transaction.commit().unwrap();
-    drop(cells);
+        let key = ("a", id.as_slice());
+        table.insert(key, other.as_slice()).unwrap();
+        drop(table);
+        transaction.commit().unwrap();
+        Ok(())
+    };
+    store.with(&a, change).unwrap();
     assert_eq!(store.shape(&a, ItemId::of(&shape(3))).unwrap(), None);
 }
 

@@ -155,12 +155,15 @@ impl Controller {
     }
 }
 
-/// A motion that takes so long.
-pub(crate) fn cycle(cycle_s: f64) -> Cycle {
-    let point = |time_s: f64| JointPoint {
+pub(crate) fn point(time_s: f64) -> JointPoint {
+    JointPoint {
         time_s,
         position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
-    };
+    }
+}
+
+/// A motion that takes so long.
+pub(crate) fn cycle(cycle_s: f64) -> Cycle {
     Cycle {
         arm: "an arm".to_owned(),
         cycle_s,
