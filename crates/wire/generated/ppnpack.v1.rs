@@ -2281,14 +2281,13 @@ pub struct OrderLine {
     /// Its mass, in kilograms: at most 10,000; 0: as the catalogue has it, or estimated from its heightmaps.
     #[prost(double, tag = "3")]
     pub mass_kg: f64,
-    /// Items of one bundle travel in one container, of whatever orders they are, such as a device and its charger: up to 64 characters as in
-    /// a request id; empty where it is of none.
+    /// Refused: groups of rules.together travel together.
     #[prost(string, tag = "4")]
     pub bundle: ::prost::alloc::string::String,
     /// At which stop it leaves the container, from 1: nothing that leaves later is placed above it. 0: after all stops.
     #[prost(uint32, tag = "5")]
     pub stop: u32,
-    /// Of the items of the buffer those with the greatest number are packed first, as long as one of them has a valid placement; 0: as usual.
+    /// Refused: what is announced first is packed first.
     #[prost(uint32, tag = "6")]
     pub urgency: u32,
     /// How many items its order has altogether: it is not complete before as many were announced, withdrawn ones among them. The greatest

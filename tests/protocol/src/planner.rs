@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_protocol::session::{
-    Container, End, FROM_BACKUP, ItemState, Lying, OrderLine, Rules, Session, SessionItem,
+    Container, End, FROM_BACKUP, ItemState, Lying, Rules, Session, SessionItem,
 };
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
@@ -34,7 +34,7 @@ pub(crate) fn begun(
     let announced = waiting.map(|(item, _)| SessionItem {
         item_id: item_id(item),
         arrival: 0,
-        order_line: OrderLine::default(),
+        order_line: v1::OrderLine::default(),
         object: "box".to_owned(),
         shape: ItemId::of(&v1::Item::default()),
         rules: Rules::default(),

@@ -80,11 +80,6 @@ fn a_robot_that_fails_breaks_nothing() {
 }
 
 #[test]
-fn a_simulated_cell_breaks_nothing() {
-    exhausted("a simulated cell");
-}
-
-#[test]
 fn two_controllers_break_nothing() {
     exhausted("two controllers");
 }

@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::Isometry3;
 
 use super::*;
 use crate::placing::KnownPose;
@@ -8,23 +8,9 @@ fn placement(id: &str, state_number: u64) -> Placement {
         placement_id: id.to_owned(),
         item_id: format!("item-{id}"),
         object: "box".to_owned(),
-        container_from_item: Isometry3::from_parts(
-            Translation3::new(0.1, 0.2, 0.3),
-            nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.2, 0.3),
-        ),
+        container_from_item: Isometry3::translation(0.1, 0.2, 0.3),
         state_number,
         cycle: None,
-    }
-}
-
-fn placed() -> Finding {
-    Finding {
-        ending: Ending::Placed,
-        failure: String::new(),
-        container_from_item: Some(KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25))),
-        is_inside: true,
-        slide_m: 0.01,
-        tilt_rad: 0.02,
     }
 }
 
@@ -35,58 +21,6 @@ fn body(item_id: &str) -> Body {
         container_from_item: KnownPose::Found(Isometry3::translation(0.1, 0.2, 0.25)),
         is_inside: true,
     }
-}
-
-#[test]
-fn a_placement_is_executed_once() {
-    use PlacementVerdict::{Busy, Conflict, Known, New, Stale};
-    let mut ledger = Ledger::without_past();
-    let state = ledger.head().state_number;
-    let asked = placement("a", state);
-    assert_eq!(ledger.judge(&asked), New);
-    ledger.apply(ledger.accept(asked.clone()));
-    assert_eq!(ledger.judge(&asked), Known(None));
-    assert_eq!(ledger.judge(&placement("b", state)), Busy);
-    ledger.apply(ledger.end_placement(placed(), vec![body("item-a")]));
-    let outcome = Outcome {
-        finding: placed(),
-        state_number: state + 1,
-    };
-    assert_eq!(ledger.judge(&asked), Known(Some(&outcome)));
-    assert_eq!(ledger.judge(&placement("b", state)), Stale);
-    assert_eq!(ledger.judge(&placement("b", state + 1)), New);
-    let mut other = asked;
-    other.object = "ball".to_owned();
-    assert_eq!(ledger.judge(&other), Conflict);
-}
-
-#[test]
-fn what_was_not_placed_leaves_the_state_as_it_is() {
-    let mut ledger = Ledger::without_past();
-    let state = ledger.head().state_number;
-    for (id, ending, after) in [
-        ("a", Ending::NotPlaced, state),
-        ("b", Ending::Lost, state + 1),
-        ("c", Ending::Unknown, state + 2),
-    ] {
-        ledger.apply(ledger.accept(placement(id, ledger.head().state_number)));
-        ledger.apply(ledger.end_placement(Finding::failed(ending, "it failed"), Vec::new()));
-        assert_eq!(ledger.head().state_number, after);
-    }
-}
-
-#[test]
-fn a_renewal_happens_once() {
-    let mut ledger = Ledger::without_past();
-    let state = ledger.head().state_number;
-    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
-    ledger.apply(ledger.begin_renewal("r".to_owned()));
-    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::UnderWay);
-    assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::Busy);
-    assert_eq!(ledger.judge(&placement("a", state)), PlacementVerdict::Busy);
-    ledger.apply(ledger.end_renewal(Vec::new()));
-    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::Done(state + 1));
-    assert_eq!(ledger.judge_renewal("s"), RenewalVerdict::New);
 }
 
 #[test]
@@ -131,53 +65,6 @@ fn an_interrupted_renewal_leaves_what_is_known_and_a_real_cell_held() {
         ledger.apply(ledger.resume());
         assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
     }
-}
-
-#[test]
-fn a_held_cell_begins_nothing_and_answers_for_what_was_done() {
-    let mut ledger = Ledger::without_past();
-    let state = ledger.head().state_number;
-    ledger.apply(ledger.accept(placement("a", state)));
-    ledger.apply(ledger.hold("a door is open"));
-    ledger.apply(ledger.hold("another reason"));
-    assert_eq!(
-        ledger.judge(&placement("a", state)),
-        PlacementVerdict::Known(None)
-    );
-    ledger.apply(ledger.end_placement(placed(), vec![body("item-a"), body("item-b")]));
-    let new = placement("b", state + 1);
-    let held = "a door is open";
-    assert_eq!(ledger.judge(&new), PlacementVerdict::Held(held));
-    assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::Held(held));
-    assert!(matches!(
-        ledger.judge(&placement("a", state)),
-        PlacementVerdict::Known(Some(_))
-    ));
-    ledger.apply(ledger.change_by_hand(&["item-a".to_owned(), "item-c".to_owned()]));
-    assert_eq!(ledger.head().bodies, [body("item-b")]);
-    ledger.apply(ledger.resume());
-    assert_eq!(ledger.judge(&new), PlacementVerdict::Stale);
-    assert_eq!(
-        ledger.judge(&placement("b", state + 3)),
-        PlacementVerdict::New
-    );
-}
-
-#[test]
-fn what_was_refused_while_the_cell_was_held_never_begins_however_late_it_comes() {
-    let mut ledger = Ledger::without_past();
-    let refused = placement("a", ledger.head().state_number);
-    ledger.apply(ledger.hold("a door is open"));
-    assert_eq!(
-        ledger.judge(&refused),
-        PlacementVerdict::Held("a door is open")
-    );
-    ledger.apply(ledger.resume());
-    assert_eq!(ledger.judge(&refused), PlacementVerdict::Stale);
-    // A cell that is not held is left as it is.
-    let before = ledger.clone();
-    ledger.apply(ledger.resume());
-    assert_eq!(ledger, before);
 }
 
 #[test]

@@ -193,6 +193,10 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine,
             header::id(field, name)?;
         }
     }
+    if !line.bundle.is_empty() || line.urgency > 0 {
+        let reason = "bundle and urgency are known no more: give groups of rules.together, and announce first what is urgent";
+        return Err(WireError::invalid("items.order_line", reason));
+    }
     mass("items.order_line.mass_kg", line.mass_kg)?;
     if line.order_items > 0 && line.order.is_empty() {
         let reason = "of which order they are has to be said: give order, too";

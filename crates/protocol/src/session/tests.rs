@@ -311,19 +311,6 @@ fn a_session_is_read_as_it_was_written() {
 }
 
 #[test]
-fn no_more_items_are_set_aside_than_may_be() {
-    let mut session = session_with_aside(2, &["a", "b", "c", "d"]);
-    session.set_aside(too_large("c")).unwrap();
-    session.set_aside(too_large("a")).unwrap();
-    assert!(!session.may_set_aside());
-    assert_eq!(session.set_aside(too_large("b")), Err(AsideFull(2)));
-    assert_eq!(set_aside(&session), ["a", "c"]);
-    assert_eq!(waiting(&session), ["b", "d"]);
-    let none = session_of(&["a"]).set_aside(too_large("a"));
-    assert_eq!(none, Err(AsideFull(0)));
-}
-
-#[test]
 fn only_waiting_items_are_set_aside() {
     let mut session = session_with_aside(9, &["a", "b", "c"]);
     session.decide(decision("d1", "a")).unwrap();
@@ -334,6 +321,8 @@ fn only_waiting_items_are_set_aside() {
         let refused = session.set_aside(too_large(item));
         assert_eq!(refused, Err(NotWaiting(item.into())));
     }
+    let none = session_of(&["a"]).set_aside(too_large("a"));
+    assert_eq!(none, Err(AsideFull(0)));
     let unknown = session.set_aside(too_large("x"));
     assert_eq!(unknown, Err(UnknownItem("x".into())));
     assert_eq!(
@@ -341,39 +330,6 @@ fn only_waiting_items_are_set_aside() {
         Err(NotWaiting("c".into()))
     );
     assert_eq!(session, before);
-}
-
-#[test]
-fn an_item_that_was_set_aside_is_withdrawn_or_waits_again_when_it_is_announced_again() {
-    let mut session = session_with_aside(2, &["a", "b", "c"]);
-    session.set_aside(too_large("a")).unwrap();
-    session.set_aside(too_large("b")).unwrap();
-    session.withdraw("a").unwrap();
-    assert_eq!(session.items()[0].state, ItemState::Withdrawn);
-    assert_eq!(set_aside(&session), ["b"]);
-    // Both are announced again as they were: the one that is withdrawn stays so.
-    session
-        .announce(vec![announced("a"), announced("b")])
-        .unwrap();
-    assert_eq!(waiting(&session), ["b", "c"]);
-    assert!(set_aside(&session).is_empty());
-    // There is room for two again.
-    session.set_aside(too_large("b")).unwrap();
-    session.set_aside(too_large("c")).unwrap();
-    assert_eq!(set_aside(&session), ["b", "c"]);
-}
-
-#[test]
-fn what_was_set_aside_is_told_with_the_step_at_which_it_was() {
-    let mut session = session_with_aside(9, &["a", "b", "c"]);
-    session.set_aside(too_large("b")).unwrap();
-    assert_eq!(session.reasons_set_aside_now(), [too_large("b")]);
-    session.decide(decision("d1", "a")).unwrap();
-    report(&mut session, "d1", v1::OutcomeKind::Placed);
-    assert!(session.reasons_set_aside_now().is_empty());
-    session.set_aside(too_large("c")).unwrap();
-    assert_eq!(session.reasons_set_aside_now(), [too_large("c")]);
-    assert_eq!(set_aside(&session), ["b", "c"]);
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The ppn service: which placements the network scores best, for the planners of any cell.
 //!
-//! One thread owns the network; requests wait for it in a bounded queue and are taken out together, so that a network
-//! that gains from it can run the steps of several cells at once. The network itself is behind the traits [`Network`]
+//! One thread owns the network; requests wait for it in a bounded queue. The network itself is behind the traits [`Network`]
 //! and [`Scorer`]: this crate does not link libtorch.
 
 mod settings;
@@ -41,8 +40,11 @@ pub trait Network: Send {
 
 /// A network on one grid.
 pub trait Scorer: Send {
-    /// The best placements of the items of several steps, one result per step.
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>>;
+    /// The best placements of the items of a step.
+    ///
+    /// # Errors
+    /// What keeps the network from scoring them.
+    fn best(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError>;
 }
 
 /// The best placements of a step's items by the network: per item, those with the best scores, best first.
@@ -94,9 +96,7 @@ pub fn start(
     process.set_model(Some(network.model().to_owned()));
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let thread = process
-        .supervisor()
-        .thread("network", move || worker.run(&mailbox))?;
+    let thread = actor::spawn(process, "network", worker, mailbox)?;
     let listener = address.listen(process, None, |incoming| incoming)?;
     let alive = alive::announce(process, None)?;
     ready.pass();

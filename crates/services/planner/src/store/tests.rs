@@ -2,7 +2,7 @@ use std::fs;
 
 use nalgebra::Vector3;
 use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_protocol::session::{Container, ItemState, Lying, OrderLine, Rules, SessionItem};
+use ppnpack_protocol::session::{Container, ItemState, Lying, Rules, SessionItem};
 use ppnpack_wire::convert;
 use redb::TableDefinition;
 use tempfile::TempDir;
@@ -36,7 +36,7 @@ fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
         lying: Lying::default(),
         item_id: item_id.to_owned(),
         arrival: 0,
-        order_line: OrderLine::default(),
+        order_line: v1::OrderLine::default(),
         object: "block".to_owned(),
         shape: ItemId::of(shape),
         rules: Rules::default(),

@@ -285,8 +285,18 @@ fn what_an_item_belongs_to_is_checked_and_stays_what_it_was() {
     let (status, text) = rig.refused(announce(of_mass(-1.0)));
     assert_eq!(status, Some(Status::Invalid));
     assert!(text.contains("mass_kg"), "{text}");
-    let (status, _) = rig.refused(announce(of_order("no name")));
-    assert_eq!(status, Some(Status::Invalid));
+    let bundle = v1::OrderLine {
+        bundle: "gift".to_owned(),
+        ..v1::OrderLine::default()
+    };
+    let urgent = v1::OrderLine {
+        urgency: 1,
+        ..v1::OrderLine::default()
+    };
+    for refused in [of_order("no name"), bundle, urgent] {
+        let (status, _) = rig.refused(announce(refused));
+        assert_eq!(status, Some(Status::Invalid));
+    }
     for _ in 0..2 {
         rig.call(announce(of_order("1")));
     }

@@ -94,8 +94,9 @@ fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
 fn a_plan_waits_until_the_inspection_is_answered() {
     let rig = Rig::new(Some(true), true);
     let inspection = rig.inspection();
+    let client = &rig.own.client;
     std::thread::scope(|scope| {
-        let plan = scope.spawn(|| rig.plan(soon()));
+        let plan = scope.spawn(|| client.call(&cell(), v1::PlanRequest::default(), soon()));
         std::thread::sleep(Duration::from_millis(50));
         assert!(!plan.is_finished());
         answer(inspection);

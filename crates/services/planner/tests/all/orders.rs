@@ -64,8 +64,8 @@ fn nothing_is_placed_above_what_leaves_at_an_earlier_stop() {
     }
     let counts = rig.explain("third").counts.unwrap();
     let mut refusals = counts.refusals.iter();
-    let is_of_sequence = |of: &v1::CheckRefusals| of.check() == v1::Check::Sequence;
-    assert!(refusals.any(is_of_sequence), "{counts:?}");
+    let is_there = refusals.any(|refusals| refusals.check() == v1::Check::Sequence);
+    assert!(is_there, "{counts:?}");
     rig.announce([at("first", 1)]);
     assert_eq!(rig.step().item_id, "first");
 }

@@ -171,8 +171,9 @@ impl Rig {
             let shown = shown.lock().unwrap();
             shown.show(&grid.build().unwrap(), incoming);
         };
-        let rig = Self::shown_by(cell, catalogues, show);
-        Self { seen, ..rig }
+        let mut rig = Self::shown_by(cell, catalogues, show);
+        rig.seen = seen;
+        rig
     }
 
     /// A planner whose perception answers so.
