@@ -74,13 +74,6 @@ fn too_large(item_id: &str) -> v1::ItemReason {
     }
 }
 
-fn set_aside(session: &Session) -> Vec<&str> {
-    session
-        .reasons_set_aside()
-        .map(|reason| reason.item_id.as_str())
-        .collect()
-}
-
 fn waiting(session: &Session) -> Vec<&str> {
     session
         .buffer(10)

@@ -13,7 +13,7 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use crate::planning::{Planning, Step};
-use crate::record::{RecordedStep, items};
+use crate::record;
 pub use crate::record::{ShapeSource, Unreadable};
 use crate::settings::CellSettings;
 use crate::step_plan::PlansContainers;
@@ -56,7 +56,6 @@ pub struct Replayer {
 struct ReplayedCell {
     /// What it was made of.
     made_of: MadeOf,
-    settings: CellSettings,
     plannings: HashMap<String, Planning>,
 }
 
@@ -93,15 +92,9 @@ impl Replayer {
         if record.is_cut {
             return Err(Unreplayable::Cut);
         }
-        let step = RecordedStep::read(record, shapes)?;
-        let cell = self.cell_of(record)?;
-        let found = step.plan().plan(cell)?;
-        let Some(found) = found else {
-            return Ok(None);
-        };
-        let container = step.containers.get(found.container);
-        let decision = container.map(|at| found.decision(&items(record), &at.name, &at.grid));
-        Ok(decision.flatten())
+        let step = record::step(record, shapes)?;
+        let found = step.plan(self.cell_of(record)?)?;
+        Ok(found.and_then(|found| found.decision(&step)))
     }
 
     /// The cell of a record, which is kept for the next one.
@@ -141,7 +134,6 @@ impl ReplayedCell {
         });
         Ok(Self {
             plannings: plannings.collect::<Result<_, Unreplayable>>()?,
-            settings,
             made_of,
         })
     }

@@ -11,11 +11,13 @@ use ppnpack_wire::{convert, v1};
 use crate::planning::Step;
 
 /// What a step over the open containers is planned on.
-pub(crate) struct StepPlan<'a> {
+pub(crate) struct StepPlan {
+    /// The items of the buffer, as decisions name them.
+    pub(crate) items: Vec<v1::RecordedItem>,
+    /// The items in their order, each in all the poses in which it may be packed.
+    pub(crate) candidates: Vec<Candidate>,
     /// The open containers, the fullest first.
-    pub(crate) containers: Vec<ContainerStep<'a>>,
-    /// The items of the buffer in their order, each in all the poses in which it may be packed.
-    pub(crate) candidates: &'a [Candidate],
+    pub(crate) containers: Vec<ContainerStep>,
     /// The attempts to pack something: they are made until one finds anything.
     pub(crate) attempts: Vec<AttemptPlan>,
     pub(crate) number: u64,
@@ -24,9 +26,10 @@ pub(crate) struct StepPlan<'a> {
 }
 
 /// A container as a step is planned on it.
-pub(crate) struct ContainerStep<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) scene: &'a Scene,
+pub(crate) struct ContainerStep {
+    pub(crate) name: String,
+    pub(crate) grid: Grid,
+    pub(crate) scene: Scene,
 }
 
 /// By container: which candidates it may take in an attempt, by their indices.
@@ -52,15 +55,7 @@ pub(crate) struct Found {
     pub(crate) is_cut: bool,
 }
 
-/// An item of the buffer, as decisions name it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BufferItem<'a> {
-    pub(crate) item_id: &'a str,
-    pub(crate) object: &'a str,
-    pub(crate) arrival: usize,
-}
-
-impl StepPlan<'_> {
+impl StepPlan {
     /// Plans the step: the fullest container that can take an item of the buffer. What the first attempt that finds a placement finds;
     /// else the last of them. `None` where there is no container.
     pub(crate) fn plan<P: PlansContainers>(
@@ -100,7 +95,7 @@ impl StepPlan<'_> {
             let candidates: Vec<Candidate> = candidates.cloned().collect();
             let plan = match candidates.is_empty() {
                 true => Plan::default(),
-                false => planner.plan_in(at.name, &self.step(at.scene, &candidates))?,
+                false => planner.plan_in(&at.name, &self.step(&at.scene, &candidates))?,
             };
             timings += plan.timings();
             is_cut |= plan.is_cut();
@@ -119,7 +114,8 @@ impl StepPlan<'_> {
         Ok(last)
     }
 
-    fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
+    /// The step on a scene, with some of the candidates.
+    pub(crate) fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
         Step {
             scene,
             candidates,
@@ -131,18 +127,17 @@ impl StepPlan<'_> {
 }
 
 impl Found {
-    /// What was chosen for a container, as a decision without all that does not follow from what it was planned on: its names, times and
+    /// What was chosen in a step, as a decision without all that does not follow from what it was planned on: its names, times and
     /// states. `None` where nothing was.
-    pub(crate) fn decision(
-        &self,
-        items: &[BufferItem<'_>],
-        container: &str,
-        grid: &Grid,
-    ) -> Option<v1::Decision> {
+    pub(crate) fn decision(&self, step: &StepPlan) -> Option<v1::Decision> {
+        let items = &step.items;
+        let container = step.containers.get(self.container)?;
         let choice = self.plan.choice()?;
         let held = self.candidates.get(choice.candidate)?;
-        let item = items.iter().find(|item| item.arrival == held.arrival)?;
-        let frame = held.item.container_from_item(grid, &choice.resting)?;
+        let item = items.iter().find(|item| is_of(item, held))?;
+        let frame = held
+            .item
+            .container_from_item(&container.grid, &choice.resting)?;
         let evidence = self.plan.evidence();
         let frame = evidence.map_or(frame, |evidence| evidence.lower(frame));
         let container_from_item = held.lying.own_frame(&frame);
@@ -151,34 +146,38 @@ impl Found {
         let load = evidence.and_then(|found| found.load.as_ref());
         let alternatives = self.plan.alternatives();
         Some(v1::Decision {
-            item_id: item.item_id.to_owned(),
-            object: item.object.to_owned(),
+            item_id: item.item_id.clone(),
+            object: item.object.clone(),
             placement: Some(convert::placement::write_resting(&choice.resting)),
             container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
             alternatives: alternatives
                 .map(|other| write_ranked(items, &self.candidates, other))
                 .collect(),
-            buffer: items.iter().map(|item| item.item_id.to_owned()).collect(),
+            buffer: items.iter().map(|item| item.item_id.clone()).collect(),
             is_widened: self.plan.is_widened(),
             cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
             settling: settling.map(convert::settling::write),
             load: load.map(|load| Box::new(convert::load::write(load))),
             pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
-            container: container.to_owned(),
+            container: container.name.clone(),
             ..v1::Decision::default()
         })
     }
 }
 
+fn is_of(item: &v1::RecordedItem, held: &Candidate) -> bool {
+    usize::try_from(item.arrival) == Ok(held.arrival)
+}
+
 /// A placement of one of these candidates as one of its item.
 pub(crate) fn write_ranked(
-    items: &[BufferItem<'_>],
+    items: &[v1::RecordedItem],
     candidates: &[Candidate],
     ranked: &Evaluated,
 ) -> v1::RankedPlacement {
     let held = candidates.get(ranked.candidate);
-    let position = |held: &Candidate| items.iter().position(|item| item.arrival == held.arrival);
+    let position = |held: &Candidate| items.iter().position(|item| is_of(item, held));
     let item = held.and_then(position).unwrap_or_default();
     convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
 }

@@ -139,7 +139,8 @@ mod tests {
         assert!(refused(|s| s.place_duration_s = f64::NAN).contains("place_duration_s"));
         assert!(refused(|s| s.faults.drops = 1.1).contains("drops"));
         assert!(refused(|s| s.scan_pitch_m = 0.01).contains("scan_pitch_m"));
-        let refused_camera = |change: fn(&mut CameraSettings)| {
+        type Change = fn(&mut CameraSettings);
+        let refused_camera = |change: Change| {
             let mut settings = SimulatedSettings {
                 scan: Scan::Camera,
                 ..SimulatedSettings::default()
@@ -147,7 +148,7 @@ mod tests {
             change(&mut settings.camera);
             settings.validate().unwrap_err()
         };
-        let cameras: [(fn(&mut CameraSettings), &str); 8] = [
+        let cameras: [(Change, &str); 8] = [
             (|camera| camera.height_m = 0.2, "height_m"),
             (|camera| camera.height_m = f64::NAN, "height_m"),
             (|camera| camera.cameras = 3, "cameras"),

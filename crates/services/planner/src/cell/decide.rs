@@ -11,11 +11,11 @@ use ppnpack_wire::{convert, header};
 
 use super::CellPlanner;
 use super::counts;
-use super::prepare::{Prepared, PreparedContainer, poses_of};
+use super::prepare::{Prepared, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::planning::Step;
-use crate::step_plan::{Found, PlansContainers, StepPlan, write_ranked};
+use crate::step_plan::{Found, PlansContainers, write_ranked};
 use ppnpack_protocol::session::SessionItem;
 
 /// What planning a step led to.
@@ -43,13 +43,13 @@ impl CellPlanner {
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
-            let prepared = self.prepare(items, deadline)?;
+            let prepared = self.prepare(items, alternatives, deadline)?;
             let waited = started.elapsed();
-            let found = self.plan(&prepared, alternatives)?;
+            let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
                 break (prepared, found, waited);
             }
-            self.record(&prepared, &found, alternatives, None);
+            self.record(&prepared, &found, None);
             // What fits nowhere now may fit into a container that comes.
             if !self.session.may_set_aside() || self.is_renewing() {
                 let reasons = self.reasons(&prepared, &found);
@@ -77,9 +77,9 @@ impl CellPlanner {
             .stages
             .push(header::stage("save", saving.elapsed()));
         counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
-        self.record(&prepared, &found, alternatives, Some(&decision));
-        if let Some(container) = prepared.containers.get(found.container) {
-            self.will_inspect(&decision, &container.seen.scene);
+        self.record(&prepared, &found, Some(&decision));
+        if let Some((_, seen)) = prepared.seen.get(found.container) {
+            self.will_inspect(&decision, &seen.scene);
         }
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
@@ -89,8 +89,8 @@ impl CellPlanner {
     /// is on disk when this returns. Says whether there was one: what rules keep out waits for another container.
     fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
         let volume_m3 = |item: &&SessionItem| {
-            let poses = poses_of(&prepared.candidates, item);
-            let held = prepared.candidates.get(poses.start);
+            let candidates = &prepared.plan.candidates;
+            let held = candidates.get(poses_of(candidates, item).start);
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
         };
         let items = prepared.items.iter();
@@ -116,8 +116,8 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<v1::ExplainReply, Refusal> {
         let items = vec![self.session.waiting(item_id)?.clone()];
-        let prepared = self.prepare(items, deadline)?;
-        let found = self.plan(&prepared, 0)?;
+        let prepared = self.prepare(items, 0, deadline)?;
+        let found = self.plan(&prepared)?;
         let choice = found.plan.choice();
         let reasons = match &choice {
             Some(_) => Vec::new(),
@@ -126,7 +126,7 @@ impl CellPlanner {
         Ok(v1::ExplainReply {
             best: choice
                 .as_ref()
-                .map(|best| write_ranked(&prepared.buffer_items(), &found.candidates, best)),
+                .map(|best| write_ranked(&prepared.plan.items, &found.candidates, best)),
             reason: reasons.into_iter().next(),
             counts: Some(write_reports(found.plan.candidates())),
             ..v1::ExplainReply::default()
@@ -138,26 +138,14 @@ impl CellPlanner {
     ///
     /// # Errors
     /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
-    fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
-        let plan = self.step_plan(prepared, alternatives);
-        let found = plan.plan(self)?;
+    fn plan(&mut self, prepared: &Prepared) -> Result<Found, Refusal> {
+        let found = prepared.plan.plan(self)?;
         let none = || Refusal::new(Status::Failed, "no container was planned on");
         let found = found.ok_or_else(none)?;
         if found.plan.choice().is_none() && !prepared.left_out.is_empty() {
             return Err(Refusal::unavailable(prepared.left_out.join("; ")));
         }
         Ok(found)
-    }
-
-    /// What a step is planned on: the attempts as the rules of the cell have them.
-    pub(super) fn step_plan<'a>(
-        &self,
-        prepared: &'a Prepared,
-        alternatives: usize,
-    ) -> StepPlan<'a> {
-        // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
-        let is_all_seen = prepared.left_out.is_empty();
-        prepared.step_plan(alternatives, is_all_seen)
     }
 
     fn decision(
@@ -167,11 +155,9 @@ impl CellPlanner {
         found: &Found,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let container = prepared.containers.get(found.container);
-        let PreparedContainer { name, seen, .. } = container.ok_or_else(lost)?;
-        let place = self.place_of(name)?;
-        let chosen = found.decision(&prepared.buffer_items(), name, place.planning.grid());
-        let chosen = chosen.ok_or_else(lost)?;
+        let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
+        let chosen = found.decision(&prepared.plan).ok_or_else(lost)?;
+        let place = self.place_of(&chosen.container)?;
         let decided_at_ns = place.bridge_clock.now_ns();
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
@@ -216,10 +202,14 @@ impl CellPlanner {
                 text,
             });
         }
-        let container = prepared.containers.get(found.container)?;
-        let poses = poses_of(&prepared.candidates, item);
-        let alone = prepared.candidates.get(poses)?;
-        let alone = prepared.step(&container.seen.scene, alone, 0);
+        let Prepared { plan, seen, .. } = prepared;
+        let container = plan.containers.get(found.container)?;
+        let (_, seen) = seen.get(found.container)?;
+        let poses = poses_of(&plan.candidates, item);
+        let alone = Step {
+            alternatives: 0,
+            ..plan.step(&seen.scene, plan.candidates.get(poses)?)
+        };
         let is_blocked = self.fits_without_regions(&container.name, &alone);
         let report = found.plan.candidates();
         let report = report.get(poses_of(&found.candidates, item).start);

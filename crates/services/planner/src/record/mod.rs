@@ -4,7 +4,6 @@ mod read;
 mod shapes;
 mod write;
 
-use ppnpack_packing::grid::Grid;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::Process;
@@ -13,8 +12,8 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::settings::CellSettings;
-use crate::step_plan::{BufferItem, StepPlan};
-pub(crate) use read::{RecordedStep, items};
+use crate::step_plan::StepPlan;
+pub(crate) use read::step;
 pub use read::{ShapeSource, Unreadable};
 use shapes::Shapes;
 
@@ -58,9 +57,7 @@ impl Recorder {
     /// The record of a step.
     pub(crate) fn record(
         &mut self,
-        plan: &StepPlan<'_>,
-        items: &[BufferItem<'_>],
-        grids: &[Grid],
+        plan: &StepPlan,
         result: &StepResult<'_>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
@@ -72,7 +69,7 @@ impl Recorder {
             settings: self.settings.clone(),
             is_cut: result.is_cut,
             decision: result.decision.cloned(),
-            ..write::step(plan, items, grids, &mut self.shapes)
+            ..write::step(plan, &mut self.shapes)
         }
     }
 
