@@ -8,11 +8,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ppnpack_packing::plan::{Plan, PlanError};
+use ppnpack_packing::step::StepInput;
 use ppnpack_physics::trial;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
-use crate::planning::{Planning, Step};
+use crate::planning::Planning;
 use crate::record;
 pub use crate::record::{ShapeSource, Unreadable};
 use crate::settings::CellSettings;
@@ -142,10 +143,10 @@ impl ReplayedCell {
 impl PlansContainers for ReplayedCell {
     type Error = Unreplayable;
 
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Unreplayable> {
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Unreplayable> {
         let unknown = || Unreplayable::Container(container.to_owned());
         let planning = self.plannings.get_mut(container).ok_or_else(unknown)?;
-        Ok(planning.plan(step)?.clone())
+        Ok(planning.plan(input)?.clone())
     }
 }
 

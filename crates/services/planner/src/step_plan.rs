@@ -5,10 +5,8 @@ use std::time::Instant;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::plan::{Plan, Timings};
-use ppnpack_packing::step::{Candidate, Evaluated};
+use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_wire::{convert, v1};
-
-use crate::planning::Step;
 
 /// What a step over the open containers is planned on.
 pub(crate) struct StepPlan {
@@ -39,7 +37,7 @@ pub(crate) type AttemptPlan = Vec<Vec<usize>>;
 pub(crate) trait PlansContainers {
     type Error;
 
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Self::Error>;
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Self::Error>;
 }
 
 /// What planning a step over the open containers found.
@@ -95,7 +93,7 @@ impl StepPlan {
             let candidates: Vec<Candidate> = candidates.cloned().collect();
             let plan = match candidates.is_empty() {
                 true => Plan::default(),
-                false => planner.plan_in(&at.name, &self.step(&at.scene, &candidates))?,
+                false => planner.plan_in(&at.name, &self.input(at, &at.scene, &candidates))?,
             };
             timings += plan.timings();
             is_cut |= plan.is_cut();
@@ -114,14 +112,18 @@ impl StepPlan {
         Ok(last)
     }
 
-    /// The step on a scene, with some of the candidates.
-    pub(crate) fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
-        Step {
-            scene,
-            candidates,
-            number: self.number,
+    /// The step in a container, on a scene of it and with some of the candidates.
+    pub(crate) fn input<'a>(
+        &self,
+        container: &'a ContainerStep,
+        scene: &'a Scene,
+        candidates: &'a [Candidate],
+    ) -> StepInput<'a> {
+        StepInput {
+            step: self.number,
             alternatives: self.alternatives,
             deadline: self.deadline,
+            ..StepInput::new(&container.grid, scene, candidates)
         }
     }
 }

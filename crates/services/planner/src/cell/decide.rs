@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
 use ppnpack_packing::refusal::Refusals;
-use ppnpack_packing::step::PlacementCounts;
+use ppnpack_packing::step::{PlacementCounts, StepInput};
 use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
@@ -14,7 +14,6 @@ use super::counts;
 use super::prepare::{Prepared, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
-use crate::planning::Step;
 use crate::step_plan::{Found, PlansContainers, write_ranked};
 use ppnpack_protocol::session::SessionItem;
 
@@ -206,9 +205,9 @@ impl CellPlanner {
         let container = plan.containers.get(found.container)?;
         let (_, seen) = seen.get(found.container)?;
         let poses = poses_of(&plan.candidates, item);
-        let alone = Step {
+        let alone = StepInput {
             alternatives: 0,
-            ..plan.step(&seen.scene, plan.candidates.get(poses)?)
+            ..plan.input(container, &seen.scene, plan.candidates.get(poses)?)
         };
         let is_blocked = self.fits_without_regions(&container.name, &alone);
         let report = found.plan.candidates();
@@ -217,7 +216,7 @@ impl CellPlanner {
         Some(write_reason(&item.item_id, reason, is_blocked))
     }
 
-    fn fits_without_regions(&mut self, container: &str, alone: &Step<'_>) -> bool {
+    fn fits_without_regions(&mut self, container: &str, alone: &StepInput<'_>) -> bool {
         let known = self.session.container(container);
         let is_kept = known.is_ok_and(|container| !container.keep_out.is_empty());
         let is_fragile = |item: &SessionItem| item.rules.is_fragile;
@@ -230,8 +229,8 @@ impl CellPlanner {
 impl PlansContainers for CellPlanner {
     type Error = Refusal;
 
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
-        let plan = self.place_of(container)?.planning.plan(step).cloned();
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Refusal> {
+        let plan = self.place_of(container)?.planning.plan(input).cloned();
         let is_interrupted = self.own.interruption.is_asked_for();
         let plan = plan.map_err(|error| match is_interrupted {
             true => Refusal::unavailable(INTERRUPTED),

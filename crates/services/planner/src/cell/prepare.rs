@@ -112,7 +112,10 @@ impl CellPlanner {
         alternatives: usize,
         deadline: Instant,
     ) -> Result<Prepared, Refusal> {
-        let candidates = self.candidates_of(&items)?;
+        let mut candidates = Vec::new();
+        for item in &items {
+            candidates.extend(self.candidates(item)?);
+        }
         let open = self.open_by_fullness();
         let (containers, left_out) = self.prepare_containers(&open, deadline)?;
         let (containers, seen): (Vec<ContainerStep>, Vec<(usize, Seen)>) =
@@ -142,18 +145,6 @@ impl CellPlanner {
             left_out,
             orders,
         })
-    }
-
-    /// Items as a step may choose them, in their order, each in all the poses in which it may be packed.
-    pub(super) fn candidates_of(
-        &mut self,
-        items: &[SessionItem],
-    ) -> Result<Vec<Candidate>, Refusal> {
-        let mut candidates = Vec::new();
-        for item in items {
-            candidates.extend(self.candidates(item)?);
-        }
-        Ok(candidates)
     }
 
     /// The open containers that can be planned on, the fullest first, and why the others cannot.
