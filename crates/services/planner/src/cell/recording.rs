@@ -5,7 +5,6 @@ use ppnpack_wire::v1;
 use super::CellPlanner;
 use super::prepare::Prepared;
 use super::refusal::Refusal;
-use crate::record::StepResult;
 use crate::step_plan::Found;
 
 /// Records that wait until a request is answered, at most; more are published before.
@@ -25,12 +24,8 @@ impl CellPlanner {
         if !self.recorder.is_wanted() {
             return;
         }
-        let result = StepResult {
-            session_id: self.session.id(),
-            is_cut: found.is_cut,
-            decision,
-        };
-        let record = self.recorder.record(&prepared.plan, &result);
+        let (recorder, id) = (&mut self.recorder, self.session.id());
+        let record = recorder.record(id, &prepared.plan, found, decision);
         if self.news.records.len() < MOST_WAITING {
             self.news.records.push(record);
         } else {

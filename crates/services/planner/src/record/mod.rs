@@ -12,7 +12,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::settings::CellSettings;
-use crate::step_plan::StepPlan;
+use crate::step_plan::{Found, StepPlan};
 pub(crate) use read::step;
 pub use read::{ShapeSource, Unreadable};
 use shapes::Shapes;
@@ -25,13 +25,6 @@ pub(crate) struct Recorder {
     versions: v1::Versions,
     /// As JSON.
     settings: String,
-}
-
-/// What came of a step.
-pub(crate) struct StepResult<'a> {
-    pub(crate) session_id: &'a str,
-    pub(crate) is_cut: bool,
-    pub(crate) decision: Option<&'a v1::Decision>,
 }
 
 impl Recorder {
@@ -54,21 +47,23 @@ impl Recorder {
         self.records.has_readers()
     }
 
-    /// The record of a step.
+    /// The record of a step, and of what came of it.
     pub(crate) fn record(
         &mut self,
+        session_id: &str,
         plan: &StepPlan,
-        result: &StepResult<'_>,
+        found: &Found,
+        decision: Option<&v1::Decision>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
         v1::PlanningRecord {
             cell: self.cell.clone(),
-            session_id: result.session_id.to_owned(),
+            session_id: session_id.to_owned(),
             planned_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
             versions: Some(self.versions.clone()),
             settings: self.settings.clone(),
-            is_cut: result.is_cut,
-            decision: result.decision.cloned(),
+            is_cut: found.is_cut,
+            decision: decision.cloned(),
             ..write::step(plan, &mut self.shapes)
         }
     }
