@@ -1,123 +1,66 @@
 //! Sessions as messages: on the wire, and on disk.
 
-use nalgebra::Isometry3;
 use ppnpack_packing::blocked::BlockedRegion;
+use ppnpack_packing::candidate::{Lying, Rules};
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
-use super::{Container, End, ItemState, Lying, Rules, Session, SessionItem, Stand};
-use crate::placing::KnownPose;
+use super::{Packed, Session};
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
     pub fn to_message(&self, buffer: usize) -> v1::Session {
-        let (end, reasons, failure) = match &self.end {
-            None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
-            Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
-            Some(End::OthersSetAside) => {
-                (v1::SessionEnd::OthersSetAside, Vec::new(), String::new())
-            }
-            Some(End::NothingFits(reasons)) => {
-                (v1::SessionEnd::NothingFits, reasons.clone(), String::new())
-            }
-            Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure.clone()),
-        };
-        let first = self.containers.first();
+        let Self(own) = self;
+        let first = own.containers.first();
         v1::Session {
-            session_id: self.id.clone(),
-            items: self.items.iter().map(write_item).collect(),
-            pending: self.pending.clone(),
-            step: self.step,
-            is_automatic: self.is_automatic,
             keep_out: first.map_or_else(Vec::new, |first| first.keep_out.clone()),
-            buffer: number(buffer),
-            end: end.into(),
-            reasons,
-            failure,
+            buffer: u32::try_from(buffer).unwrap_or(u32::MAX),
             least_state_number: first.map_or(0, |first| first.least_state_number),
-            settled: self.settled.clone(),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
-            set_aside_limit: number(self.set_aside_limit),
             set_aside: self.reasons_set_aside().cloned().collect(),
-            past_session_ids: self.past.clone(),
-            containers: self.containers.iter().map(write_container).collect(),
-            closed: self.closed.clone(),
-            forgotten_items: self.forgotten as u64,
+            ..own.clone()
         }
     }
 
     /// The session of a message.
+    ///
+    /// # Errors
+    /// [`WireError`] where it is none that this version knows.
     pub fn from_message(message: v1::Session) -> Result<Self, WireError> {
-        let known = v1::SessionEnd::try_from(message.end);
-        let end = known.map_err(|_| is_newer("end"))?;
-        let end = match end {
-            v1::SessionEnd::Unspecified => None,
-            v1::SessionEnd::AllPacked => Some(End::AllPacked),
-            v1::SessionEnd::OthersSetAside => Some(End::OthersSetAside),
-            v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
-            v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
-        };
-        let is_unknown =
-            |closed: &v1::ClosedContainer| closed.reason() == v1::ClosingReason::Unspecified;
-        if message.closed.iter().any(is_unknown) {
+        v1::SessionEnd::try_from(message.end).map_err(|_| is_newer("end"))?;
+        message.items.iter().try_for_each(check_item)?;
+        let mut closed = message.closed.iter();
+        if closed.any(|closed| closed.reason() == v1::ClosingReason::Unspecified) {
             return Err(is_newer("closed.reason"));
         }
-        let items = message.items.iter().map(read_item);
-        Ok(Self {
-            items: items.collect::<Result<_, _>>()?,
-            containers: message.containers.iter().map(read_container).collect(),
-            closed: message.closed,
-            forgotten: usize::try_from(message.forgotten_items).unwrap_or_default(),
-            id: message.session_id,
-            pending: message.pending,
-            step: message.step,
-            is_automatic: message.is_automatic,
-            end,
-            settled: message.settled,
-            set_aside_limit: count(message.set_aside_limit),
-            past: message.past_session_ids,
-        })
+        // What follows from the rest.
+        Ok(Self(v1::Session {
+            keep_out: Vec::new(),
+            buffer: 0,
+            least_state_number: 0,
+            mean_cycle_s: 0.0,
+            set_aside: Vec::new(),
+            ..message
+        }))
     }
 }
 
-/// A count or index as it is written.
-fn number(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
-}
-
-/// A count or index as it is read.
-fn count(number: u32) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
-}
-
-fn write_container(container: &Container) -> v1::SessionContainer {
-    v1::SessionContainer {
-        container: container.name.clone(),
-        sequence: container.sequence,
-        is_open: container.is_open(),
-        renewal_id: container.renewal_id().unwrap_or_default().to_owned(),
-        keep_out: container.keep_out.clone(),
-        least_state_number: container.least_state_number,
+fn check_item(item: &v1::SessionItem) -> Result<(), WireError> {
+    match item.state() {
+        v1::ItemState::Unspecified => return Err(is_newer("items.state")),
+        v1::ItemState::SetAside if item.set_aside.is_none() => {
+            let field = "items.set_aside";
+            return Err(WireError::Missing { field });
+        }
+        _ => {}
     }
-}
-
-fn read_container(message: &v1::SessionContainer) -> Container {
-    Container {
-        name: message.container.clone(),
-        sequence: message.sequence,
-        stand: read_stand(message),
-        keep_out: message.keep_out.clone(),
-        least_state_number: message.least_state_number,
-    }
-}
-
-fn read_stand(message: &v1::SessionContainer) -> Stand {
-    match message.renewal_id.as_str() {
-        _ if message.is_open => Stand::Open,
-        "" => Stand::Closed,
-        id => Stand::Renewing(id.to_owned()),
-    }
+    Packed::read(item)?;
+    ItemId::from_bytes("items.shape", &item.shape)?;
+    read_rules(item.rules.as_ref())?;
+    read_order_line(item.order_line.as_deref())?;
+    read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_deref())?;
+    Ok(())
 }
 
 /// Refuses an enum's value that this version does not know.
@@ -193,10 +136,6 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine,
             header::id(field, name)?;
         }
     }
-    if !line.bundle.is_empty() || line.urgency > 0 {
-        let reason = "bundle and urgency are known no more: give groups of rules.together, and announce first what is urgent";
-        return Err(WireError::invalid("items.order_line", reason));
-    }
     mass("items.order_line.mass_kg", line.mass_kg)?;
     if line.order_items > 0 && line.order.is_empty() {
         let reason = "of which order they are has to be said: give order, too";
@@ -229,132 +168,5 @@ pub fn read_lying(
     Ok(Lying {
         heightmap_from_item,
         waits_at: read("items.waits_at", waits_at)?,
-    })
-}
-
-fn write_item(item: &SessionItem) -> v1::SessionItem {
-    let frame = |pose: &Option<Isometry3<f64>>| pose.as_ref().map(convert::pose::write);
-    let mut message = v1::SessionItem {
-        item_id: item.item_id.clone(),
-        arrival: item.arrival as u64,
-        object: item.object.clone(),
-        order_line: (item.order_line != v1::OrderLine::default())
-            .then(|| Box::new(item.order_line.clone())),
-        rules: write_rules(&item.rules),
-        shape: item.shape.to_bytes(),
-        heightmap_from_item: frame(&item.lying.heightmap_from_item),
-        waits_at: frame(&item.lying.waits_at).map(Box::new),
-        poses: match item.poses {
-            ..=1 => 0,
-            poses => number(poses),
-        },
-        allowed_poses: item
-            .allowed_poses
-            .iter()
-            .map(|pose| number(*pose))
-            .collect(),
-        inspection: item.inspection.clone(),
-        ..v1::SessionItem::default()
-    };
-    let state = match &item.state {
-        ItemState::Waiting => v1::ItemState::Waiting,
-        ItemState::Decided => v1::ItemState::Decided,
-        ItemState::Gone => v1::ItemState::Gone,
-        ItemState::Withdrawn => v1::ItemState::Withdrawn,
-        ItemState::Packed {
-            placement,
-            pose,
-            planned,
-            container_from_item,
-            cycle_s,
-            load,
-            container,
-            sequence,
-        } => {
-            let load = load.as_ref().map(convert::load::write);
-            message.load = load.map(Box::new);
-            message.container.clone_from(container);
-            message.container_sequence = *sequence;
-            message.pose = number(*pose);
-            message.cycle_s = cycle_s.unwrap_or_default();
-            message.placement = Some(convert::placement::write_resting(placement));
-            message.planned = Some(convert::pose::write(planned));
-            let pose = convert::pose::write(container_from_item.isometry());
-            message.container_from_item = Some(pose);
-            message.is_found = container_from_item.is_found();
-            v1::ItemState::Packed
-        }
-        ItemState::SetAside { reason, step } => {
-            message.set_aside = Some(reason.clone());
-            message.set_aside_step = *step;
-            v1::ItemState::SetAside
-        }
-    };
-    message.set_state(state);
-    message
-}
-
-fn read_item(message: &v1::SessionItem) -> Result<SessionItem, WireError> {
-    let state = match message.state() {
-        v1::ItemState::Waiting => ItemState::Waiting,
-        v1::ItemState::Decided => ItemState::Decided,
-        v1::ItemState::Withdrawn => ItemState::Withdrawn,
-        v1::ItemState::Packed => read_packed(message)?,
-        v1::ItemState::SetAside => read_set_aside(message)?,
-        v1::ItemState::Gone => ItemState::Gone,
-        v1::ItemState::Unspecified => return Err(is_newer("items.state")),
-    };
-    Ok(SessionItem {
-        item_id: message.item_id.clone(),
-        arrival: usize::try_from(message.arrival).unwrap_or(usize::MAX),
-        object: message.object.clone(),
-        shape: ItemId::from_bytes("items.shape", &message.shape)?,
-        rules: read_rules(message.rules.as_ref())?,
-        order_line: read_order_line(message.order_line.as_deref())?,
-        lying: read_lying(
-            message.heightmap_from_item.as_ref(),
-            message.waits_at.as_deref(),
-        )?,
-        poses: count(message.poses).max(1),
-        allowed_poses: message
-            .allowed_poses
-            .iter()
-            .map(|pose| count(*pose))
-            .collect(),
-        state,
-        inspection: message.inspection.clone(),
-    })
-}
-
-fn read_set_aside(message: &v1::SessionItem) -> Result<ItemState, WireError> {
-    let reason = message.set_aside.clone().ok_or(WireError::Missing {
-        field: "items.set_aside",
-    })?;
-    Ok(ItemState::SetAside {
-        reason,
-        step: message.set_aside_step,
-    })
-}
-
-fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
-    let placement = message.placement.as_ref().ok_or(WireError::Missing {
-        field: "items.placement",
-    })?;
-    let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
-    let container_from_item = pose("items.container_from_item", &message.container_from_item)?;
-    Ok(ItemState::Packed {
-        placement: convert::placement::read_resting(placement)?,
-        pose: count(message.pose),
-        planned: pose("items.planned", &message.planned)?,
-        container_from_item: KnownPose::new(container_from_item, message.is_found),
-        // No cycle takes no time.
-        cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
-        load: message
-            .load
-            .as_deref()
-            .map(convert::load::read)
-            .transpose()?,
-        container: message.container.clone(),
-        sequence: message.container_sequence,
     })
 }

@@ -3,10 +3,10 @@ use super::super::{End, Session, SessionError};
 use super::*;
 use ppnpack_wire::v1::{self, OutcomeKind};
 
-fn start(name: &str, sequence: u64, least_state_number: u64) -> Container {
-    Container {
+fn start(name: &str, sequence: u64, least_state_number: u64) -> v1::SessionContainer {
+    v1::SessionContainer {
         sequence,
-        ..Container::open(name.to_owned(), Vec::new(), least_state_number)
+        ..open_container(name.to_owned(), Vec::new(), least_state_number)
     }
 }
 
@@ -75,7 +75,7 @@ fn a_container_is_closed_and_opened_once_however_often_it_is_asked_for() {
     pack(&mut session, "a", "left", 11);
     close(&mut session, "left", 0).unwrap();
     assert!(lying_in(&session, "left").is_empty());
-    assert!(!session.container("left").unwrap().is_open());
+    assert!(!session.container("left").unwrap().is_open);
     let before = session.clone();
     close(&mut session, "left", 0).unwrap();
     assert_eq!(session, before);
@@ -162,7 +162,7 @@ fn a_session_outlives_its_containers_and_forgets_what_left_first() {
     session.announce(vec![announced("i11-99")]).unwrap();
     assert_eq!(session.buffer(10).count(), 0);
     session.announce(vec![announced("new")]).unwrap();
-    let arrival = usize::try_from(containers * items_each).unwrap();
+    let arrival = containers * items_each;
     assert_eq!(session.waiting("new").unwrap().arrival, arrival);
 }
 
@@ -191,12 +191,10 @@ fn a_container_that_is_to_be_renewed_says_by_which_request() {
     let mut session = over_two(&["a"]);
     let renewal = Some("renewal".to_owned());
     session.close(closing("left", 0), renewal.clone()).unwrap();
-    assert_eq!(
-        session.container("left").unwrap().renewal_id(),
-        renewal.as_deref()
-    );
+    let renewal_id = |session: &Session| session.container("left").unwrap().renewal_id.clone();
+    assert_eq!(Some(renewal_id(&session)), renewal);
     let message = session.to_message(1);
     assert_eq!(Session::from_message(message).unwrap(), session);
     session.open(start("left", 1, 12)).unwrap();
-    assert_eq!(session.container("left").unwrap().renewal_id(), None);
+    assert_eq!(renewal_id(&session), "");
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::closing::{Closing, ClosingRules, Fill};
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_protocol::session::Container;
+use ppnpack_protocol::session::open_container;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
 
@@ -24,7 +24,7 @@ impl CellPlanner {
         let start = request.start.as_ref();
         let start =
             start.ok_or_else(|| Refusal::invalid("start is missing: say which container"))?;
-        self.open_container(Container {
+        self.open_container(v1::SessionContainer {
             sequence: request.sequence,
             ..read_start(start)?
         })?;
@@ -35,17 +35,12 @@ impl CellPlanner {
     }
 
     /// Has the session go on with an empty container.
-    pub(super) fn open_container(&mut self, start: Container) -> Result<(), Refusal> {
-        let Container {
-            name,
-            sequence,
-            stand,
-            ..
-        } = start.clone();
+    pub(super) fn open_container(&mut self, start: v1::SessionContainer) -> Result<(), Refusal> {
+        let (container, sequence) = (start.container.clone(), start.sequence);
         self.change(|session| session.open(start))?;
-        tracing::info!(cell = %self.cell, container = name, sequence, ?stand, "an empty container stands there");
+        tracing::info!(cell = %self.cell, container, sequence, "an empty container stands there");
         self.automatic.go_on();
-        self.place_of(&name)?.changed(None);
+        self.place_of(&container)?.changed(None);
         Ok(())
     }
 
@@ -112,9 +107,9 @@ impl CellPlanner {
             return;
         }
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open());
+        let open = containers.filter(|container| container.is_open);
         let open: Vec<(String, u64)> = open
-            .map(|container| (container.name.clone(), container.sequence))
+            .map(|container| (container.container.clone(), container.sequence))
             .collect();
         for (name, sequence) in open {
             if let Err(refusal) = self.close_where_done(&name, sequence) {
@@ -162,8 +157,8 @@ impl CellPlanner {
     /// The open containers, that of which the greatest share is filled first; of equal ones in the order of the cell.
     pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open());
-        let names: Vec<String> = open.map(|container| container.name.clone()).collect();
+        let open = containers.filter(|container| container.is_open);
+        let names: Vec<String> = open.map(|container| container.container.clone()).collect();
         if names.len() < 2 {
             return names;
         }
@@ -218,8 +213,8 @@ fn is_within(size: &ContainerSize, other: &ContainerSize) -> bool {
 }
 
 /// A container that is opened, the first that stands there.
-pub(super) fn read_start(start: &v1::ContainerStart) -> Result<Container, Refusal> {
+pub(super) fn read_start(start: &v1::ContainerStart) -> Result<v1::SessionContainer, Refusal> {
     let keep_out = read_regions(&start.keep_out)?;
     let name = start.container.clone();
-    Ok(Container::open(name, keep_out, start.least_state_number))
+    Ok(open_container(name, keep_out, start.least_state_number))
 }

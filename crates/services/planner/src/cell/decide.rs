@@ -15,7 +15,6 @@ use super::prepare::{Prepared, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::step_plan::{Found, PlansContainers, write_ranked};
-use ppnpack_protocol::session::SessionItem;
 
 /// What planning a step led to.
 pub(crate) enum Decided {
@@ -38,7 +37,7 @@ impl CellPlanner {
         let (prepared, found, waited) = loop {
             let started = Instant::now();
             let buffer = self.session.buffer(self.settings.method.buffer);
-            let items: Vec<SessionItem> = buffer.cloned().collect();
+            let items: Vec<v1::SessionItem> = buffer.cloned().collect();
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
@@ -87,7 +86,7 @@ impl CellPlanner {
     /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the first to arrive. It
     /// is on disk when this returns. Says whether there was one: what rules keep out waits for another container.
     fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
-        let volume_m3 = |item: &&SessionItem| {
+        let volume_m3 = |item: &&v1::SessionItem| {
             let candidates = &prepared.plan.candidates;
             let held = candidates.get(poses_of(candidates, item).start);
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
@@ -191,7 +190,7 @@ impl CellPlanner {
         &mut self,
         prepared: &Prepared,
         found: &Found,
-        item: &SessionItem,
+        item: &v1::SessionItem,
     ) -> Option<v1::ItemReason> {
         let is_looked_at = !poses_of(&found.candidates, item).is_empty();
         if let Some(text) = prepared.barred(item, found.container, is_looked_at) {
@@ -219,7 +218,7 @@ impl CellPlanner {
     fn fits_without_regions(&mut self, container: &str, alone: &StepInput<'_>) -> bool {
         let known = self.session.container(container);
         let is_kept = known.is_ok_and(|container| !container.keep_out.is_empty());
-        let is_fragile = |item: &SessionItem| item.rules.is_fragile;
+        let is_fragile = |item: &v1::SessionItem| item.rules.is_some_and(|rules| rules.is_fragile);
         let has_regions = is_kept || self.session.packed_in(container).any(is_fragile);
         let plan = has_regions.then(|| self.plan_in(container, alone));
         plan.is_some_and(|plan| plan.is_ok_and(|plan| plan.choice().is_some()))

@@ -5,29 +5,30 @@ use ppnpack_wire::v1;
 /// The resting poses that an announcement can allow.
 pub(super) struct PossiblePoses {
     /// How many may be used.
-    pub(super) most: usize,
+    pub(super) most: u32,
     /// Why no more may be used.
     pub(super) because: &'static str,
     /// How many the item has.
-    pub(super) known: usize,
+    pub(super) known: u32,
 }
 
 impl PossiblePoses {
-    /// In how many poses an item may be packed at most, and the numbers of those in which alone, in order, where they are named.
-    pub(super) fn read(&self, item: &v1::Announcement) -> Result<(usize, Vec<usize>), String> {
+    /// In how many poses an item may be packed at most, 0 for one, and the numbers of those in which alone, in order, where they are
+    /// named.
+    pub(super) fn read(&self, item: &v1::Announcement) -> Result<(u32, Vec<u32>), String> {
         let Self {
             most,
             because,
             known,
-        } = self;
-        let count = |number: &u32| usize::try_from(*number).unwrap_or(usize::MAX);
-        let mut allowed: Vec<usize> = item.allowed_poses.iter().map(count).collect();
+        } = *self;
+        let mut allowed = item.allowed_poses.clone();
         allowed.sort_unstable();
         let Some(last) = allowed.last() else {
             // 0: as many as may be used.
-            return match count(&item.poses) {
-                0 => Ok((*most, allowed)),
-                poses if poses <= *most => Ok((poses, allowed)),
+            return match item.poses {
+                0 if most > 1 => Ok((most, allowed)),
+                0 | 1 => Ok((0, allowed)),
+                poses if poses <= most => Ok((poses, allowed)),
                 poses => Err(format!(
                     "poses: {poses} where {most} is possible: {because}"
                 )),
@@ -44,8 +45,8 @@ impl PossiblePoses {
             true => (most, format!(": {because}")),
             false => (known, " that it has".to_owned()),
         };
-        match last < end {
-            true => Ok((1, allowed)),
+        match *last < end {
+            true => Ok((0, allowed)),
             false => Err(format!(
                 "allowed_poses: {last} where {} is the last{why}",
                 end.saturating_sub(1)

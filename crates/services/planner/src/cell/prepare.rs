@@ -15,7 +15,8 @@ use super::footprint::footprint;
 use super::refusal::Refusal;
 use crate::scenes::Seen;
 use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
-use ppnpack_protocol::session::{ItemState, SessionError, SessionItem, message};
+use ppnpack_protocol::session::item::arrival;
+use ppnpack_protocol::session::{Packed, SessionError, message};
 
 /// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
 const ALL_PATIENCE: Duration = Duration::from_secs(1);
@@ -25,7 +26,7 @@ const SLICE: Duration = Duration::from_millis(100);
 
 /// What a step is planned on.
 pub(super) struct Prepared {
-    pub(super) items: Vec<SessionItem>,
+    pub(super) items: Vec<v1::SessionItem>,
     pub(super) plan: StepPlan,
     /// Of each container of the plan: its place among all that are open, by which orders know it, and what was seen in it, without
     /// anything blocked.
@@ -46,13 +47,13 @@ impl Prepared {
     /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.
     pub(super) fn barred(
         &self,
-        item: &SessionItem,
+        item: &v1::SessionItem,
         container: usize,
         gives_way: bool,
     ) -> Option<String> {
         let (at, _) = self.seen.get(container)?;
         let name = &self.plan.containers.get(container)?.name;
-        let bar = self.orders.as_ref()?.bar(*at, item.arrival)?;
+        let bar = self.orders.as_ref()?.bar(*at, arrival(item))?;
         let told = match name.as_str() {
             "" => bar.to_string(),
             name => format!("container {name}: {bar}"),
@@ -93,8 +94,8 @@ fn attempts(
 }
 
 /// The candidates of an item, in the order of its poses.
-pub(super) fn poses_of(candidates: &[Candidate], item: &SessionItem) -> Range<usize> {
-    let is_of = |held: &&Candidate| held.arrival == item.arrival;
+pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Range<usize> {
+    let is_of = |held: &&Candidate| held.arrival == arrival(item);
     let before = candidates.iter().take_while(|held| !is_of(held));
     let first = before.count();
     let poses = candidates.iter().skip(first).take_while(is_of);
@@ -108,7 +109,7 @@ impl CellPlanner {
     /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none can be planned on.
     pub(super) fn prepare(
         &mut self,
-        items: Vec<SessionItem>,
+        items: Vec<v1::SessionItem>,
         alternatives: usize,
         deadline: Instant,
     ) -> Result<Prepared, Refusal> {
@@ -128,7 +129,7 @@ impl CellPlanner {
         let named = items.iter().map(|item| v1::RecordedItem {
             item_id: item.item_id.clone(),
             object: item.object.clone(),
-            arrival: item.arrival as u64,
+            arrival: item.arrival,
         });
         Ok(Prepared {
             plan: StepPlan {
@@ -246,25 +247,19 @@ impl CellPlanner {
     fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
         let mut regions = message::read_regions(&self.session.container(name)?.keep_out);
         let packed = self.session.packed_in(name);
-        let fragile: Vec<SessionItem> = packed
-            .filter(|item| item.rules.is_fragile)
+        let fragile: Vec<v1::SessionItem> = packed
+            .filter(|item| item.rules.is_some_and(|rules| rules.is_fragile))
             .cloned()
             .collect();
         let grid = self.place_of(name)?.planning.grid().clone();
         for item in &fragile {
-            if let ItemState::Packed {
-                placement,
-                pose,
-                planned,
-                container_from_item,
-                ..
-            } = &item.state
-            {
-                let shape = self.heightmaps(item, *pose)?;
-                let moved = container_from_item.isometry() * planned.inverse();
-                if let Some(view) = shape.views().get(placement.placement.yaw) {
-                    regions.push(footprint(placement, view, &grid, &moved));
-                }
+            let Some(packed) = Packed::read(item)? else {
+                continue;
+            };
+            let shape = self.heightmaps(item, packed.pose)?;
+            let moved = packed.container_from_item.isometry() * packed.planned.inverse();
+            if let Some(view) = shape.views().get(packed.placement.placement.yaw) {
+                regions.push(footprint(&packed.placement, view, &grid, &moved));
             }
         }
         if regions.is_empty() {

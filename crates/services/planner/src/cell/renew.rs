@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_protocol::session::Container;
+use ppnpack_protocol::session::open_container;
 use ppnpack_service::process::thread;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1;
@@ -25,17 +25,18 @@ impl CellPlanner {
     }
 
     /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
-    fn to_be_renewed(&self) -> impl Iterator<Item = (&Container, &str)> {
+    fn to_be_renewed(&self) -> impl Iterator<Item = (&v1::SessionContainer, &str)> {
         let containers = self.session.containers().iter();
         let containers = containers.filter(|_| !self.session.has_failed());
-        containers.filter_map(|container| Some((container, container.renewal_id()?)))
+        let renewing = containers.filter(|container| !container.renewal_id.is_empty());
+        renewing.map(|container| (container, container.renewal_id.as_str()))
     }
 
     /// When a container is asked for next.
     pub(super) fn next_renewal(&self) -> Option<Instant> {
         // A last item that is still inspected is looked for where it lies.
         let due = self.to_be_renewed();
-        let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.name));
+        let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.container));
         let due = due.map(|(_, id)| {
             let again_at = self.renewals.get(id).copied();
             again_at.unwrap_or_else(Instant::now)
@@ -47,7 +48,7 @@ impl CellPlanner {
     pub(super) fn renew_closed(&mut self) {
         let now = Instant::now();
         let wanted = self.to_be_renewed();
-        let wanted = wanted.map(|(container, id)| (container.name.clone(), id.to_owned()));
+        let wanted = wanted.map(|(container, id)| (container.container.clone(), id.to_owned()));
         let wanted: Vec<(String, String)> = wanted.collect();
         self.renewals
             .retain(|id, _| wanted.iter().any(|(_, wanted)| wanted == id));
@@ -108,17 +109,22 @@ impl CellPlanner {
         };
         if let Err(reason) = opened {
             tracing::warn!(
-                cell = %self.cell, container = closed.name, reason, "there is no empty container yet"
+                cell = %self.cell, container = closed.container, reason, "there is no empty container yet"
             );
             let again_at = Instant::now() + PAUSE;
             self.renewals.insert(id.to_owned(), again_at);
         }
     }
 
-    fn open_renewed(&mut self, closed: &Container, state_number: u64) -> Result<(), String> {
-        let start = Container {
+    fn open_renewed(
+        &mut self,
+        closed: &v1::SessionContainer,
+        state_number: u64,
+    ) -> Result<(), String> {
+        let (name, keep_out) = (closed.container.clone(), closed.keep_out.clone());
+        let start = v1::SessionContainer {
             sequence: closed.sequence,
-            ..Container::open(closed.name.clone(), closed.keep_out.clone(), state_number)
+            ..open_container(name, keep_out, state_number)
         };
         self.open_container(start)
             .map_err(|refusal| refusal.message)

@@ -132,7 +132,7 @@ impl Store {
         // Nothing is forgotten where nothing is added.
         let used = match shapes {
             [] => BTreeSet::new(),
-            _ => items.map(|item| item.shape.to_bytes()).collect(),
+            _ => items.map(|item| item.shape.clone()).collect(),
         };
         let change = Change::Add {
             shapes,
