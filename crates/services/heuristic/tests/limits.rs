@@ -9,9 +9,9 @@ use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::search::SearchSettings;
-use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::{OneWorker, Process};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Service};
@@ -24,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// A running heuristic service, and who asks it.
 struct Rig {
     client: Client,
-    _service: ppnpack_heuristic::Heuristic,
+    _service: OneWorker,
     _process: Process,
     _hub: Hub,
 }

@@ -6,21 +6,15 @@
 mod settings;
 mod worker;
 
-use std::thread::JoinHandle;
-use std::time::Instant;
-
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
-use ppnpack_service::Running;
-use ppnpack_service::actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::Listener;
-use ppnpack_service::{HealthLatch, ServiceError, alive, join};
+use ppnpack_service::{OneWorker, ServiceError};
 use ppnpack_wire::keys::Service;
 
 pub use settings::{Device, Settings};
@@ -73,14 +67,6 @@ pub enum StartError {
     Network(#[source] StageError),
 }
 
-/// The running service.
-pub struct PpnService {
-    alive: alive::Token,
-    listener: Listener,
-    _ready: HealthLatch,
-    thread: JoinHandle<()>,
-}
-
 /// Starts the service; it is ready when the network has run on the reference grid.
 ///
 /// # Errors
@@ -89,29 +75,12 @@ pub fn start(
     process: &Process,
     settings: &Settings,
     network: Box<dyn Network>,
-) -> Result<PpnService, StartError> {
+) -> Result<OneWorker, StartError> {
     let ready = process.health().check("network");
-    let (address, mailbox) = actor::mailbox(settings.queue.max(1));
     let planners = Alive::watch(process.session(), Service::Planner)?;
     process.set_model(Some(network.model().to_owned()));
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let thread = actor::spawn(process, "network", worker, mailbox)?;
-    let listener = address.listen(process, None, |incoming| incoming)?;
-    let alive = alive::announce(process, None)?;
-    ready.pass();
-    Ok(PpnService {
-        alive,
-        listener,
-        _ready: ready,
-        thread,
-    })
-}
-
-impl Running for PpnService {
-    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        // Without a listener nobody has the address: the thread ends when the mailbox is empty.
-        drop((self.alive, self.listener));
-        join(vec![self.thread], deadline)
-    }
+    let started = OneWorker::start(process, "network", ready, settings.queue, worker);
+    Ok(started?)
 }

@@ -13,10 +13,10 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::step::StageError;
-use ppnpack_ppn_service::{Network, PpnService, ScoredItems, ScoredStep, Scorer, Settings};
-use ppnpack_service::Process;
+use ppnpack_ppn_service::{Network, ScoredItems, ScoredStep, Scorer, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::{OneWorker, Process};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Service};
@@ -53,7 +53,7 @@ impl Scorer for Idle {
 struct Rig {
     network: Idle,
     client: Client,
-    _service: PpnService,
+    _service: OneWorker,
     _process: Process,
     _hub: Hub,
 }
