@@ -338,7 +338,7 @@ fn the_journal_of_another_version_is_refused_and_left_as_it_is() {
 fn what_is_written_is_encoded_as_this_version_does() {
     let mut ledger = Ledger::beginning_at(77);
     ledger.apply(ledger.accept(placement("p1", 77)));
-    let end = ledger.end_placement(placed(), vec![body("a")]).clone();
+    let end = ledger.end_placement(placed(), vec![body("a")]);
     ledger.apply(end);
     ledger.apply(ledger.begin_renewal("r1".to_owned()));
     ledger.apply(ledger.hold("a door is open"));
@@ -350,4 +350,11 @@ fn what_is_written_is_encoded_as_this_version_does() {
     assert_eq!(hex, ENCODED);
 }
 
-const ENCODED: &str = "";
+/// A head, a placement that was carried out, and a renewal under way.
+const ENCODED: &str = "\
+    4e4d010e6120646f6f72206973206f70656e0301016103626f78010000000000000000000000000000000000\
+    00000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100027031\
+    076974656d2d703103626f78000000000000000000000000000000000000000000000000000000000000f03f\
+    9a9999999999b93f9a9999999999c93f333333333333d33f4d01000001010000000000000000000000000000\
+    00000000000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100\
+    0000000000000000000000000000004e0102723100";
