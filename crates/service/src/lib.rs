@@ -42,7 +42,7 @@
 //! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
 //! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
 //!
-//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes,
+//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes; [`OneWorker`]: a service of one,
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
@@ -72,6 +72,7 @@ mod http;
 pub mod lease;
 mod logs;
 pub mod metrics;
+mod one_worker;
 mod payload;
 pub mod process;
 pub mod rpc;
@@ -89,6 +90,7 @@ pub use admin::ask_ready;
 pub use configuration::ServiceSettings;
 pub use error::ServiceError;
 pub use health::{Health, HealthLatch};
+pub use one_worker::OneWorker;
 pub use process::Process;
 pub use run::{Running, join, main};
 pub use shutdown::Shutdown;

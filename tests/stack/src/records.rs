@@ -13,7 +13,7 @@ use redb::{Database, ReadableDatabase, TableDefinition};
 use crate::soak::Container;
 
 /// In the journal, per cell and number: its records.
-const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
+const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-2");
 
 /// The number of the first record.
 const FIRST: u64 = 1;
