@@ -50,7 +50,7 @@
 //! - [`health`]: say what it needs, and whether it has it; [`survey`]: what all say,
 //! - [`supervision`]: end where a thread is dead,
 //! - [`database`]: keep what it knows in a file,
-//! - [`clock`]: the time of day, as messages tell it,
+//! - [`clock`]: the time of day, as messages tell it; [`sync`]: locks,
 //! - [`metrics`] of what happens, to be counted,
 //!
 //! [`embedded`] runs several services in one process.
@@ -83,7 +83,7 @@ pub mod shutdown;
 pub mod stream;
 pub mod supervision;
 pub mod survey;
-mod sync;
+pub mod sync;
 mod telemetry;
 
 pub use admin::ask_ready;

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
+use crate::cell::CellClient;
+use crate::stack::Options;
 use ppnpack_service::rpc::CallError;
-use ppnpack_stack_tests::Options;
-use ppnpack_stack_tests::cell::CellClient;
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, ItemState, Status};
@@ -55,6 +55,17 @@ pub(crate) const OBJECTS: [&str; 40] = [
     "glue_bottle",
     "potato",
 ];
+
+/// A stack with these settings.
+pub(crate) fn with(settings: &[(Service, &str)]) -> Options {
+    let settings = settings
+        .iter()
+        .map(|(of, setting)| (*of, (*setting).to_owned()));
+    Options {
+        settings: settings.collect(),
+        ..Options::default()
+    }
+}
 
 /// A robot that takes a moment for each placement, so that processes can be killed meanwhile.
 pub(crate) fn slow_robot(mut options: Options) -> Options {

@@ -7,12 +7,13 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
-use crate::common::{
+use crate::cell::CellClient;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{
     self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, assert_serves_again, finish,
     slow_robot,
 };
-use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::{Options, Signal, Stack};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
@@ -233,20 +234,19 @@ fn a_stopped_perception_delays_plans_and_none_is_made_on_an_old_heightmap() {
 
 #[test]
 fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_meanwhile() {
-    let settings = [
+    let options = common::with(&[
         (Service::Bridge, "service.cells.cell-1.is_stateless=true"),
         (Service::Bridge, "service.cloud_rate_hz=20"),
-    ];
-    let settings = settings.map(|(service, setting)| (service, setting.to_owned()));
-    let mut stack = Stack::start(&Options {
-        settings: settings.to_vec(),
-        ..Options::default()
-    })
-    .unwrap();
+    ]);
+    let mut stack = Stack::start(&options).unwrap();
     let cell = stack.cell(0).unwrap();
     cell.begin("queued", &["toy_brick"; 20], false).unwrap();
     let is_noticed = "clouds that are held up are noticed from now on";
-    stack.wait_logged("perception-1", is_noticed).unwrap();
+    let until = Instant::now() + Duration::from_secs(60);
+    while !stack.log("perception-1").unwrap().contains(is_noticed) {
+        assert!(Instant::now() < until, "not noticed");
+        std::thread::sleep(Duration::from_millis(10));
+    }
     let mut poses = BTreeSet::new();
     for _ in 0..4 {
         let decision = cell.plan().unwrap().unwrap();
@@ -339,7 +339,7 @@ fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
     cell.begin("damaged", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
     stack.signal("planner-1", Signal::Terminate).unwrap();
-    let sessions = stack.folder().join("sessions.cells");
+    let sessions = stack.folder.path().join("sessions.cells");
     std::fs::write(sessions.join("cell-1.redb"), vec![0x5a; 20_000]).unwrap();
     stack.restart("planner-1").unwrap();
     let ended = Instant::now();
@@ -378,11 +378,7 @@ fn every_service_ends_cleanly_when_asked_to() {
 fn a_network_that_hangs_or_is_away_costs_time_once_and_the_search_is_exhaustive() {
     let options = Options {
         has_network: true,
-        settings: vec![(
-            Service::Planner,
-            "service.cells.cell-1.propose_limit_s=0.2".to_owned(),
-        )],
-        ..Options::default()
+        ..common::with(&[(Service::Planner, "service.cells.cell-1.propose_limit_s=0.2")])
     };
     let mut stack = Stack::start(&options).unwrap();
     let cell = stack.cell(0).unwrap();

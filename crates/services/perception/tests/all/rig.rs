@@ -4,17 +4,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_perception_service::{Objects, Perception, Settings, TraySettings};
+use ppnpack_perception_service::{Fate, Objects, Perception, Settings, TraySettings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::{Region, SegmentationSettings};
 use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::keys::{Cell, Key, Service, Stream};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
@@ -68,43 +70,76 @@ pub(crate) fn settings() -> Settings {
     }
 }
 
-/// The service, a camera that waits where the network is busy, and somebody who asks.
+/// A sensor that waits where the network is busy: what these tests publish arrives.
+pub(crate) struct Sensor(zenoh::pubsub::Publisher<'static>);
+
+impl Sensor {
+    pub(crate) fn new(process: &Process, cell: &Cell, stream: Stream) -> Self {
+        let key = Key::Stream(cell.clone(), stream).to_string();
+        let publisher = process
+            .session()
+            .declare_publisher(key)
+            .congestion_control(CongestionControl::Block)
+            .wait();
+        Self(publisher.unwrap())
+    }
+
+    pub(crate) fn put(&self, cloud: &v1::PointCloud) {
+        self.0.put(cloud.encode_to_vec()).wait().unwrap();
+    }
+}
+
+/// The service, a sensor of a cell, and somebody who asks.
 pub(crate) struct Rig {
     pub(crate) perception: Perception,
-    clouds: zenoh::pubsub::Publisher<'static>,
+    pub(crate) sensor: Process,
+    pub(crate) clouds: Sensor,
     pub(crate) client: Client,
     _hub: Hub,
 }
 
 impl Rig {
-    /// With a camera that publishes this stream.
+    /// With things to recognise, and a camera that publishes this stream.
     pub(crate) fn new(stream: Stream) -> Self {
         Self::recognising(stream, |_| Objects::of(library()))
     }
 
     /// The same with objects that may come later.
     pub(crate) fn recognising(stream: Stream, objects: impl FnOnce(&Process) -> Objects) -> Self {
+        Self::with(&settings(), stream, |process| Some(objects(process)))
+    }
+
+    /// With these settings.
+    pub(crate) fn with(
+        settings: &Settings,
+        stream: Stream,
+        objects: impl FnOnce(&Process) -> Option<Objects>,
+    ) -> Self {
         let hub = embedded::hub().unwrap();
         let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         let objects = objects(&process);
         let perception =
-            ppnpack_perception_service::start(&process, &settings(), Some(&objects)).unwrap();
+            ppnpack_perception_service::start(&process, settings, objects.as_ref()).unwrap();
         let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
-        let clouds = sensor
-            .session()
-            .declare_publisher(Key::Stream(cell(), stream).to_string())
-            .congestion_control(CongestionControl::Block)
-            .wait();
         Self {
             perception,
-            clouds: clouds.unwrap(),
+            clouds: Sensor::new(&sensor, &cell(), stream),
             client: Client::new(sensor.session()),
+            sensor,
             _hub: hub,
         }
     }
 
-    pub(crate) fn put(&self, cloud: &v1::PointCloud) {
-        self.clouds.put(cloud.encode_to_vec()).wait().unwrap();
+    /// Waits until a cloud had a fate once more than before it was sent.
+    pub(crate) fn send_refused(&self, cloud: &v1::PointCloud, fate: Fate) {
+        let before = self.perception.clouds(fate);
+        self.clouds.put(cloud);
+        let until = Instant::now() + PATIENCE;
+        while self.perception.clouds(fate) == before {
+            assert!(Instant::now() < until, "it is not counted as {fate:?}");
+            std::thread::yield_now();
+        }
+        assert_eq!(self.perception.clouds(fate), before + 1);
     }
 
     pub(crate) fn ask<R: Request>(
@@ -144,12 +179,38 @@ impl Rig {
         loop {
             assert!(Instant::now() < until, "no cloud arrives");
             cloud.sequence += 1;
-            self.put(&cloud);
+            self.clouds.put(&cloud);
             if let Ok(reply) = self.ask(request.clone(), Duration::from_secs(2)) {
                 return reply;
             }
         }
     }
+}
+
+/// What a camera that looks down from a place sees of meshes at these poses.
+pub(crate) fn seen_from(
+    eye_m: Point3<f64>,
+    focal_px: f64,
+    meshes: &[(Mesh, Isometry3<f64>)],
+    [sequence, state_number]: [u64; 2],
+) -> v1::PointCloud {
+    let bodies = meshes.iter().map(|(mesh, pose)| Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body: *pose,
+    });
+    let bodies: Vec<Body<'_>> = bodies.collect();
+    let intrinsics = Intrinsics::centred(640, 480, focal_px).unwrap();
+    let camera = DepthCamera::looking_down(intrinsics, eye_m);
+    let view = camera.see(&bodies).unwrap();
+    let points = view.noisy_points(&NoiseModel::default(), sequence + state_number);
+    let capture = Capture {
+        sequence,
+        captured_at_ns: 1_700_000_000_000_000_000,
+        state_number,
+        container_from_sensor: camera.world_from_camera,
+    };
+    cloud::write(&capture, points.unwrap().points_m())
 }
 
 /// The status of a request that is refused, and why.

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-use crate::common::{OBJECTS, assert_consistent, assert_serves_again, not_placed};
-use ppnpack_stack_tests::disk::Disk;
-use ppnpack_stack_tests::{Options, Stack};
+use crate::disk::Disk;
+use crate::stack::Stack;
+use crate::tests::common::{self, OBJECTS, assert_consistent, assert_serves_again, not_placed};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, Status};
 
@@ -19,15 +19,11 @@ const FILES: [&str; 3] = ["sessions.redb", "bridge.redb", "sessions.cells/cell-1
 /// A stack whose planner and bridge write to this folder.
 fn stack(folder: &Path) -> Stack {
     let [sessions, journal, _] = FILES.map(|name| folder.join(name).display().to_string());
-    let settings = vec![
-        (Service::Planner, format!("service.store={sessions}")),
-        (Service::Bridge, format!("service.journal={journal}")),
-    ];
-    Stack::start(&Options {
-        settings,
-        ..Options::default()
-    })
-    .unwrap()
+    let options = common::with(&[
+        (Service::Planner, &format!("service.store={sessions}")),
+        (Service::Bridge, &format!("service.journal={journal}")),
+    ]);
+    Stack::start(&options).unwrap()
 }
 
 /// Lets nobody write to the files of a folder, or everybody again; false where that is not possible here.
@@ -92,12 +88,13 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
 #[test]
 fn a_full_disk_keeps_nothing_from_being_true() {
     let folder = tempfile::tempdir().unwrap();
-    let Some(disk) = Disk::mount(&folder.path().join("disk"), 8).unwrap() else {
+    let at = folder.path().join("disk");
+    let Some(disk) = Disk::mount(&at, 8).unwrap() else {
         eprintln!("skipped: mounting a file system needs root");
         return;
     };
     survives(
-        disk.folder(),
+        &at,
         "a full disk",
         || disk.fill().unwrap(),
         || disk.free().unwrap(),

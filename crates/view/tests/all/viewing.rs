@@ -1,10 +1,4 @@
 //! Viewers of Foxglove's protocol: what they see, that nothing is read without one, and that one that does not read holds nobody up.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpStream};

@@ -4,18 +4,16 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception_service::Objects;
 use ppnpack_recognition::library::Library;
-use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
-use crate::rig::{PATIENCE, Rig, known, library, refusal};
+use crate::rig::{PATIENCE, Rig, known, library, refusal, seen_from};
 
 /// The empty reference container: its floor and its walls.
 fn container() -> Vec<Mesh> {
@@ -34,31 +32,11 @@ fn container() -> Vec<Mesh> {
 
 /// What a camera above the container sees in a state of the cell.
 fn cloud_of(item: Option<&Isometry3<f64>>, state_number: u64) -> v1::PointCloud {
-    let (container, slab) = (container(), known());
-    let mut bodies: Vec<Body<'_>> = container
-        .iter()
-        .map(|mesh| Body {
-            vertices: &mesh.vertices,
-            triangles: &mesh.triangles,
-            world_from_body: Isometry3::identity(),
-        })
-        .collect();
-    bodies.extend(item.map(|pose| Body {
-        vertices: &slab.vertices,
-        triangles: &slab.triangles,
-        world_from_body: *pose,
-    }));
-    let eye = Point3::new(0.16, 0.16, 1.1);
-    let camera = DepthCamera::looking_down(Intrinsics::centred(640, 480, 900.0).unwrap(), eye);
-    let view = camera.see(&bodies).unwrap();
-    let points = view.noisy_points(&NoiseModel::default(), state_number);
-    let capture = Capture {
-        sequence: 0,
-        captured_at_ns: 1_700_000_000_000_000_000,
-        state_number,
-        container_from_sensor: camera.world_from_camera,
-    };
-    cloud::write(&capture, points.unwrap().points_m())
+    let walls = container().into_iter();
+    let mut meshes: Vec<_> = walls.map(|mesh| (mesh, Isometry3::identity())).collect();
+    meshes.extend(item.map(|pose| (known(), *pose)));
+    let eye_m = Point3::new(0.16, 0.16, 1.1);
+    seen_from(eye_m, 900.0, &meshes, [0, state_number])
 }
 
 /// Asks for the slab in a container that was empty before.

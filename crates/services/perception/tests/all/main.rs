@@ -1,4 +1,4 @@
-//! Items that are recognised on trays, and found again after they were placed, over real sessions.
+//! The perception service over real sessions: heightmaps, items that are recognised on trays and found again after they were placed.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -9,4 +9,5 @@
 
 mod inspecting;
 mod rig;
+mod serving;
 mod trays;

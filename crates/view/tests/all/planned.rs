@@ -1,9 +1,4 @@
 //! Recorded steps as scenes: the arm that carries out what was decided, and that a step without one is drawn as well.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::sync::Arc;
 

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use ppnpack_stack_tests::beside;
+use crate::process::beside;
 
 const SERVICES: [&str; 7] = [
     "bridge",

@@ -2,17 +2,20 @@
 
 use std::time::{Duration, Instant};
 
-use crate::common::{self, OBJECTS, assert_consistent, count};
-use ppnpack_stack_tests::{Options, Signal, Stack};
-use ppnpack_wire::keys::Service;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{self, OBJECTS, assert_consistent, count};
+use ppnpack_service::rpc::Client;
+use ppnpack_wire::keys::{Instance, Service};
 use ppnpack_wire::v1::{self, ItemState, Status};
 
 /// Waits until an instance says that this other one serves the cell.
 fn wait_until_it_waits(stack: &Stack, service: Service, name: &str, other: &str) {
     let until = Instant::now() + Duration::from_secs(20);
+    let (client, instance) = (Client::new(stack.session()), Instance::new(name).unwrap());
     let says = format!("another {service}, instance {other}, serves cell cell-1");
     loop {
-        let health = stack.health(service, name).unwrap();
+        let health = client.health(service, &instance, until).unwrap();
         let mut checks = health.checks.iter();
         if checks.any(|check| check.message.contains(&says)) {
             assert!(!health.is_ready);

@@ -4,10 +4,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
-use crate::common::{self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, wait_for};
-use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::records::{self, Files};
-use ppnpack_stack_tests::{Options, Signal, Stack};
+use crate::cell::CellClient;
+use crate::process::Signal;
+use crate::records::{self, Files};
+use crate::stack::Stack;
+use crate::tests::common::{
+    self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, wait_for,
+};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, SessionEnd, Status};
 
@@ -15,20 +18,26 @@ const CONTAINERS: [&str; 2] = ["left", "right"];
 
 /// A stack of one cell whose robot serves two containers, and of which each is closed as soon as it is a little full.
 fn stack() -> Stack {
-    let planner = |setting: &str| (Service::Planner, format!("service.cells.cell-1.{setting}"));
-    let bridge = |setting: &str| (Service::Bridge, format!("service.{setting}"));
     let cell = "{place_duration_s=0.1}";
-    let settings = vec![
-        planner("containers={left={},right={}}"),
-        planner("closing={renews=true,fill_percent=5.0}"),
-        bridge(&format!("cells={{left={cell},right={cell}}}")),
-        bridge("robots={cell-1=[\"left\",\"right\"]}"),
-    ];
-    Stack::start(&Options {
-        settings,
-        ..Options::default()
-    })
-    .unwrap()
+    let options = common::with(&[
+        (
+            Service::Planner,
+            "service.cells.cell-1.containers={left={},right={}}",
+        ),
+        (
+            Service::Planner,
+            "service.cells.cell-1.closing={renews=true,fill_percent=5.0}",
+        ),
+        (
+            Service::Bridge,
+            &format!("service.cells={{left={cell},right={cell}}}"),
+        ),
+        (
+            Service::Bridge,
+            "service.robots={cell-1=[\"left\",\"right\"]}",
+        ),
+    ]);
+    Stack::start(&options).unwrap()
 }
 
 fn begin(cell: &CellClient, objects: &[&str], is_automatic: bool) {
@@ -116,7 +125,7 @@ fn two_containers_are_packed_and_renewed_while_processes_are_killed() {
     for name in ["planner-1", "bridge-1"] {
         stack.signal(name, Signal::Terminate).unwrap();
     }
-    let files = Files::in_folder(stack.folder());
+    let files = Files::in_folder(stack.folder.path());
     assert_eq!(by_journal(&files), by_session(&session));
 }
 

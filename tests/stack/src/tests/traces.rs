@@ -5,11 +5,11 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use crate::common::OBJECTS;
+use crate::stack::Stack;
+use crate::tests::common::{self, OBJECTS};
 use opentelemetry_proto::tonic::collector::trace::v1::ExportTraceServiceRequest;
 use opentelemetry_proto::tonic::common::v1::any_value::Value;
 use opentelemetry_proto::tonic::trace::v1::Span;
-use ppnpack_stack_tests::{Options, Stack};
 use ppnpack_wire::keys::Service;
 use prost::Message;
 
@@ -17,6 +17,7 @@ use prost::Message;
 const LIMIT: Duration = Duration::from_secs(30);
 
 /// A span, and the service that sent it.
+#[derive(Debug)]
 struct Sent {
     service: String,
     span: Span,
@@ -87,68 +88,32 @@ fn find<'a>(spans: &'a [Sent], service: &str, name: &str, parent: &[u8]) -> Opti
         .find(|span| parent.is_empty() || span.parent_span_id == parent)
 }
 
-/// What came, for the message of a failure.
-fn tell(spans: &[Sent]) -> String {
-    let hex = |id: &[u8]| {
-        id.iter()
-            .map(|byte| format!("{byte:02x}"))
-            .collect::<String>()
-    };
-    let line = |Sent { service, span }: &Sent| {
-        let Span {
-            name,
-            trace_id,
-            span_id,
-            parent_span_id,
-            ..
-        } = span;
-        format!(
-            "{service} {name}: trace {}, span {}, in {}",
-            hex(trace_id),
-            hex(span_id),
-            hex(parent_span_id)
-        )
-    };
-    spans.iter().map(line).collect::<Vec<_>>().join("\n")
-}
-
 /// The span of the heuristic service within that of the planner's plan, where all came.
 fn trace(spans: &[Sent]) -> Option<(&Span, &Span)> {
     let plan = find(spans, "ppnpack-planner", "planner/plan", &[])?;
-    let call = spans.iter().map(|sent| &sent.span).find(|span| {
-        span.name == "heuristic/evaluate"
-            && span.trace_id == plan.trace_id
-            && find(
+    let answer_to = |call: &Span| {
+        let is_part = call.name == "heuristic/evaluate" && call.trace_id == plan.trace_id;
+        let answer = || {
+            find(
                 spans,
                 "ppnpack-heuristic",
                 "heuristic/evaluate",
-                &span.span_id,
+                &call.span_id,
             )
-            .is_some()
-    })?;
-    let answer = find(
-        spans,
-        "ppnpack-heuristic",
-        "heuristic/evaluate",
-        &call.span_id,
-    )?;
+        };
+        is_part.then(answer).flatten()
+    };
+    let answer = spans.iter().find_map(|sent| answer_to(&sent.span))?;
     Some((plan, answer))
 }
 
 #[test]
 fn one_trace_spans_the_planner_and_the_services_that_it_asks() {
     let (address, spans) = collector();
-    let settings = [Service::Planner, Service::Heuristic].map(|service| {
-        [
-            (service, format!("telemetry.otlp={address}")),
-            (service, "telemetry.sampled_share=1.0".to_owned()),
-        ]
-    });
-    let stack = Stack::start(&Options {
-        settings: settings.into_iter().flatten().collect(),
-        ..Options::default()
-    })
-    .unwrap();
+    let otlp = format!("telemetry.otlp={address}");
+    let settings = [Service::Planner, Service::Heuristic]
+        .map(|of| [(of, otlp.as_str()), (of, "telemetry.sampled_share=1.0")]);
+    let stack = Stack::start(&common::with(settings.as_flattened())).unwrap();
     let cell = stack.cell(0).unwrap();
     cell.begin("traced", &OBJECTS, false).unwrap();
     cell.plan().unwrap().unwrap();
@@ -161,7 +126,7 @@ fn one_trace_spans_the_planner_and_the_services_that_it_asks() {
         }
         let left = until.saturating_duration_since(Instant::now());
         let next = spans.recv_timeout(left);
-        came.push(next.unwrap_or_else(|_| panic!("the trace is not whole: {}", tell(&came))));
+        came.push(next.unwrap_or_else(|_| panic!("the trace is not whole: {came:?}")));
     };
     assert_eq!(plan.trace_id, answer.trace_id);
     assert!(plan.start_time_unix_nano <= answer.start_time_unix_nano);

@@ -5,9 +5,12 @@ use std::process::{Command, Output};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::common::{OBJECTS, assert_consistent, count, not_placed, slow_robot, wait_for};
-use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::{Options, Signal, Stack, beside};
+use crate::cell::CellClient;
+use crate::process::{Signal, beside};
+use crate::stack::{Options, Stack};
+use crate::tests::common::{
+    self, OBJECTS, assert_consistent, count, not_placed, slow_robot, wait_for,
+};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd, Status};
 
@@ -91,11 +94,7 @@ fn a_held_cell_stands_still_and_goes_on_by_itself_when_it_is_resumed() {
 fn a_decision_that_nobody_carried_out_in_time_is_planned_anew() {
     let limit = Duration::from_millis(500);
     let setting = format!("service.decision_age_limit_s={:?}", limit.as_secs_f64());
-    let stack = Stack::start(&Options {
-        settings: vec![(Service::Bridge, setting)],
-        ..Options::default()
-    })
-    .unwrap();
+    let stack = Stack::start(&common::with(&[(Service::Bridge, &setting)])).unwrap();
     let cell = stack.cell(0).unwrap();
     cell.begin("late", &OBJECTS, false).unwrap();
     let decision = cell.plan().unwrap().unwrap();
@@ -154,7 +153,7 @@ fn a_placement_that_is_lost_with_the_journal_is_unknown_and_not_made_again() {
     stack.signal("planner-1", Signal::Kill).unwrap();
     let pending = cell.state().unwrap().executing_placement_id;
     stack.signal("bridge-1", Signal::Kill).unwrap();
-    std::fs::remove_file(stack.folder().join("bridge.redb")).unwrap();
+    std::fs::remove_file(stack.folder.path().join("bridge.redb")).unwrap();
     stack.restart("bridge-1").unwrap();
     stack.restart("planner-1").unwrap();
 
@@ -183,7 +182,7 @@ fn restored_backups_are_held_and_nothing_old_is_carried_out() {
     let old = cell.plan().unwrap().unwrap();
     let programs = ["bridge-1", "planner-1"];
     let files = ["bridge.redb", "sessions.redb", "sessions.cells/cell-1.redb"];
-    let files = files.map(|file| stack.folder().join(file));
+    let files = files.map(|file| stack.folder.path().join(file));
     let backups = files.clone().map(|file| file.with_extension("backup"));
     for name in programs {
         stack.signal(name, Signal::Kill).unwrap();

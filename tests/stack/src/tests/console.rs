@@ -2,9 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use crate::common::{self, OBJECTS, count, slow_robot};
-use ppnpack_stack_tests::http::Watch;
-use ppnpack_stack_tests::{Options, Signal, Stack};
+use crate::http::Watch;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{self, OBJECTS, count, slow_robot};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::ItemState;
 use serde_json::{Value, json};
@@ -38,13 +39,8 @@ fn kinds(watch: &Watch) -> Vec<&str> {
 
 #[test]
 fn a_packing_is_shown_and_a_planner_that_is_killed_is_missed_until_it_is_back() {
-    let options = Options {
-        settings: vec![(
-            Service::Planner,
-            "service.cells.cell-1.alternatives=2".to_owned(),
-        )],
-        ..Options::default()
-    };
+    let alternatives = "service.cells.cell-1.alternatives=2";
+    let options = common::with(&[(Service::Planner, alternatives)]);
     let mut stack = Stack::start(&options).unwrap();
     let page = stack.add_console(1, &options).unwrap();
     let mut watch = page.watch().unwrap();
@@ -109,10 +105,7 @@ fn a_packing_is_shown_and_a_planner_that_is_killed_is_missed_until_it_is_back() 
     let unknown = page
         .get(&format!("/api/cells/cell-1/shapes/{}", "0".repeat(64)))
         .unwrap();
-    assert_eq!(
-        (unknown.status, unknown.json().unwrap()["error"].clone()),
-        (404, json!("unknown_shape"))
-    );
+    assert_eq!(unknown.error(), (404, "unknown_shape".to_owned()));
 
     assert_eq!(stale(&watch), Vec::<&str>::new());
     stack.signal("planner-1", Signal::Kill).unwrap();
@@ -150,10 +143,7 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
 
     let without = stack.add_console(1, &options).unwrap();
     let refused = without.with_token(TOKEN).control("hold", &order).unwrap();
-    assert_eq!(
-        (refused.status, refused.json().unwrap()["error"].clone()),
-        (403, json!("controls_off"))
-    );
+    assert_eq!(refused.error(), (403, "controls_off".to_owned()));
 
     let page = stack.add_console(2, &with_token(options)).unwrap();
     for (who, status) in [
@@ -304,10 +294,7 @@ fn the_page_is_its_own_and_bounded() {
     }
     assert_eq!(page.get("/api/control/hold").unwrap().status, 405);
     let foreign = page.get_of_host("/api/state", "evil.example").unwrap();
-    assert_eq!(
-        (foreign.status, foreign.json().unwrap()["error"].clone()),
-        (403, json!("other_host"))
-    );
+    assert_eq!(foreign.error(), (403, "other_host".to_owned()));
     let state = page.get("/api/state").unwrap();
     assert_eq!(state.headers["cache-control"], "no-store");
     assert!(
@@ -320,10 +307,7 @@ fn the_page_is_its_own_and_bounded() {
     // More pages than may be are sent away, and let in again when one has gone.
     let mut pages: Vec<Watch> = (0..32).map(|_| page.watch().unwrap()).collect();
     let more = page.get("/api/events").unwrap();
-    assert_eq!(
-        (more.status, more.json().unwrap()["error"].clone()),
-        (503, json!("too_many"))
-    );
+    assert_eq!(more.error(), (503, "too_many".to_owned()));
     pages.pop();
     let until = Instant::now() + Duration::from_secs(20);
     while page.watch().is_err() {

@@ -5,9 +5,10 @@
 
 use std::time::Instant;
 
-use crate::common::{OBJECTS, assert_consistent, assert_serves_again};
-use ppnpack_stack_tests::clock::Clock;
-use ppnpack_stack_tests::{Options, Signal, Stack};
+use crate::clock::Clock;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{OBJECTS, assert_consistent, assert_serves_again};
 
 #[test]
 fn clock_steps_change_nothing() {

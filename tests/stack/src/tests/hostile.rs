@@ -3,9 +3,11 @@
 
 use std::time::{Duration, Instant};
 
-use crate::common::{OBJECTS, RECOVERY, assert_consistent, assert_serves, assert_serves_again};
-use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::{Options, Stack};
+use crate::cell::CellClient;
+use crate::stack::{Options, Stack, connect};
+use crate::tests::common::{
+    OBJECTS, RECOVERY, assert_consistent, assert_serves, assert_serves_again,
+};
 use ppnpack_wire::keys::{Key, Stream};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
@@ -214,7 +216,7 @@ fn a_subscriber_that_never_reads_holds_nobody_up() {
     let stack = Stack::start(&Options::default()).unwrap();
     let cell = stack.cell(0).unwrap();
     // Its channel is full after one message, which then blocks its session.
-    let slow = Stack::connect(stack.endpoint()).unwrap();
+    let slow = connect(&stack.endpoint).unwrap();
     let _subscriber = slow
         .declare_subscriber("ppnpack/v1/*/*")
         .with(zenoh::handlers::FifoChannel::new(1))

@@ -1,16 +1,17 @@
 //! The example controllers against a stack of real processes, with the planner killed on the way.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::common::{OBJECTS, assert_consistent, slow_robot};
-use ppnpack_stack_tests::{Options, Signal, Stack};
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{OBJECTS, assert_consistent, slow_robot};
 
 /// Runs a controller that packs 20 objects, and kills the planner when it has placed some.
 fn packs_over_a_restart(mut controller: Command) {
     let mut stack = Stack::start(&slow_robot(Options::default())).unwrap();
-    controller.args(["--connect", stack.endpoint(), "--session", "example"]);
+    controller.args(["--connect", &stack.endpoint, "--session", "example"]);
     controller.args(&OBJECTS[..20]);
     let mut child = controller
         .stdout(Stdio::piped())
@@ -57,7 +58,8 @@ fn the_controller_in_rust_packs_over_a_restart_of_the_planner() {
 #[test]
 fn the_controller_in_python_packs_over_a_restart_of_the_planner() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/python");
-    let environment = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let target = std::env::current_exe().unwrap();
+    let environment = target.ancestors().nth(3).unwrap().join("tmp/python");
     let made = Command::new(example.join("setup"))
         .arg(&environment)
         .output()

@@ -1,26 +1,23 @@
-//! `bench-stack`: how long plans take through the stack, every service its own process, through a router; by itself, or beside other
-//! programs.
+//! How long plans take through the stack, every service its own process, through a router; by itself, or beside other programs.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use anyhow::{Context, Result};
-use clap::Parser;
+use clap::Args;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
-use ppnpack_stack_tests::cell::CellClient;
-use ppnpack_stack_tests::latency::{Compared, Measured, Packing, Times, Twin};
-use ppnpack_stack_tests::{Options, Stack};
 use ppnpack_wire::keys::Service;
-use serde::Serialize;
+
+use crate::cell::CellClient;
+use crate::latency::{Compared, Measured, Packing, Times, Twin};
+use crate::report::print_table;
+use crate::stack::{Options, Stack};
 
 /// Where a stack evaluates if nothing else is said.
 const IN_PROCESS: &str = "in-process";
 
-/// Measures plans through the stack: reference setting, simulated cells, the built-in objects.
-#[derive(Debug, Parser)]
-struct Arguments {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
     /// Containers packed per row
     #[arg(long, default_value_t = 5)]
     containers: usize,
@@ -36,71 +33,38 @@ struct Arguments {
     /// Compare with the programs in this folder, such as those of an earlier commit: two stacks plan the same steps in turns
     #[arg(long, value_name = "DIR")]
     against: Option<PathBuf>,
-
-    /// Print JSON instead of a table
-    #[arg(long)]
-    json: bool,
 }
 
-/// A row of the table; times in milliseconds.
-#[derive(Debug, Serialize)]
-struct Row {
-    what: String,
-    plans: usize,
-    p50_ms: f64,
-    p99_ms: f64,
-    max_ms: f64,
-    /// The same steps planned in one process.
-    in_process_p50_ms: Option<f64>,
-    /// The planner's own stages, each at its median; what is left of `p50_ms` is the way to the planner and back.
-    stages_p50_ms: BTreeMap<String, f64>,
-    degraded: usize,
-}
+/// A row of the table.
+type Row = (String, Measured);
 
-impl Row {
-    fn new(what: impl Into<String>, measured: Measured) -> Self {
-        let asked = Times::new(measured.asked);
-        let in_process = Times::new(measured.in_process);
-        let stages = measured.stages.into_iter();
-        let median = |(stage, times)| (stage, Times::new(times).percentile_ms(0.5));
-        Self {
-            stages_p50_ms: stages.map(median).collect(),
-            what: what.into(),
-            plans: asked.count(),
-            p50_ms: asked.percentile_ms(0.5),
-            p99_ms: asked.percentile_ms(0.99),
-            max_ms: asked.percentile_ms(1.0),
-            in_process_p50_ms: (in_process.count() > 0).then(|| in_process.percentile_ms(0.5)),
-            degraded: measured.degraded,
-        }
-    }
-}
-
-fn main() -> Result<()> {
-    let arguments = Arguments::parse();
-    let catalogue = Catalogue::load(
-        &ppnpack_household::builtin(),
-        &Settings::default(),
-        &Resolution::reference(),
-        &|_, _| {},
-    )?;
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let catalogue = builtin()?;
     if let Some(programs) = &arguments.against {
-        return compare(&arguments, &catalogue, programs);
+        return compare(arguments, &catalogue, programs);
     }
     let mut rows = vec![
-        exhaustive(&arguments, &catalogue, IN_PROCESS)?,
-        exhaustive(&arguments, &catalogue, "services")?,
+        exhaustive(arguments, &catalogue, IN_PROCESS)?,
+        exhaustive(arguments, &catalogue, "services")?,
     ];
     if !arguments.without_network {
-        rows.push(with_network(&arguments, &catalogue)?);
+        rows.push(with_network(arguments, &catalogue)?);
     }
-    rows.extend(four_cells(&arguments, &catalogue)?);
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
-    } else {
-        print_table(&rows);
-    }
+    rows.extend(four_cells(arguments, &catalogue)?);
+    print_rows(rows);
     Ok(())
+}
+
+/// The built-in objects.
+pub(crate) fn builtin() -> Result<Catalogue> {
+    let (objects, settings) = (ppnpack_household::builtin(), Settings::default());
+    let resolution = Resolution::reference();
+    Ok(Catalogue::load(
+        &objects,
+        &settings,
+        &resolution,
+        &|_, _| {},
+    )?)
 }
 
 /// Placements pass a geometric test and are not tried: a try takes longer than all that is measured here.
@@ -122,7 +86,7 @@ fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static s
     let mut twin = Twin::new(catalogue, true)?;
     let measured = pack(&stack, 0, arguments, catalogue, Some(&mut twin))?;
     let what = format!("exhaustive search, evaluate = {evaluate}, one cell");
-    Ok(Row::new(what, measured))
+    Ok((what, measured))
 }
 
 fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
@@ -134,7 +98,7 @@ fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
     let stack =
         Stack::start(&options).context("with the network; --without-network leaves it out")?;
     let measured = pack(&stack, 0, arguments, catalogue, None)?;
-    Ok(Row::new("network, K = 5 %, one cell", measured))
+    Ok(("network, K = 5 %, one cell".to_owned(), measured))
 }
 
 fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> {
@@ -159,10 +123,8 @@ fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> 
     });
     let rows = cells.iter().zip(measured);
     rows.map(|(cell, measured)| {
-        Ok(Row::new(
-            format!("exhaustive search, {cell} of four at once"),
-            measured?,
-        ))
+        let what = format!("exhaustive search, {cell} of four at once");
+        Ok((what, measured?))
     })
     .collect()
 }
@@ -184,14 +146,7 @@ fn pack(
         let measured = packing.measured();
         // The first plan of a container is like any other, but the first of all fills the caches.
         let warm_up = usize::from(container == 0);
-        all.asked.extend(
-            measured
-                .asked
-                .iter()
-                .skip(warm_up)
-                .copied()
-                .collect::<Vec<Duration>>(),
-        );
+        all.asked.extend(measured.asked.iter().skip(warm_up));
         all.in_process
             .extend(measured.in_process.iter().skip(warm_up));
         for (stage, times) in measured.stages {
@@ -209,14 +164,6 @@ fn objects<'a>(arguments: &Arguments, catalogue: &'a Catalogue, container: usize
     objects.collect()
 }
 
-/// A row of the comparison with other programs; times in milliseconds.
-#[derive(Debug, Serialize)]
-struct Comparison {
-    what: String,
-    #[serde(flatten)]
-    compared: Compared,
-}
-
 fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Result<()> {
     let mut rows = Vec::new();
     for evaluate in [IN_PROCESS, "services"] {
@@ -228,32 +175,25 @@ fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Res
             }))
         };
         let (others, own) = (start(Some(programs))?, start(None)?);
-        let compared = in_turns(arguments, catalogue, &others.cell(0)?, &own.cell(0)?)?;
-        rows.push(Comparison {
-            what: format!("exhaustive search, evaluate = {evaluate}, one cell"),
-            compared,
-        });
-    }
-    if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&rows)?);
-        return Ok(());
-    }
-    println!(
-        "| what | plans | others, p50 (ms) | these, p50 (ms) | ratio | difference, median and its 95 % interval (ms) |"
-    );
-    println!("|---|---|---|---|---|---|");
-    for Comparison { what, compared } in &rows {
         let Compared {
             plans,
             others_p50_ms,
             own_p50_ms,
             difference_ms: [low, median, high],
-        } = compared;
-        println!(
-            "| {what} | {plans} | {others_p50_ms:.3} | {own_p50_ms:.3} | {:.3} | {median:+.3} ({low:+.3} to {high:+.3}) |",
-            own_p50_ms / others_p50_ms,
-        );
+        } = in_turns(arguments, catalogue, &others.cell(0)?, &own.cell(0)?)?;
+        rows.push(vec![
+            format!("exhaustive search, evaluate = {evaluate}, one cell"),
+            plans.to_string(),
+            format!("{others_p50_ms:.3}"),
+            format!("{own_p50_ms:.3}"),
+            format!("{:.3}", own_p50_ms / others_p50_ms),
+            format!("{median:+.3} ({low:+.3} to {high:+.3})"),
+        ]);
     }
+    print_table(
+        "what | plans | others, p50 (ms) | these, p50 (ms) | ratio | difference, median and its 95 % interval (ms)",
+        rows,
+    );
     Ok(())
 }
 
@@ -290,31 +230,27 @@ fn in_turns(
     Ok(Compared::new(&others_took, &own_took))
 }
 
-fn print_table(rows: &[Row]) {
-    println!(
-        "| what | plans | p50 (ms) | p99 (ms) | max (ms) | in one process, p50 (ms) | added (ms) | degraded |"
-    );
-    println!("|---|---|---|---|---|---|---|---|");
-    for row in rows {
-        let optional = |value: Option<f64>| value.map_or("–".to_owned(), |ms| format!("{ms:.2}"));
-        println!(
-            "| {} | {} | {:.2} | {:.2} | {:.2} | {} | {} | {} |",
-            row.what,
-            row.plans,
-            row.p50_ms,
-            row.p99_ms,
-            row.max_ms,
-            optional(row.in_process_p50_ms),
-            optional(row.in_process_p50_ms.map(|ms| row.p50_ms - ms)),
-            row.degraded
-        );
-    }
-    println!("\nThe planner's stages, each at its median:\n");
-    println!("| what | stage | p50 (ms) |");
-    println!("|---|---|---|");
-    for row in rows {
-        for (stage, p50_ms) in &row.stages_p50_ms {
-            println!("| {} | {stage} | {p50_ms:.2} |", row.what);
+fn print_rows(rows: Vec<Row>) {
+    let mut stages = Vec::new();
+    let rows = rows.into_iter().map(|(what, measured)| {
+        for (stage, times) in measured.stages {
+            stages.push(vec![what.clone(), stage, Times::new(times).shown(0.5)]);
         }
-    }
+        let (asked, alone) = (Times::new(measured.asked), Times::new(measured.in_process));
+        // The same steps planned in one process, where they were.
+        let alone_ms = (alone.count() > 0).then(|| alone.percentile_ms(0.5));
+        let optional = |value: Option<f64>| value.map_or("–".to_owned(), |ms| format!("{ms:.2}"));
+        let mut row = vec![what, asked.count().to_string()];
+        row.extend([0.5, 0.99, 1.0].map(|share| asked.shown(share)));
+        row.push(optional(alone_ms));
+        row.push(optional(alone_ms.map(|ms| asked.percentile_ms(0.5) - ms)));
+        row.push(measured.degraded.to_string());
+        row
+    });
+    print_table(
+        "what | plans | p50 (ms) | p99 (ms) | max (ms) | in one process, p50 (ms) | added (ms) | degraded",
+        rows,
+    );
+    println!("The planner's stages, each at its median:\n");
+    print_table("what | stage | p50 (ms)", stages);
 }

@@ -1,11 +1,4 @@
 //! Clouds in, heightmaps out, over a real session.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -13,30 +6,21 @@ use std::time::{Duration, Instant};
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_perception_service::{Fate, Perception, Settings};
+use ppnpack_perception_service::{Fate, Settings};
 use ppnpack_service::Running;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::scene;
-use ppnpack_wire::keys::{Cell, Key, Service, Stream};
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, Status};
 use prost::Message;
-use zenoh::Wait;
-use zenoh::qos::CongestionControl;
 
-/// Far more than anything here takes.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::rig::{PATIENCE, Rig, Sensor, cell};
 
 fn deadline() -> Instant {
     Instant::now() + PATIENCE
-}
-
-fn cell() -> Cell {
-    Cell::new("cell-1").unwrap()
 }
 
 /// A cloud with a point in every sample of a grid's surface, at the height that `height_m` gives.
@@ -74,61 +58,24 @@ fn settings() -> Settings {
     }
 }
 
-/// A sensor that waits where the network is busy: what these tests publish arrives.
-struct Sensor(zenoh::pubsub::Publisher<'static>);
-
-impl Sensor {
-    fn new(process: &Process, cell: &Cell) -> Self {
-        let key = Key::Stream(cell.clone(), Stream::Cloud).to_string();
-        let publisher = process
-            .session()
-            .declare_publisher(key)
-            .congestion_control(CongestionControl::Block)
-            .wait();
-        Self(publisher.unwrap())
-    }
-
-    fn put(&self, cloud: &v1::PointCloud) {
-        self.0.put(cloud.encode_to_vec()).wait().unwrap();
-    }
-}
-
-/// A perception service, a sensor and somebody who asks.
-struct Rig {
-    perception: Perception,
-    sensor: Process,
-    clouds: Sensor,
-    client: Client,
-    _hub: Hub,
+fn rig(settings: &Settings) -> Rig {
+    Rig::with(settings, Stream::Cloud, |_| None)
 }
 
 impl Rig {
-    fn new(settings: &Settings) -> Self {
-        let hub = embedded::hub().unwrap();
-        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let perception = ppnpack_perception_service::start(&process, settings, None).unwrap();
-        let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
-        Self {
-            perception,
-            clouds: Sensor::new(&sensor, &cell()),
-            client: Client::new(sensor.session()),
-            sensor,
-            _hub: hub,
-        }
-    }
-
     /// Shows the cell in its state 1 until that is seen: from then on clouds arrive.
     fn connected(settings: &Settings) -> Self {
-        let rig = Self::new(settings);
+        let rig = rig(settings);
+        let mut cloud = flat(1, 0);
         let until = deadline();
-        for sequence in 1.. {
+        loop {
             assert!(Instant::now() < until, "no cloud arrives");
-            rig.clouds.put(&flat(1, sequence));
+            cloud.sequence += 1;
+            rig.clouds.put(&cloud);
             if rig.ask_for(&cell(), 1, Duration::from_millis(200)).is_ok() {
                 return rig;
             }
         }
-        unreachable!();
     }
 
     fn ask_for(
@@ -145,13 +92,13 @@ impl Rig {
         Ok(reply.heightmap.unwrap())
     }
 
-    fn ask(&self, least_state_number: u64) -> v1::Heightmap {
+    fn seen(&self, least_state_number: u64) -> v1::Heightmap {
         self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
     }
 
     /// The status with which a request is refused. On a busy machine the refusal may come too late: one in time is enough.
-    fn refused(&self, cell: &Cell, least_state_number: u64) -> Status {
-        let until = Instant::now() + PATIENCE;
+    fn status(&self, cell: &Cell, least_state_number: u64) -> Status {
+        let until = deadline();
         loop {
             match self.ask_for(cell, least_state_number, Duration::from_millis(500)) {
                 Err(CallError::Refused { status, .. }) => return status,
@@ -159,18 +106,6 @@ impl Rig {
                 other => panic!("{other:?}"),
             }
         }
-    }
-
-    /// Sends a cloud that is refused, and waits until it was.
-    fn send_refused(&self, cloud: &v1::PointCloud, fate: Fate) {
-        let before = self.perception.clouds(fate);
-        self.clouds.put(cloud);
-        let until = deadline();
-        while self.perception.clouds(fate) == before {
-            assert!(Instant::now() < until, "it is not counted as {fate:?}");
-            std::thread::yield_now();
-        }
-        assert_eq!(self.perception.clouds(fate), before + 1);
     }
 }
 
@@ -190,11 +125,11 @@ fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
         surface.raise(x, y, height_m(x, y));
     }
     let expected = Scene::from_surface(&grid, surface).unwrap();
-    let before = rig.ask(1).id.unwrap();
+    let before = rig.seen(1).id.unwrap();
 
     rig.clouds
         .put(&cloud_of(&grid, 2, 1, |x, y| Some(height_m(x, y))));
-    let heightmap = rig.ask(2);
+    let heightmap = rig.seen(2);
     assert_eq!(read(&heightmap), (grid, expected));
     let id = heightmap.id.unwrap();
     assert_eq!((id.epoch, id.sequence), (before.epoch, before.sequence + 1));
@@ -213,19 +148,19 @@ fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
     let published = published
         .map(|arrived| arrived.message.unwrap())
         .find(|published| published.state_number == 3);
-    assert_eq!(published.unwrap(), rig.ask(3));
+    assert_eq!(published.unwrap(), rig.seen(3));
 }
 
 #[test]
 fn who_waits_for_a_state_holds_nobody_up() {
     let rig = Rig::connected(&settings());
     std::thread::scope(|scope| {
-        let waiting: Vec<_> = (0..4).map(|_| scope.spawn(|| rig.ask(9))).collect();
+        let waiting: Vec<_> = (0..4).map(|_| scope.spawn(|| rig.seen(9))).collect();
         for _ in 0..20 {
-            assert_eq!(rig.ask(1).state_number, 1);
+            assert_eq!(rig.seen(1).state_number, 1);
         }
         rig.clouds.put(&flat(8, 1));
-        assert_eq!(rig.ask(8).state_number, 8);
+        assert_eq!(rig.seen(8).state_number, 8);
         assert!(waiting.iter().all(|waiting| !waiting.is_finished()));
         rig.clouds.put(&flat(9, 1));
         for waiting in waiting {
@@ -237,9 +172,9 @@ fn who_waits_for_a_state_holds_nobody_up() {
 #[test]
 fn who_waits_in_vain_is_told_why() {
     let rig = Rig::connected(&settings());
-    assert_eq!(rig.refused(&cell(), 2), Status::TimedOut);
+    assert_eq!(rig.status(&cell(), 2), Status::TimedOut);
     assert_eq!(
-        rig.refused(&Cell::new("cell-2").unwrap(), 0),
+        rig.status(&Cell::new("cell-2").unwrap(), 0),
         Status::Unavailable
     );
 }
@@ -251,7 +186,7 @@ fn more_than_may_wait_are_refused() {
         ..settings()
     });
     let busy = std::thread::scope(|scope| {
-        let refused = || rig.refused(&cell(), 2);
+        let refused = || rig.status(&cell(), 2);
         let waiting: Vec<_> = (0..8).map(|_| scope.spawn(refused)).collect();
         let statuses = waiting.into_iter().map(|waiting| waiting.join().unwrap());
         statuses.filter(|status| *status == Status::Busy).count()
@@ -278,20 +213,20 @@ fn malformed_clouds_are_refused_and_counted() {
         change(&mut cloud);
         rig.send_refused(&cloud, Fate::Malformed);
     }
-    assert_eq!(rig.ask(0).state_number, 1);
+    assert_eq!(rig.seen(0).state_number, 1);
     rig.clouds.put(&flat(2, 1));
-    assert_eq!(rig.ask(2).state_number, 2);
+    assert_eq!(rig.seen(2).state_number, 2);
 }
 
 #[test]
 fn late_clouds_are_refused_and_counted() {
     let rig = Rig::connected(&settings());
     rig.clouds.put(&flat(5, 7));
-    let newest = rig.ask(5);
+    let newest = rig.seen(5);
     for (state_number, sequence) in [(5, 7), (5, 6), (4, 100), (0, 100)] {
         rig.send_refused(&flat(state_number, sequence), Fate::Late);
     }
-    assert_eq!(rig.ask(0), newest);
+    assert_eq!(rig.seen(0), newest);
 }
 
 #[test]
@@ -306,7 +241,7 @@ fn what_no_point_shows_is_higher_than_the_rim() {
         _ => Some(0.1),
     };
     rig.clouds.put(&cloud_of(&grid, 2, 1, height_m));
-    let heightmap = rig.ask(2);
+    let heightmap = rig.seen(2);
     assert_eq!(heightmap.quality.as_ref().unwrap().unknown_cells, 2);
     let (_, scene) = read(&heightmap);
     for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
@@ -339,7 +274,7 @@ fn cells_have_the_grids_that_are_set() {
         ..settings()
     });
     let second = Cell::new("cell-2").unwrap();
-    let clouds = Sensor::new(&rig.sensor, &second);
+    let clouds = Sensor::new(&rig.sensor, &second, Stream::Cloud);
     let grid = fine.build().unwrap();
     clouds.put(&cloud_of(&grid, 1, 1, |_, _| Some(0.02)));
     let heightmap = rig.ask_for(&second, 1, PATIENCE).unwrap();
@@ -352,7 +287,7 @@ fn cells_have_the_grids_that_are_set() {
             .iter()
             .all(|height| *height == 20)
     );
-    assert_eq!(read(&rig.ask(1)).0, Grid::reference());
+    assert_eq!(read(&rig.seen(1)).0, Grid::reference());
 }
 
 #[test]
@@ -405,7 +340,7 @@ fn two_sensors() -> Settings {
 
 #[test]
 fn the_sensors_of_a_cell_make_one_heightmap_together() {
-    let rig = Rig::new(&two_sensors());
+    let rig = rig(&two_sensors());
     let until = deadline();
     let mut sequence = 0;
     let heightmap = loop {
@@ -458,16 +393,16 @@ fn a_cloud_of_another_cell_is_not_used() {
     };
     rig.send_refused(&of("cell-2", 1_000_000), Fate::Unserved);
     rig.clouds.put(&of("cell-1", 1_000_001));
-    assert_eq!(rig.ask(9).cell, "cell-1");
+    assert_eq!(rig.seen(9).cell, "cell-1");
 }
 
 #[test]
 fn what_a_cloud_makes_doubtful_is_told() {
     let rig = Rig::connected(&settings());
-    assert!(rig.ask(1).quality.unwrap().doubts.is_empty());
+    assert!(rig.seen(1).quality.unwrap().doubts.is_empty());
     let third = |x, _| (x < 40).then_some(0.0);
     rig.clouds.put(&cloud_of(&Grid::reference(), 2, 1, third));
-    let doubts = rig.ask(2).quality.unwrap().doubts;
+    let doubts = rig.seen(2).quality.unwrap().doubts;
     assert_eq!(doubts.len(), 1);
     assert_eq!(doubts[0].kind(), v1::DoubtKind::LittleSeen);
     assert!(
@@ -510,7 +445,7 @@ fn clouds_that_have_no_room_are_dropped_and_those_that_have_are_mapped() {
     }
     for state_number in 2..20 {
         rig.clouds.put(&flat(state_number, 1));
-        rig.ask(state_number);
+        rig.seen(state_number);
     }
     assert_eq!(
         rig.perception.clouds(Fate::NoRoom),
