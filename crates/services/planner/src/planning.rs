@@ -94,11 +94,6 @@ impl Planning {
         &self.grid
     }
 
-    /// Whether the placement of the least value is chosen, so that a search may be bounded by a value.
-    pub(crate) fn is_by_value(&self) -> bool {
-        self.planner.is_by_value()
-    }
-
     /// Plans a step.
     ///
     /// # Errors
@@ -107,7 +102,6 @@ impl Planning {
         self.planner.plan(&StepInput {
             step: step.number,
             alternatives: step.alternatives,
-            below: step.below,
             deadline: step.deadline,
             ..StepInput::new(&self.grid, step.scene, step.candidates)
         })
@@ -171,8 +165,6 @@ pub(crate) struct Step<'a> {
     pub(crate) candidates: &'a [Candidate],
     pub(crate) number: u64,
     pub(crate) alternatives: usize,
-    /// Only placements of a lower value are wanted.
-    pub(crate) below: Option<f64>,
     /// When the plan has to be there; `None` where it is waited for as long as it takes.
     pub(crate) deadline: Option<Instant>,
 }

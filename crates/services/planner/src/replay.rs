@@ -56,7 +56,6 @@ pub struct Replayer {
 struct ReplayedCell {
     /// What it was made of.
     made_of: MadeOf,
-    settings: CellSettings,
     plannings: HashMap<String, Planning>,
 }
 
@@ -95,7 +94,7 @@ impl Replayer {
         }
         let step = RecordedStep::read(record, shapes)?;
         let cell = self.cell_of(record)?;
-        let found = step.plan(cell.settings.choice).plan(cell)?;
+        let found = step.plan().plan(cell)?;
         let Some(found) = found else {
             return Ok(None);
         };
@@ -141,7 +140,6 @@ impl ReplayedCell {
         });
         Ok(Self {
             plannings: plannings.collect::<Result<_, Unreplayable>>()?,
-            settings,
             made_of,
         })
     }
@@ -149,11 +147,6 @@ impl ReplayedCell {
 
 impl PlansContainers for ReplayedCell {
     type Error = Unreplayable;
-
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let planning = self.plannings.get(container);
-        planning.is_some_and(Planning::is_by_value)
-    }
 
     fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Unreplayable> {
         let unknown = || Unreplayable::Container(container.to_owned());

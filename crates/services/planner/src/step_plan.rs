@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::plan::{Plan, Timings};
@@ -21,7 +20,6 @@ pub(crate) struct StepPlan<'a> {
     pub(crate) attempts: Vec<AttemptPlan>,
     pub(crate) number: u64,
     pub(crate) alternatives: usize,
-    pub(crate) choice: ContainerChoice,
     pub(crate) deadline: Option<Instant>,
 }
 
@@ -37,9 +35,6 @@ pub(crate) type AttemptPlan = Vec<Vec<usize>>;
 /// Who plans in each container.
 pub(crate) trait PlansContainers {
     type Error;
-
-    /// Whether a container is searched no further than to a value.
-    fn is_by_value(&mut self, container: &str) -> bool;
 
     fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Self::Error>;
 }
@@ -66,8 +61,8 @@ pub(crate) struct BufferItem<'a> {
 }
 
 impl StepPlan<'_> {
-    /// Plans the step: the fullest container that can take an item of the buffer, or that of the best value. What the first attempt that
-    /// finds a placement finds; else the last of them. `None` where there is no container.
+    /// Plans the step in the fullest container that can take an item of the buffer. What the first attempt that finds a placement
+    /// finds; else the last of them. `None` where there is no container.
     pub(crate) fn plan<P: PlansContainers>(
         &self,
         planner: &mut P,
@@ -95,8 +90,7 @@ impl StepPlan<'_> {
         planner: &mut P,
         attempt: &AttemptPlan,
     ) -> Result<Option<Found>, P::Error> {
-        let mut best: Option<Found> = None;
-        let mut emptiest = None;
+        let mut last = None;
         let mut timings = Timings::default();
         let mut is_cut = false;
         for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
@@ -104,40 +98,26 @@ impl StepPlan<'_> {
                 .iter()
                 .filter_map(|index| self.candidates.get(*index));
             let candidates: Vec<Candidate> = candidates.cloned().collect();
-            let least = best.as_ref().and_then(|best| best.plan.choice());
-            let least = least.map(|choice| choice.value);
-            let step = Step {
-                below: least.filter(|_| planner.is_by_value(at.name)),
-                ..self.step(at.scene, &candidates)
-            };
+            let step = self.step(at.scene, &candidates);
             let plan = match candidates.is_empty() {
                 true => Plan::default(),
                 false => planner.plan_in(at.name, &step)?,
             };
             timings += plan.timings();
             is_cut |= plan.is_cut();
-            let value = plan.choice().map(|choice| choice.value);
-            let found = Found {
+            let is_done = plan.choice().is_some();
+            last = Some(Found {
                 container,
                 candidates,
                 plan,
                 timings,
                 is_cut,
-            };
-            match value {
-                None => emptiest = Some(found),
-                Some(value) if least.is_none_or(|least| value < least) => best = Some(found),
-                Some(_) => {}
-            }
-            if best.is_some() && self.choice == ContainerChoice::Fullest {
+            });
+            if is_done {
                 break;
             }
         }
-        Ok(best.or(emptiest).map(|found| Found {
-            timings,
-            is_cut,
-            ..found
-        }))
+        Ok(last)
     }
 
     fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
@@ -146,7 +126,6 @@ impl StepPlan<'_> {
             candidates,
             number: self.number,
             alternatives: self.alternatives,
-            below: None,
             deadline: self.deadline,
         }
     }

@@ -157,7 +157,7 @@ impl CellPlanner {
     ) -> StepPlan<'a> {
         // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
         let is_all_seen = prepared.left_out.is_empty();
-        prepared.step_plan(alternatives, is_all_seen, self.settings.choice)
+        prepared.step_plan(alternatives, is_all_seen)
     }
 
     fn decision(
@@ -240,11 +240,6 @@ impl CellPlanner {
 impl PlansContainers for CellPlanner {
     type Error = Refusal;
 
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let place = self.place_of(container);
-        place.is_ok_and(|place| place.planning.is_by_value())
-    }
-
     fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
         let plan = self.place_of(container)?.planning.plan(step).cloned();
         let is_interrupted = self.own.interruption.is_asked_for();
@@ -252,8 +247,7 @@ impl PlansContainers for CellPlanner {
             true => Refusal::unavailable(INTERRUPTED),
             false => error.into(),
         })?;
-        // With a value to be below, another container has a placement.
-        if plan.choice().is_none() && plan.is_cut() && step.below.is_none() {
+        if plan.choice().is_none() && plan.is_cut() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";
             return Err(Refusal::new(Status::TimedOut, late));

@@ -4,7 +4,6 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::orders::{Attempt, Orders};
 use ppnpack_packing::step::Candidate;
@@ -66,18 +65,12 @@ impl Prepared {
             candidates,
             number: self.number,
             alternatives,
-            below: None,
             deadline: Some(self.deadline),
         }
     }
 
     /// The step over all containers.
-    pub(super) fn step_plan(
-        &self,
-        alternatives: usize,
-        may_give_way: bool,
-        choice: ContainerChoice,
-    ) -> StepPlan<'_> {
+    pub(super) fn step_plan(&self, alternatives: usize, may_give_way: bool) -> StepPlan<'_> {
         let containers = self.containers.iter().map(|container| ContainerStep {
             name: &container.name,
             scene: &container.scene,
@@ -93,7 +86,6 @@ impl Prepared {
             attempts: attempts.collect(),
             number: self.number,
             alternatives,
-            choice,
             deadline: Some(self.deadline),
         }
     }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::{Candidate, Lying};
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
@@ -86,7 +85,7 @@ impl RecordedStep {
     }
 
     /// The step, to be planned however long it takes.
-    pub(crate) fn plan(&self, choice: ContainerChoice) -> StepPlan<'_> {
+    pub(crate) fn plan(&self) -> StepPlan<'_> {
         let containers = self.containers.iter().map(|at| ContainerStep {
             name: &at.name,
             scene: &at.scene,
@@ -97,7 +96,6 @@ impl RecordedStep {
             attempts: self.attempts.clone(),
             number: self.number,
             alternatives: self.alternatives,
-            choice,
             deadline: None,
         }
     }

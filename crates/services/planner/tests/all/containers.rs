@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use crate::common::containers::{Rig, close, open};
 use crate::common::{self, announcement, block, cell, placed, soon, square};
 use ppnpack_packing::closing::ClosingRules;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::Sharing;
 use ppnpack_planner::{ClosingSettings, ContainerSettings};
@@ -37,23 +36,6 @@ fn the_fullest_container_is_packed_first_and_the_decision_names_it() {
     rig.call(open("left", 1));
     // The right one holds more than the new one.
     assert_eq!(rig.step().container, "right");
-    rig.finish();
-}
-
-#[test]
-fn the_best_of_all_containers_is_that_of_the_least_value() {
-    let rig = Rig::new(&["left", "right"], |settings| {
-        settings.choice = ContainerChoice::Best;
-    });
-    rig.begin(3);
-    // Nothing lies in what is seen: the containers are alike, and the first of equal ones is chosen.
-    assert_eq!(rig.step().container, "left");
-    let decision = rig.step();
-    assert_eq!(decision.container, "left");
-    rig.call(close("left", 0));
-    let other = rig.step();
-    assert_eq!(other.container, "right");
-    assert_eq!(other.value.to_bits(), decision.value.to_bits());
     rig.finish();
 }
 

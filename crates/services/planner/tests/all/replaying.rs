@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 
 use crate::common::{self, announcement, block, cell, containers, rig, soon, square};
 use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::loads::LoadSettings;
 use ppnpack_packing::method::{Method, ProposalSource};
@@ -200,45 +199,42 @@ fn a_step_in_which_nothing_fits_goes_so_again() {
 
 #[test]
 fn the_containers_of_a_cell_are_chosen_from_again() {
-    for choice in [ContainerChoice::Fullest, ContainerChoice::Best] {
-        let rig = containers::Rig::new(&["left", "right"], |settings| {
-            settings.choice = choice;
-            settings.rules.sharing = Sharing::OneOrder;
-        });
-        let tape = Tape::new(&rig.hub);
-        common::begin(&rig.client);
-        let item = |item_id: &str, order: &str, cells: usize| v1::Announcement {
-            order_line: Some(v1::OrderLine {
-                order: order.to_owned(),
-                urgency: u32::from(order == "y"),
-                ..v1::OrderLine::default()
-            }),
-            ..announcement(item_id, square("slab", cells, 0.0001))
-        };
-        rig.call(v1::AnnounceRequest {
-            items: vec![
-                item("a", "x", 9),
-                item("b", "y", 7),
-                item("c", "x", 8),
-                item("d", "y", 6),
-            ],
-            ..v1::AnnounceRequest::default()
-        });
-        let mut replayer = replayer();
-        let mut chosen = Vec::new();
-        for _ in 0..4 {
-            rig.step();
-            let (record, again) = tape.replayed(&mut replayer);
-            assert_eq!(record.containers.len(), 2);
-            let recorded = what_follows(&record.decision.unwrap());
-            chosen.push(recorded.container.clone());
-            assert_eq!(again.unwrap(), recorded);
-        }
-        chosen.sort();
-        chosen.dedup();
-        assert_eq!(chosen, ["left", "right"]);
-        rig.finish();
+    let rig = containers::Rig::new(&["left", "right"], |settings| {
+        settings.rules.sharing = Sharing::OneOrder;
+    });
+    let tape = Tape::new(&rig.hub);
+    common::begin(&rig.client);
+    let item = |item_id: &str, order: &str, cells: usize| v1::Announcement {
+        order_line: Some(v1::OrderLine {
+            order: order.to_owned(),
+            urgency: u32::from(order == "y"),
+            ..v1::OrderLine::default()
+        }),
+        ..announcement(item_id, square("slab", cells, 0.0001))
+    };
+    rig.call(v1::AnnounceRequest {
+        items: vec![
+            item("a", "x", 9),
+            item("b", "y", 7),
+            item("c", "x", 8),
+            item("d", "y", 6),
+        ],
+        ..v1::AnnounceRequest::default()
+    });
+    let mut replayer = replayer();
+    let mut chosen = Vec::new();
+    for _ in 0..4 {
+        rig.step();
+        let (record, again) = tape.replayed(&mut replayer);
+        assert_eq!(record.containers.len(), 2);
+        let recorded = what_follows(&record.decision.unwrap());
+        chosen.push(recorded.container.clone());
+        assert_eq!(again.unwrap(), recorded);
     }
+    chosen.sort();
+    chosen.dedup();
+    assert_eq!(chosen, ["left", "right"]);
+    rig.finish();
 }
 
 #[test]
