@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use libfuzzer_sys::fuzz_target;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::{Proposals, YawRange};
+use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::search::Search;
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_packing::valid::ValidSearch;
@@ -31,14 +31,14 @@ fn search(data: &[u8]) -> Option<()> {
     }
     let candidates = Candidate::sequence(items.into_iter().map(Arc::new));
     let mut proposals = Proposals::default();
-    for (index, candidate) in candidates.iter().enumerate() {
+    for index in 0..candidates.len() {
         match request
             .parts
             .get(index)
             .and_then(|part| part.proposals.as_ref())
         {
             Some(given) => proposals.push(convert::placement::read_all("parts", given).ok()?),
-            None => proposals.push_all_at(YawRange::all(&candidate.item)),
+            None => proposals.push_all(),
         }
     }
     let settings =

@@ -1,19 +1,20 @@
 //! The labels of a step: which placements of each candidate the exhaustive search finds best.
 
 use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::WeightError;
 use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Evaluated, StageError, StepInput};
-use ppnpack_packing::valid::ValidSearch;
 
 use crate::record::{CandidateRecord, Corner, TIE_TOLERANCE, YawOptima};
 use crate::values::Values;
 
 /// Labels candidates by an exhaustive search with validity checks.
 pub struct Expert {
-    search: ValidSearch,
+    search: Search,
+    checks: Vec<BoxedCheck>,
     proposals: Proposals,
     with_values: bool,
 }
@@ -29,9 +30,9 @@ impl Expert {
         checks: Vec<BoxedCheck>,
         with_values: bool,
     ) -> Result<Self, WeightError> {
-        let search = Box::new(Search::new(grid, settings)?);
         Ok(Self {
-            search: ValidSearch::new(search, checks),
+            search: Search::new(grid, settings)?,
+            checks,
             proposals: Proposals::default(),
             with_values,
         })
@@ -55,7 +56,7 @@ impl Expert {
         let values = || Values::none_valid(input.grid, &held.item);
         let mut values = self.with_values.then(values);
         self.rank(input, candidate)?;
-        while let Some(found) = self.search.next_ranked(input)? {
+        while let Some(found) = self.search.next_best(input)? {
             let placement = found.resting.placement;
             let Some(optimum) = optima.get_mut(placement.yaw) else {
                 continue;
@@ -83,8 +84,15 @@ impl Expert {
     }
 
     fn is_valid(&mut self, input: &StepInput<'_>, found: &Evaluated) -> Result<bool, StageError> {
-        let verdict = self.search.judge(input, found)?;
-        Ok(verdict.is_some_and(|verdict| verdict.is_accepted()))
+        let Some(held) = input.candidates.get(found.candidate) else {
+            return Ok(false);
+        };
+        for check in &mut self.checks {
+            if !check.judge(input, held, &found.resting)?.is_accepted() {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Starts ranking every placement of a candidate.
@@ -92,7 +100,7 @@ impl Expert {
         self.proposals.clear();
         let all = input.candidates.iter();
         all.for_each(|_| self.proposals.push_all());
-        Ok(self.search.rank(input, &[candidate], &self.proposals)?)
+        self.search.rank(input, &[candidate], &self.proposals)
     }
 }
 

@@ -45,7 +45,7 @@ pub fn block(scene: &Scene, grid: &Grid, regions: &[BlockedRegion]) -> Scene {
             heightmap.raise(x, y, grid.rim());
         }
     }
-    scene.with_heightmap(heightmap)
+    scene.clone().with_heightmap(heightmap)
 }
 
 #[cfg(test)]

@@ -70,6 +70,21 @@ pub struct Step {
 }
 
 impl Step {
+    /// An item that a plan chose, in a step of this number.
+    pub(crate) fn new(step: u64, candidate: Candidate, choice: Evaluated, plan: &Plan) -> Self {
+        Self {
+            step,
+            candidate,
+            choice,
+            evidence: plan.evidence().cloned().unwrap_or_default(),
+            alternatives: plan.alternatives().copied().collect(),
+            timings: plan.timings(),
+            degraded: plan.degraded().to_vec(),
+            is_widened: plan.is_widened(),
+            refusals: plan.refusals().clone(),
+        }
+    }
+
     /// The planned time of the arm's cycle, in seconds, where there is an arm.
     pub fn cycle_s(&self) -> Option<f64> {
         self.evidence.cycle.as_ref().map(|cycle| cycle.cycle_s)
@@ -221,17 +236,7 @@ pub fn play(
             buffer.take(*index);
             continue;
         };
-        let done = Step {
-            step,
-            candidate,
-            choice,
-            evidence: plan.evidence().cloned().unwrap_or_default(),
-            alternatives: plan.alternatives().copied().collect(),
-            timings: plan.timings(),
-            degraded: plan.degraded().to_vec(),
-            is_widened: plan.is_widened(),
-            refusals: plan.refusals().clone(),
-        };
+        let done = Step::new(step, candidate, choice, plan);
         cell.place(&done.candidate, &choice.resting, &done.evidence)
             .map_err(|source| EpisodeError::Cell { step, source })?;
         observer.on_step(&done, &input);

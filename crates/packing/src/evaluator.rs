@@ -21,11 +21,6 @@ pub trait Evaluator: Send {
     /// the time is over, which the [shortfall](Self::shortfall) says.
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
-    /// Whether a placement that it gives never has a lower value than one that it gave before.
-    fn is_by_value(&self) -> bool {
-        true
-    }
-
     /// Leaves the placements of a candidate out of what is left of the ranking. One that goes on to give them is only slower.
     fn leave_out(&mut self, _candidate: usize) {}
 

@@ -116,29 +116,27 @@ impl Heightmap {
 
     /// The height of a cell, in units; `None` outside the grid.
     pub fn get(&self, x: usize, y: usize) -> Option<Units> {
-        if y < self.ny {
-            self.heights.get(x * self.ny + y).copied()
-        } else {
-            None
-        }
+        let index = (y < self.ny).then_some(x * self.ny + y)?;
+        self.heights.get(index).copied()
     }
 
     /// Raises a cell to at least `height` units; nothing happens outside the grid.
     pub fn raise(&mut self, x: usize, y: usize, height: Units) {
-        if y < self.ny
-            && let Some(cell) = self.heights.get_mut(x * self.ny + y)
-        {
+        if let Some(cell) = self.cell_mut(x, y) {
             *cell = (*cell).max(height.min(MAX_UNITS));
         }
     }
 
     /// Lowers a cell to at most `height` units; nothing happens outside the grid.
     pub(crate) fn lower(&mut self, x: usize, y: usize, height: Units) {
-        if y < self.ny
-            && let Some(cell) = self.heights.get_mut(x * self.ny + y)
-        {
+        if let Some(cell) = self.cell_mut(x, y) {
             *cell = (*cell).min(height);
         }
+    }
+
+    fn cell_mut(&mut self, x: usize, y: usize) -> Option<&mut Units> {
+        let index = (y < self.ny).then_some(x * self.ny + y)?;
+        self.heights.get_mut(index)
     }
 
     /// Raises the cells that an item's view covers to its upper surface where it rests.
@@ -404,10 +402,8 @@ impl Scene {
             surface.samples_per_cell(grid)?;
         }
         Ok(Self {
-            heightmap,
             surface,
-            content: None,
-            leaving: None,
+            ..Self::from_heightmap(heightmap)
         })
     }
 
@@ -437,23 +433,16 @@ impl Scene {
 
     /// The same scene with another heightmap of its size; all else stays.
     #[must_use]
-    pub(crate) fn with_heightmap(&self, heightmap: Heightmap) -> Self {
-        Self {
-            heightmap,
-            surface: self.surface.clone(),
-            content: self.content.clone(),
-            leaving: self.leaving.clone(),
-        }
+    pub(crate) fn with_heightmap(mut self, heightmap: Heightmap) -> Self {
+        self.heightmap = heightmap;
+        self
     }
 
-    /// The same scene with another heightmap and surface of their sizes; all else stays.
+    /// The same scene with another surface; all else stays.
     #[must_use]
-    pub(crate) fn with_maps(self, heightmap: Heightmap, surface: Surface) -> Self {
-        Self {
-            heightmap,
-            surface: Some(surface),
-            ..self
-        }
+    pub(crate) fn with_surface(mut self, surface: Surface) -> Self {
+        self.surface = Some(surface);
+        self
     }
 
     /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to a unit.
@@ -470,12 +459,7 @@ impl Scene {
                 heightmap.raise(x / samples, y, height);
             }
         }
-        Ok(Self {
-            heightmap,
-            surface: Some(surface),
-            content: None,
-            leaving: None,
-        })
+        Ok(Self::from_heightmap(heightmap).with_surface(surface))
     }
 
     /// A scene as a camera with one pixel per cell sees it: its heightmap is that [`at_middles`](Heightmap::at_middles).
@@ -483,12 +467,8 @@ impl Scene {
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
-        Ok(Self {
-            heightmap: Heightmap::at_middles(grid, &surface)?,
-            surface: Some(surface),
-            content: None,
-            leaving: None,
-        })
+        let heightmap = Heightmap::at_middles(grid, &surface)?;
+        Ok(Self::from_heightmap(heightmap).with_surface(surface))
     }
 
     /// The container's heightmap.

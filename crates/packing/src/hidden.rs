@@ -56,22 +56,20 @@ impl SceneMemory {
             return scene;
         };
         let solids = content.solids().to_vec();
-        let completed = surface.has_bounds().then(|| {
+        let mut surface = surface.clone();
+        let mut heightmap = scene.heightmap().clone();
+        if surface.has_bounds() {
             let before = self.last.as_ref();
-            let before = before.filter(|last| last.surface.has_size_of(surface));
-            let completed = complete(grid, surface, content, before);
-            let heightmap = changed(grid, scene.heightmap(), surface, &completed);
-            (heightmap, completed)
-        });
-        let scene = match completed {
-            Some((heightmap, completed)) => scene.with_maps(heightmap, completed),
-            None => scene,
-        };
-        self.last = scene.surface().map(|surface| Remembered {
+            let before = before.filter(|last| last.surface.has_size_of(&surface));
+            let completed = complete(grid, &surface, content, before);
+            heightmap = changed(grid, &heightmap, &surface, &completed);
+            surface = completed;
+        }
+        self.last = Some(Remembered {
             surface: surface.clone(),
             solids,
         });
-        scene
+        scene.with_heightmap(heightmap).with_surface(surface)
     }
 }
 

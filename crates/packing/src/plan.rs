@@ -193,11 +193,6 @@ impl Planner {
         }
     }
 
-    /// Whether its choice is the valid placement with the best value, so that choices can be compared by it.
-    pub fn is_by_value(&self) -> bool {
-        self.order == Order::Balance && self.search.is_by_value()
-    }
-
     /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
     /// only candidate.
     ///
@@ -264,9 +259,7 @@ impl Planner {
 
         self.arrange(input);
         self.search_all(input)?;
-        let is_over = self.plan.is_cut() || input.below.is_some();
-        let is_fruitless = self.plan.choice().is_none() && !is_over;
-        if is_fruitless {
+        if self.plan.choice().is_none() && !self.plan.is_cut() {
             // Better late than not at all: an item is given up only where no placement is valid.
             let are_checks_wider = self.search.widen();
             self.plan.is_widened = self.proposals.may_be_widened();
@@ -276,12 +269,9 @@ impl Planner {
             if self.plan.is_widened || are_checks_wider {
                 self.search_all(input)?;
             }
-        }
-        if self.plan.choice().is_none()
-            && !is_over
-            && let Some(placement) = self.search.last_resort(input)
-        {
-            self.plan.ranked.push(placement);
+            if self.plan.choice().is_none() {
+                self.plan.ranked.extend(self.search.last_resort(input));
+            }
         }
         if let Some(reason) = self.proposals.degraded() {
             self.plan.shortfall.degrade(reason.to_owned());
@@ -349,7 +339,7 @@ impl Planner {
         for shortfall in search.shortfalls() {
             plan.shortfall.add(shortfall);
         }
-        let is_decided = is_exhausted && !search.is_cut() && input.below.is_none();
+        let is_decided = is_exhausted && !search.is_cut();
         for candidate in group {
             let Some(report) = plan.candidates.get_mut(*candidate) else {
                 continue;

@@ -15,34 +15,8 @@ pub use drawn::{ProposeRandom, ProposeTries};
 pub enum CandidateProposals<P> {
     /// Every possible one.
     All,
-    /// Every possible one at some yaws.
-    AllAt(YawRange),
     /// These. One that leaves the container is never valid.
     Some(P),
-}
-
-/// Consecutive yaws of a resolution: those from `first` to below `end`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct YawRange {
-    /// Index of the first yaw.
-    pub first: usize,
-    /// Index after the last one.
-    pub end: usize,
-}
-
-impl YawRange {
-    /// All yaws of an item.
-    pub fn all(item: &Item) -> Self {
-        Self {
-            first: 0,
-            end: item.views().len(),
-        }
-    }
-
-    /// Whether a yaw is among them.
-    pub fn contains(self, yaw: usize) -> bool {
-        (self.first..self.end).contains(&yaw)
-    }
 }
 
 /// The proposals of a step, per candidate; a candidate that nothing was said of has none.
@@ -92,11 +66,6 @@ impl Proposals {
         self.entries.push(CandidateProposals::All);
     }
 
-    /// Adds the next candidate, with every possible placement at these yaws.
-    pub fn push_all_at(&mut self, yaws: YawRange) {
-        self.entries.push(CandidateProposals::AllAt(yaws));
-    }
-
     /// Adds the next candidate, with these placements.
     pub fn push(&mut self, placements: impl IntoIterator<Item = Placement>) {
         let start = self.placements.len();
@@ -120,7 +89,6 @@ impl Proposals {
     pub fn of(&self, candidate: usize) -> CandidateProposals<&[Placement]> {
         let range = match self.entries.get(candidate) {
             Some(CandidateProposals::All) => return CandidateProposals::All,
-            Some(CandidateProposals::AllAt(yaws)) => return CandidateProposals::AllAt(*yaws),
             Some(CandidateProposals::Some(range)) => range.clone(),
             None => 0..0,
         };
@@ -250,76 +218,18 @@ pub fn all_count(grid: &Grid, item: &Item) -> u64 {
 
 /// How many placements of an item lie within the container, over all yaws.
 pub fn possible_count(grid: &Grid, item: &Item) -> u64 {
-    possible_count_at(grid, item, YawRange::all(item))
-}
-
-/// How many placements of an item at some yaws lie within the container.
-pub fn possible_count_at(grid: &Grid, item: &Item, yaws: YawRange) -> u64 {
-    let views = item.views().iter().take(yaws.end).skip(yaws.first);
-    let corners = views.map(|view| view.corners((grid.nx(), grid.ny())));
+    let corners = item
+        .views()
+        .iter()
+        .map(|view| view.corners((grid.nx(), grid.ny())));
     corners.map(|(nx, ny)| (nx * ny) as u64).sum()
 }
 
 /// The same; 0 for an item that is taller than the container at every yaw.
-pub fn possible_count_below_rim(grid: &Grid, item: &Item, yaws: YawRange) -> u64 {
+pub fn possible_count_below_rim(grid: &Grid, item: &Item) -> u64 {
     let mut views = item.views().iter();
-    if views.any(|view| view.height() <= grid.rim()) {
-        possible_count_at(grid, item, yaws)
-    } else {
-        0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Fails every second time.
-    struct Unsteady(u32);
-
-    impl Proposer for Unsteady {
-        fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-            self.0 += 1;
-            proposals.clear();
-            if self.0.is_multiple_of(2) {
-                return Err("out of order".into());
-            }
-            input.candidates.iter().for_each(|_| proposals.push([]));
-            Ok(())
-        }
-    }
-
-    #[test]
-    fn a_failing_proposer_gives_way_to_the_exhaustive_search_and_the_reason_is_kept() {
-        use crate::heightmap::{Heightmap, Scene};
-        use crate::item::ViewSurfaces;
-        let grid = Grid::reference();
-        let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
-        let item = Item::new("cube", vec![view; 4], 0.0).unwrap();
-        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
-        let candidates = [crate::step::Candidate::new(0, std::sync::Arc::new(item))];
-        let input = StepInput::new(&grid, &scene, &candidates);
-        let mut proposals = Proposals::default();
-        let mut proposer = OrExhaustive::new(Box::new(Unsteady(0)));
-        for round in 0..4 {
-            proposer.propose(&input, &mut proposals).unwrap();
-            let fails = round % 2 == 1;
-            let expected = fails.then_some("out of order");
-            assert_eq!(proposals.degraded(), expected, "round {round}");
-            let all = proposals.of(0) == CandidateProposals::All;
-            assert_eq!(all, fails, "round {round}");
-        }
-        let mut absent = OrExhaustive::instead("no weights");
-        absent.propose(&input, &mut proposals).unwrap();
-        assert_eq!(proposals.degraded(), Some("no weights"));
-        assert_eq!(proposals.of(0), CandidateProposals::All);
-    }
-
-    #[test]
-    fn shares_outside_0_to_100_are_refused() {
-        for percent in [0.0, -1.0, 100.1, f64::NAN] {
-            assert!(Percent::new(percent).is_err(), "{percent}");
-        }
-        assert_eq!(Percent::new(5.0).unwrap().of(1001), 51);
+    match views.any(|view| view.height() <= grid.rim()) {
+        true => possible_count(grid, item),
+        false => 0,
     }
 }

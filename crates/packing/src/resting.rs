@@ -9,7 +9,6 @@ use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{Item, ItemView, ShapeId};
 use crate::kernel::{LANES, PaddedMap, resting_heights};
-use crate::proposals::YawRange;
 use crate::search::limits::Clock;
 
 /// Shapes kept beyond those of the current buffer: the ones it held just before.
@@ -158,7 +157,7 @@ impl RestingHeights {
 
     /// The resting heights of an item, one map per yaw.
     pub fn of(&mut self, item: &Item) -> impl Iterator<Item = &RestingMap> {
-        self.prepare(item, YawRange::all(item), None, None);
+        self.prepare(item, None, None);
         self.views(item.shape()).iter()
     }
 
@@ -211,12 +210,11 @@ impl RestingHeights {
             .sum()
     }
 
-    /// Makes the maps of an item's views at some yaws current, in parallel where a pool is given. Those that are not when the
+    /// Makes the maps of an item's views current, in parallel where a pool is given. Those that are not when the
     /// time is over are of no use until they are made anew.
     pub(crate) fn prepare(
         &mut self,
         item: &Item,
-        yaws: YawRange,
         pool: Option<&rayon::ThreadPool>,
         deadline: Option<Instant>,
     ) {
@@ -249,14 +247,10 @@ impl RestingHeights {
             });
             map.version = if is_filled { *version } else { 0 };
         };
-        let maps = maps.views.get_mut(yaws.first..).unwrap_or(&mut []);
-        let views = item.views().get(yaws.first..).unwrap_or(&[]);
-        let count = yaws.end.saturating_sub(yaws.first);
+        let (maps, views) = (&mut maps.views, item.views());
         match pool {
-            None => maps.iter_mut().zip(views).take(count).for_each(refresh),
-            Some(pool) => pool.install(|| {
-                maps.par_iter_mut().zip(views).take(count).for_each(refresh);
-            }),
+            None => maps.iter_mut().zip(views).for_each(refresh),
+            Some(pool) => pool.install(|| maps.par_iter_mut().zip(views).for_each(refresh)),
         }
     }
 }

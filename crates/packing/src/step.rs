@@ -34,8 +34,6 @@ pub struct StepInput<'a> {
     pub alternatives: usize,
     /// When the answer has to be there; `None` where it is waited for as long as it takes.
     pub deadline: Option<Instant>,
-    /// Only placements with a value below this are wanted: another container offers one with it.
-    pub below: Option<f64>,
 }
 
 impl<'a> StepInput<'a> {
@@ -48,13 +46,7 @@ impl<'a> StepInput<'a> {
             step: 0,
             alternatives: 0,
             deadline: None,
-            below: None,
         }
-    }
-
-    /// Whether a placement is wanted.
-    pub fn wants(&self, placement: &Evaluated) -> bool {
-        self.below.is_none_or(|below| placement.value < below)
     }
 
     /// How many valid placements are wanted.

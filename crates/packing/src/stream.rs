@@ -4,9 +4,7 @@
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
 use crate::closing::{self, Closing, ClosingRules, Fill};
-use crate::containers::{
-    Chosen, ContainerChoice, ContainersStep, Effort, OpenContainer, OpenContainers,
-};
+use crate::containers::{ContainersStep, Effort, OpenContainer};
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
@@ -34,8 +32,6 @@ pub struct StreamPlay {
     pub open: usize,
     /// Items that a step may choose among.
     pub buffer: usize,
-    /// Which of the containers an item goes into.
-    pub choice: ContainerChoice,
     /// When one is closed though items fit into others.
     pub closing: ClosingRules,
 }
@@ -145,14 +141,9 @@ pub fn play_stream<S: ContainerSupply>(
             break;
         }
         containers.orders.begin(buffer.candidates());
-        let (chosen, effort) = containers.plan(step, buffer.candidates())?;
-        let taken = chosen.and_then(|chosen| {
-            let candidate = buffer.take(chosen.placement.candidate)?;
-            Some((candidate, chosen))
-        });
-        if let Some((candidate, chosen)) = taken {
-            let done = done(step, candidate, &chosen, effort);
-            containers.place(done, chosen.container)?;
+        if let Some((container, done)) = containers.plan(step, buffer.candidates())? {
+            buffer.take(done.choice.candidate);
+            containers.place(done, container)?;
         } else if let Some(candidate) = containers.fits_nowhere(buffer.candidates()) {
             if let Some(dropped) = buffer.take(candidate) {
                 containers.orders.dropped(dropped.arrival);
@@ -174,27 +165,12 @@ pub fn play_stream<S: ContainerSupply>(
     })
 }
 
-fn done(step: u64, candidate: Candidate, chosen: &Chosen, effort: Effort) -> Step {
-    Step {
-        step,
-        candidate,
-        choice: chosen.placement,
-        evidence: chosen.evidence.clone(),
-        alternatives: Vec::new(),
-        timings: effort.timings,
-        degraded: chosen.degraded.clone(),
-        is_widened: chosen.is_widened,
-        refusals: effort.refusals,
-    }
-}
-
 /// The open containers of a stream, and who plans for them.
 struct Containers<'a, C> {
     grid: &'a Grid,
-    planners: OpenContainers,
+    planners: Vec<Planner>,
     filled: Vec<Filled<C>>,
     orders: Orders,
-    choice: ContainerChoice,
     closing: ClosingRules,
     opened: usize,
 }
@@ -208,10 +184,9 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     ) -> Result<Self, EpisodeError> {
         let mut containers = Self {
             grid,
-            planners: OpenContainers::default(),
+            planners: Vec::new(),
             filled: Vec::new(),
             orders,
-            choice: how.choice,
             closing: how.closing,
             opened: 0,
         };
@@ -230,7 +205,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         let number = self.opened;
         let (planner, mut cell) = supply.next(number, self.grid).map_err(failed)?;
         let scene = cell.scan().map_err(failed)?;
-        self.planners.open(planner);
+        self.planners.push(planner);
         self.orders.opened();
         self.filled.push(Filled {
             number,
@@ -249,7 +224,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         &mut self,
         step: u64,
         candidates: &[Candidate],
-    ) -> Result<(Option<Chosen>, Effort), EpisodeError> {
+    ) -> Result<Option<(usize, Step)>, EpisodeError> {
         let open = self.filled.iter().map(|filled| OpenContainer {
             grid: &filled.grid,
             scene: &filled.scene,
@@ -259,21 +234,19 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         let orders = &self.orders;
         let containers: Vec<usize> = (0..open.len()).collect();
         let mut effort = Effort::default();
-        let mut chosen = None;
         for attempt in orders.attempts(&containers, candidates) {
-            let (found, further) = self.planners.plan(&ContainersStep {
-                choice: self.choice,
+            let input = ContainersStep {
+                containers: &open,
+                candidates,
                 admits: &|at, held| orders.admits(attempt, at, held.arrival),
                 step,
-                ..ContainersStep::new(&open, candidates)
-            })?;
-            effort += further;
-            chosen = found;
+            };
+            let chosen = input.plan(&mut self.planners, &mut effort)?;
             if chosen.is_some() {
-                break;
+                return Ok(chosen);
             }
         }
-        Ok((chosen, effort))
+        Ok(None)
     }
 
     /// A container that a rule closes, and why.
@@ -291,7 +264,6 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
-        self.planners.changed(container);
         self.orders.packed(container, step.candidate.arrival);
         match self.filled.get_mut(container) {
             Some(filled) => filled.place(step),
@@ -315,7 +287,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
-        self.planners.close(container);
+        self.planners.remove(container);
         self.orders.closed(container);
         let mut filled = self.filled.remove(container);
         filled.closing = Some(why);

@@ -187,68 +187,54 @@ mod tests {
     #[test]
     fn what_reaches_its_limits_is_within_them_and_what_exceeds_one_is_not() {
         let at = settling(LIMITS.tilt_rad, LIMITS.slide_m, LIMITS.disturbance_m);
-        assert_eq!(at.beyond(&LIMITS), None);
-        let toppled = Settling {
-            tilt_rad: at.tilt_rad.next_up(),
-            ..at
+        let changed = |change: fn(&mut Settling)| {
+            let mut changed = at;
+            change(&mut changed);
+            changed.beyond(&LIMITS)
         };
-        let slid = Settling {
-            slide_m: at.slide_m.next_up(),
-            ..at
-        };
-        let pushing = Settling {
-            disturbance_m: at.disturbance_m.next_up(),
-            ..at
-        };
-        let moving = Settling {
-            is_still: false,
-            ..at
-        };
-        let above = |above_rim_m| Settling { above_rim_m, ..at };
-        assert_eq!(above(RIM_TOLERANCE_M).beyond(&LIMITS), None);
-        for (beyond, why) in [
-            (toppled, "it would topple"),
-            (slid, "it would slide"),
-            (pushing, "it would move what lies there"),
-            (moving, "it would not come to rest"),
-            (above(0.0011), "it would stick out above the rim"),
-        ] {
-            assert_eq!(beyond.beyond(&LIMITS), Some(why));
-        }
+        assert_eq!(changed(|_| {}), None);
+        assert_eq!(changed(|at| at.above_rim_m = RIM_TOLERANCE_M), None);
+        let toppled = changed(|at| at.tilt_rad = at.tilt_rad.next_up());
+        assert_eq!(toppled, Some("it would topple"));
+        let slid = changed(|at| at.slide_m = at.slide_m.next_up());
+        assert_eq!(slid, Some("it would slide"));
+        let pushing = changed(|at| at.disturbance_m = at.disturbance_m.next_up());
+        assert_eq!(pushing, Some("it would move what lies there"));
+        let moving = changed(|at| at.is_still = false);
+        assert_eq!(moving, Some("it would not come to rest"));
+        let above = changed(|at| at.above_rim_m = 0.0011);
+        assert_eq!(above, Some("it would stick out above the rim"));
     }
 
     #[test]
     fn the_worse_of_two_is_the_worse_in_every_respect() {
-        let one = settling(0.1, 0.02, 0.0);
-        let other = Settling {
+        let above = |settling| Settling {
             is_still: false,
             above_rim_m: 0.002,
-            ..settling(0.05, 0.03, 0.01)
+            ..settling
         };
-        let worse = Settling {
-            is_still: false,
-            above_rim_m: 0.002,
-            ..settling(0.1, 0.03, 0.01)
-        };
-        assert_eq!(one.worse(&other), worse);
-        assert_eq!(other.worse(&one), worse);
+        let (one, other) = (settling(0.1, 0.02, 0.0), above(settling(0.05, 0.03, 0.01)));
+        let worse = above(settling(0.1, 0.03, 0.01));
+        assert_eq!([one.worse(&other), other.worse(&one)], [worse; 2]);
         assert_eq!(one.worse(&one), one);
     }
 
     #[test]
-    fn the_severity_is_above_1_exactly_where_a_limit_is_exceeded() {
-        let none = TrialLimits {
-            tilt_rad: 0.0,
-            rolling_tilt_rad: 0.0,
+    fn the_severity_is_the_greatest_share_of_a_limit_above_1_exactly_where_one_is_exceeded() {
+        for (settling, expected) in [
+            (settling(0.0, 0.0, 0.0), 0.0),
+            (settling(0.2, 0.0, 0.0), 0.5),
+            (settling(0.2, 0.04, 0.03), 2.0),
+        ] {
+            assert_eq!(settling.severity(&LIMITS), expected);
+        }
+        // Any slide is more than none, and none is not too much.
+        let rigid = TrialLimits {
             slide_m: 0.0,
-            disturbance_m: 0.0,
-        };
-        let unmoved = TrialLimits {
-            disturbance_m: 0.0,
             ..LIMITS
         };
         let values = |limit: f64| [0.0, limit / 2.0, limit, limit.next_up(), limit + 0.1];
-        for limits in [LIMITS, TrialLimits::default(), unmoved, none] {
+        for limits in [LIMITS, TrialLimits::default(), rigid] {
             for tilt_rad in values(limits.tilt_rad) {
                 for slide_m in values(limits.slide_m) {
                     for disturbance_m in values(limits.disturbance_m) {
@@ -263,21 +249,8 @@ mod tests {
     }
 
     #[test]
-    fn the_severity_is_the_greatest_share_of_a_limit() {
-        assert_eq!(settling(0.0, 0.0, 0.0).severity(&LIMITS), 0.0);
-        assert_eq!(settling(0.2, 0.0, 0.0).severity(&LIMITS), 0.5);
-        assert_eq!(settling(0.2, 0.04, 0.03).severity(&LIMITS), 2.0);
-        let rigid = TrialLimits {
-            slide_m: 0.0,
-            ..LIMITS
-        };
-        // Any slide is more than none, and none is not too much.
-        assert_eq!(settling(0.2, 1e-9, 0.0).severity(&rigid), f64::INFINITY);
-        assert_eq!(settling(0.2, 0.0, 0.0).severity(&rigid), 0.5);
-    }
-
-    #[test]
     fn impossible_settings_are_named() {
+        assert!(TrialSettings::default().is_on() && !TrialSettings::off().is_on());
         TrialSettings::default().validate().unwrap();
         TrialSettings::off().validate().unwrap();
         let refused = |change: fn(&mut TrialSettings)| {
@@ -293,11 +266,5 @@ mod tests {
         assert!(refused(|s| s.limits.disturbance_m = f64::INFINITY).contains("disturbance"));
         assert!(refused(|s| s.neighbour_m = 1.5).contains("neighbours"));
         assert!(refused(|s| s.above_rim_m = -0.01).contains("above the rim"));
-    }
-
-    #[test]
-    fn nothing_is_tried_where_no_try_is_allowed() {
-        assert!(TrialSettings::default().is_on());
-        assert!(!TrialSettings::off().is_on());
     }
 }

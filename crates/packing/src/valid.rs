@@ -44,21 +44,13 @@ pub struct Tally {
     pub refusals: Refusals,
 }
 
-/// Which checks are asked.
-#[derive(Debug, Clone, Copy)]
-enum Of {
-    All,
-    Others,
-    Last,
-}
-
 /// The candidate of a placement, as a range.
 fn only(placement: &Evaluated) -> Range<usize> {
     placement.candidate..placement.candidate + 1
 }
 
-/// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass. All checks of
-/// the program are asked here, those of the planner, of the services and of the dataset's expert.
+/// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass, those of the planner
+/// and those of the services.
 ///
 /// Like the evaluator's ranking, the search goes on where it stopped.
 pub struct ValidSearch {
@@ -148,7 +140,7 @@ impl ValidSearch {
             let Some((placement, mut evidence)) = self.upcoming.pop_front() else {
                 return Ok(None);
             };
-            match self.ask(input, &placement, Of::Last)? {
+            match self.ask(input, &placement, true)? {
                 Some(Verdict::Accepted(found)) => {
                     evidence.add(found);
                     return Ok(Some(ValidPlacement {
@@ -176,7 +168,7 @@ impl ValidSearch {
         while self.upcoming.len() < foresight
             && let Some(placement) = self.next_ranked(input)?
         {
-            match self.ask(input, &placement, Of::Others)? {
+            match self.ask(input, &placement, false)? {
                 Some(Verdict::Accepted(evidence)) => {
                     self.upcoming.push_back((placement, evidence));
                 }
@@ -249,45 +241,24 @@ impl ValidSearch {
         })
     }
 
-    /// Whether placements come by their values.
-    pub fn is_by_value(&self) -> bool {
-        self.evaluator.is_by_value()
-    }
-
-    /// The next placement by increasing value, before any check; `None` after the last that is wanted.
-    ///
-    /// # Errors
-    /// [`SearchError::Evaluate`] where the evaluator failed.
-    pub fn next_ranked(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, SearchError> {
+    /// The next placement by increasing value, before any check; `None` after the last.
+    fn next_ranked(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, SearchError> {
         if self.shortfall.is_cut {
             return Ok(None);
         }
         let started = Instant::now();
         let best = self.evaluator.next_best(input);
         self.timings.evaluate += started.elapsed();
-        let best = best.map_err(SearchError::Evaluate)?;
-        Ok(best.filter(|best| !self.is_by_value() || input.wants(best)))
+        best.map_err(SearchError::Evaluate)
     }
 
-    /// What the checks say of a placement: a refusal by the first that refuses it, else the evidence of all. `None`
-    /// where the time is over.
-    ///
-    /// # Errors
-    /// [`SearchError::Check`] where a check failed.
-    pub fn judge(
-        &mut self,
-        input: &StepInput<'_>,
-        placement: &Evaluated,
-    ) -> Result<Option<Verdict>, SearchError> {
-        self.ask(input, placement, Of::All)
-    }
-
-    /// What some of the checks say of a placement.
+    /// What the last check says of a placement, or what all others say: a refusal by the first that refuses it, else the evidence of
+    /// all. `None` where the time is over.
     fn ask(
         &mut self,
         input: &StepInput<'_>,
         placement: &Evaluated,
-        of: Of,
+        is_last: bool,
     ) -> Result<Option<Verdict>, SearchError> {
         let started = Instant::now();
         if input.deadline.is_some_and(|deadline| started >= deadline) {
@@ -295,7 +266,7 @@ impl ValidSearch {
             self.shortfall.cut(what.to_owned());
             return Ok(None);
         }
-        let verdict = self.ask_checks(input, placement, of);
+        let verdict = self.ask_checks(input, placement, is_last);
         self.timings.check += started.elapsed();
         let verdict = verdict?;
         if let Verdict::Refused(refusal) = &verdict
@@ -310,7 +281,7 @@ impl ValidSearch {
         &mut self,
         input: &StepInput<'_>,
         placement: &Evaluated,
-        of: Of,
+        is_last: bool,
     ) -> Result<Verdict, SearchError> {
         let mut evidence = Evidence::default();
         let Some(candidate) = input.candidates.get(placement.candidate) else {
@@ -323,12 +294,12 @@ impl ValidSearch {
             return Ok(Verdict::Refused(refusal));
         }
         let others = self.checks.len().saturating_sub(1);
-        let (skipped, asked) = match of {
-            Of::All => (0, self.checks.len()),
-            Of::Others => (0, others),
-            Of::Last => (others, 1),
+        let asked = if is_last {
+            others..self.checks.len()
+        } else {
+            0..others
         };
-        for check in self.checks.iter_mut().skip(skipped).take(asked) {
+        for check in self.checks.get_mut(asked).unwrap_or(&mut []) {
             let verdict = check.judge(input, candidate, resting);
             match verdict.map_err(SearchError::Check)? {
                 Verdict::Accepted(found) => evidence.add(found),

@@ -214,9 +214,6 @@ fn proposed(
     let count = held.item.views().len() * cells;
     match proposals {
         CandidateProposals::All => vec![true; count],
-        CandidateProposals::AllAt(yaws) => (0..count)
-            .map(|index| yaws.contains(index / cells))
-            .collect(),
         CandidateProposals::Some(placements) => {
             let mut is_proposed = vec![false; count];
             for at in placements {

@@ -7,11 +7,10 @@ mod source;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
 use ppnpack_packing::closing::ClosingRules;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
@@ -79,10 +78,6 @@ pub(crate) struct StreamArguments {
     )]
     open: Vec<u8>,
 
-    /// Which of the open containers an item goes into
-    #[arg(long, value_enum, default_value_t = Choice::Fullest)]
-    choice: Choice,
-
     /// A JSON file with the method, in place of placements that are tried on 5 mm and 8 yaws
     #[arg(long, value_name = "FILE")]
     method: Option<PathBuf>,
@@ -102,24 +97,6 @@ pub(crate) struct StreamArguments {
 
     #[command(flatten)]
     out: OutOptions,
-}
-
-/// Which of the open containers an item goes into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-enum Choice {
-    /// The fullest in which an item of the buffer has a valid placement
-    Fullest,
-    /// That of the valid placement with the best value of all
-    Best,
-}
-
-impl Choice {
-    fn of_containers(self) -> ContainerChoice {
-        match self {
-            Self::Fullest => ContainerChoice::Fullest,
-            Self::Best => ContainerChoice::Best,
-        }
-    }
 }
 
 /// How a line of the table is packed.
@@ -202,7 +179,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             how: StreamPlay {
                 open: usize::from(setting.open),
                 buffer: way.method.buffer,
-                choice: arguments.choice.of_containers(),
                 closing: arguments.closing(setting.sharing),
             },
             grid: &grid,
@@ -216,7 +192,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             &packing.rules,
             packing.how.closing,
             setting.open,
-            arguments.choice,
         );
         let kept = Runs::new(&folder, &settings)?;
         let pack = |stream: &Arrivals| {

@@ -6,7 +6,7 @@ use ppnpack_packing::orders::Sharing;
 use serde::Serialize;
 
 use super::packing::{Container, Run};
-use super::{Choice, Setting, StreamArguments};
+use super::{Setting, StreamArguments};
 use crate::comparison::WIDENED;
 use crate::filling::Way;
 use crate::sheet::{Cell, Column, Lines};
@@ -23,7 +23,6 @@ pub(super) struct Results<'a> {
     streams: u32,
     source: String,
     has_orders: bool,
-    choice: Choice,
     way: &'a Way,
     lines: Lines<Run>,
     #[serde(skip)]
@@ -207,12 +206,6 @@ impl<'a> Results<'a> {
         let has_orders = arguments.source.has_orders();
         let workers = arguments.runs.workers();
         let source = arguments.source.said(arguments.wanted());
-        let choice = match arguments.choice {
-            Choice::Fullest => {
-                "the fullest container in which an item of the buffer has a valid placement"
-            }
-            Choice::Best => "the container of the valid placement with the best value",
-        };
         let has_arm = runs
             .iter()
             .any(|(_, runs)| runs.iter().any(|run| !run.cycle_s.is_empty()));
@@ -224,7 +217,7 @@ impl<'a> Results<'a> {
         lines.keep("setting", settings);
         let mut text = format!(
             "# Streams: several containers open\n\n\
-             {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into {choice}. Where nothing in the buffer \
+             {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into the fullest container in which an item of the buffer has a valid placement. Where nothing in the buffer \
              has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
              each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
              *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
@@ -258,7 +251,6 @@ impl<'a> Results<'a> {
             streams: arguments.streams,
             source,
             has_orders,
-            choice: arguments.choice,
             way,
             lines,
             text,

@@ -172,32 +172,6 @@ mod tests {
     }
 
     #[test]
-    fn spans_of_all_coarse_corners_partition_the_fine_ones() {
-        for (cells, fine_cells) in [(1, 32), (2, 65), (3, 64), (4, 128), (5, 33)] {
-            let size = ContainerSize {
-                x_m: 0.01 * f64::from(fine_cells),
-                ..ContainerSize::REFERENCE
-            };
-            let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-            let fine = Grid::new(size, resolution).unwrap();
-            let grids = CoarseGrid::new(&fine, Coarsening { cells, yaws: 1 }).unwrap();
-            for footprint in 1..=fine.nx() {
-                let coarse_footprint = footprint.div_ceil(cells);
-                if coarse_footprint > grids.coarse().nx() {
-                    continue;
-                }
-                let container = (fine.nx(), grids.coarse().nx());
-                let corners = 0..container.1 + 1 - coarse_footprint;
-                let spans = corners.flat_map(|corner| {
-                    grids.span(container, (footprint, coarse_footprint), corner)
-                });
-                let all = 0..fine.nx() + 1 - footprint;
-                assert!(spans.eq(all), "{cells} {fine_cells} {footprint}");
-            }
-        }
-    }
-
-    #[test]
     fn yaws_go_to_the_nearest_coarse_one() {
         let half = grid(0.0025, Yaws::half_turn(16).unwrap());
         let grids = CoarseGrid::new(&half, Coarsening { cells: 4, yaws: 4 }).unwrap();

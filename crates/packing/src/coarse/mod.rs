@@ -4,10 +4,8 @@
 //! one.
 
 mod grid;
-mod items;
 mod pooling;
 mod proposer;
 
 pub use grid::{CoarseGrid, CoarseGridError, Coarsening};
-pub(crate) use items::CoarseItems;
 pub use proposer::CoarseToFine;

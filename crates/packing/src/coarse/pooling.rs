@@ -107,61 +107,57 @@ mod tests {
         CoarseGrid::new(&Grid::reference(), Coarsening { cells, yaws: 1 }).unwrap()
     }
 
-    fn item(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Item {
-        let view = ViewSurfaces::of_cells(nx, ny, top, bottom);
-        Item::new("item", vec![view; 4], 0.0).unwrap()
-    }
-
     #[test]
     fn a_coarse_cell_has_the_median_height_of_its_cells() {
         // 32 cells make 10 coarse ones of 3, of which the last has 5.
         let mut heightmap = Heightmap::empty(&Grid::reference());
-        for (x, y) in [(3, 3), (3, 4), (3, 5), (4, 3), (4, 4)] {
+        let cells = [
+            (3, 3),
+            (3, 4),
+            (3, 5),
+            (4, 3),
+            (4, 4),
+            (6, 6),
+            (6, 7),
+            (7, 6),
+            (7, 7),
+        ];
+        for (x, y) in cells {
             heightmap.raise(x, y, 9);
         }
         heightmap.raise(4, 5, 7);
-        for (x, y) in [(6, 6), (6, 7), (7, 6), (7, 7)] {
-            heightmap.raise(x, y, 9);
-        }
         let last = (27..32).flat_map(|x| (27..32).map(move |y| (x, y)));
-        for (x, y) in last.take(13) {
-            heightmap.raise(x, y, 4);
-        }
+        last.take(13).for_each(|(x, y)| heightmap.raise(x, y, 4));
         let pooled = grids(3).pool(&heightmap);
         assert_eq!((pooled.nx(), pooled.ny()), (10, 10));
         let found = [(1, 1), (2, 2), (9, 9)].map(|(x, y)| pooled.get(x, y));
         assert_eq!(found, [Some(9), Some(0), Some(4)]);
-        let highest = grids(2).pool(&heightmap);
-        assert_eq!(highest.get(3, 3), Some(9));
         // Of four heights the second.
-        assert_eq!((highest.get(1, 2), highest.get(2, 1)), (Some(0), Some(0)));
-        assert_eq!(highest.get(2, 2), Some(0));
+        let pooled = grids(2).pool(&heightmap);
+        let found = [(3, 3), (1, 2), (2, 1), (2, 2)].map(|(x, y)| pooled.get(x, y));
+        assert_eq!(found, [Some(9), Some(0), Some(0), Some(0)]);
     }
 
     #[test]
-    fn an_item_has_the_cells_of_which_it_covers_half() {
-        let bottom = vec![2, 1, ABSENT, ABSENT, ABSENT, ABSENT, 0, 0, 5, ABSENT];
-        let top = vec![5, 6, 0, 0, 0, 0, 9, 8, 7, 0];
-        let bridge = item(2, 5, top, bottom);
-        // Two rows of five cells: coarse cells of 2 x 2 at y = 0, 1 and 2, the last beyond the footprint by half.
-        let pooled = grids(2).item(&bridge).unwrap();
-        let view = &pooled.views()[0];
-        assert_eq!((view.nx(), view.ny()), (1, 3));
-        assert_eq!(view.bottom(), [0, 0, ABSENT]);
-        assert_eq!(view.top(), [9, 8, 0]);
-    }
-
-    #[test]
-    fn heights_count_from_the_lowest_point_that_is_left() {
-        // Its foot covers a quarter of a cell.
-        let foot = item(2, 4, vec![9; 8], vec![4, 4, 4, 4, 4, 4, 0, 0]);
-        let view = grids(4).item(&foot).unwrap().views()[0].clone();
-        assert_eq!((view.top(), view.bottom()), (&[9][..], &[0][..]));
-        let needle = item(1, 3, vec![3; 3], vec![0, ABSENT, 1]);
-        let view = grids(3).item(&needle).unwrap().views()[0].clone();
-        assert_eq!((view.top(), view.bottom()), (&[3][..], &[0][..]));
-        let lamp = item(2, 3, vec![9; 6], vec![3, 3, 0, 3, 3, ABSENT]);
-        let view = grids(2).item(&lamp).unwrap().views()[0].clone();
-        assert_eq!((view.top(), view.bottom()), (&[6, 0][..], &[0, ABSENT][..]));
+    fn an_item_has_the_cells_of_which_it_covers_half_from_the_lowest_point_that_is_left() {
+        const NO: Units = ABSENT;
+        let pooled = |cells, ny: usize, top: &[Units], bottom: &[Units]| {
+            let view = ViewSurfaces::of_cells(top.len() / ny, ny, top.to_vec(), bottom.to_vec());
+            let item = Item::new("item", vec![view; 4], 0.0).unwrap();
+            let pooled = grids(cells).item(&item).unwrap();
+            let view = &pooled.views()[0];
+            (view.ny(), view.top().to_vec(), view.bottom().to_vec())
+        };
+        // A bridge of two rows of five cells: coarse cells of 2 x 2 at y = 0, 1 and 2, the last beyond the footprint by half.
+        let bottom = [2, 1, NO, NO, NO, NO, 0, 0, 5, NO];
+        let bridge = pooled(2, 5, &[5, 6, 0, 0, 0, 0, 9, 8, 7, 0], &bottom);
+        assert_eq!(bridge, (3, vec![9, 8, 0], vec![0, 0, NO]));
+        // A foot that covers a quarter of a cell.
+        let foot = pooled(4, 4, &[9; 8], &[4, 4, 4, 4, 4, 4, 0, 0]);
+        assert_eq!(foot, (1, vec![9], vec![0]));
+        let needle = pooled(3, 3, &[3; 3], &[0, NO, 1]);
+        assert_eq!(needle, (1, vec![3], vec![0]));
+        let lamp = pooled(2, 3, &[9; 6], &[3, 3, 0, 3, 3, NO]);
+        assert_eq!(lamp, (2, vec![6, 0], vec![0, NO]));
     }
 }

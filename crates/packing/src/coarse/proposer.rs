@@ -1,14 +1,18 @@
 //! A proposer of the coarse grid that proposes for the fine one.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::{CoarseGrid, CoarseItems};
+use super::CoarseGrid;
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
 use crate::objective::WeightError;
 use crate::proposals::{CandidateProposals, Percent, Proposals, Proposer, possible_count};
 use crate::search::{ProposeBest, SearchSettings};
 use crate::step::{Candidate, StageResult, StepInput};
+
+/// Maximum number of items whose coarse views are kept.
+const KEPT_ITEMS: usize = 512;
 
 /// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
 const WIDER: f64 = 4.0;
@@ -19,7 +23,8 @@ const WIDER: f64 = 4.0;
 pub struct CoarseToFine {
     grids: CoarseGrid,
     proposer: Box<dyn Proposer>,
-    items: CoarseItems,
+    /// Coarse views of items, by the shape of the fine ones.
+    items: HashMap<ShapeId, Arc<Item>>,
     proposals: Proposals,
 }
 
@@ -29,7 +34,7 @@ impl CoarseToFine {
         Self {
             grids,
             proposer,
-            items: CoarseItems::default(),
+            items: HashMap::new(),
             proposals: Proposals::default(),
         }
     }
@@ -47,8 +52,8 @@ impl CoarseToFine {
         share: Percent,
         wide: Box<dyn Proposer>,
     ) -> Result<Self, WeightError> {
-        let best = ProposeBest::new(grids.coarse(), settings, share)?.shared_by_candidates();
-        Ok(Self::new(grids, Box::new(best.among(wide))))
+        let best = ProposeBest::new(grids.coarse(), settings, share, wide)?;
+        Ok(Self::new(grids, Box::new(best)))
     }
 
     /// The share that is proposed for each candidate where `share` is kept of all together.
@@ -56,13 +61,24 @@ impl CoarseToFine {
         share.times(WIDER)
     }
 
-    /// Takes over the coarse views of items that are known ahead of time, as many as are kept.
+    /// Takes over the coarse views of items that are known ahead of time.
     #[must_use]
     pub fn with_items(mut self, items: impl Iterator<Item = (ShapeId, Arc<Item>)>) -> Self {
-        for (shape, item) in items {
-            self.items.keep(shape, item);
-        }
+        self.items.extend(items.take(KEPT_ITEMS));
         self
+    }
+
+    /// The coarse views of an item, always the same as long as they are kept.
+    fn coarse(&mut self, item: &Item) -> Result<Arc<Item>, ItemError> {
+        if let Some(kept) = self.items.get(&item.shape()) {
+            return Ok(Arc::clone(kept));
+        }
+        let coarse = Arc::new(self.grids.item(item)?);
+        if self.items.len() >= KEPT_ITEMS {
+            self.items.clear();
+        }
+        self.items.insert(item.shape(), Arc::clone(&coarse));
+        Ok(coarse)
     }
 }
 
@@ -70,7 +86,7 @@ impl Proposer for CoarseToFine {
     fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
         let candidates = input.candidates.iter().map(|candidate| {
             Ok(Candidate {
-                item: self.items.of(&self.grids, &candidate.item)?,
+                item: self.coarse(&candidate.item)?,
                 ..candidate.clone()
             })
         });

@@ -117,14 +117,10 @@ mod tests {
     }
 
     #[test]
-    fn two_supports_bear_by_the_lever_rule() {
+    fn two_supports_bear_by_the_lever_rule_and_four_legs_more_where_the_weight_is() {
         let ends = [(0.0, 0.0), (1.0, 0.0)];
         assert_near(shares(&ends, (0.25, 0.0)), &[0.75, 0.25]);
         assert_near(shares(&ends, (0.0, 0.0)), &[1.0, 0.0]);
-    }
-
-    #[test]
-    fn four_legs_bear_evenly_below_the_middle_and_more_where_the_weight_is() {
         let legs = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
         assert_near(shares(&legs, (0.5, 0.5)), &[0.25; 4]);
         assert_near(shares(&legs, (0.25, 0.5)), &[0.375, 0.125, 0.375, 0.125]);

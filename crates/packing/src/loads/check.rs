@@ -19,16 +19,9 @@ const PARTIAL_CONTENT: &str =
 pub struct LoadCheck {
     margin: f64,
     pile: Option<(Grid, Pile)>,
-    /// Which solids have limits.
-    limited: Vec<(usize, Limit)>,
+    /// Which solids have limits: their names, and the greatest masses that they may carry, in kilograms.
+    limited: Vec<(usize, Arc<str>, f64)>,
     is_partial: bool,
-}
-
-/// What a solid carries, and may.
-#[derive(Debug, Clone)]
-struct Limit {
-    name: Arc<str>,
-    carries_kg: f64,
 }
 
 impl LoadCheck {
@@ -42,15 +35,10 @@ impl LoadCheck {
         }
     }
 
-    /// The load of a limited solid with so much more on it; never more than the whole mass above it.
-    fn load(&self, pile: &Pile, solid: usize, limit: &Limit, added_kg: f64, mass_kg: f64) -> Load {
+    /// What a solid would carry with so much more on it, in kilograms; never more than the whole mass above it.
+    fn estimated_kg(&self, pile: &Pile, solid: usize, added_kg: f64, mass_kg: f64) -> f64 {
         let with_margin_kg = self.margin * (pile.carried_kg(solid) + added_kg);
-        let all_above_kg = pile.above_kg(solid) + mass_kg;
-        Load {
-            item: limit.name.to_string(),
-            estimated_kg: with_margin_kg.min(all_above_kg),
-            carries_kg: limit.carries_kg,
-        }
+        with_margin_kg.min(pile.above_kg(solid) + mass_kg)
     }
 }
 
@@ -65,14 +53,12 @@ impl ValidityCheck for LoadCheck {
         let solids = content
             .map(|content| content.all_solids())
             .unwrap_or_default();
-        let limit = |burden: &Burden| {
-            burden.carries_kg.map(|carries_kg| Limit {
-                name: Arc::clone(&burden.name),
-                carries_kg,
-            })
-        };
-        let limited = solids.iter().enumerate();
-        let limited = limited.filter_map(|(index, solid)| Some((index, limit(&solid.burden)?)));
+        let limited = solids.iter().enumerate().filter_map(|(index, solid)| {
+            let Burden {
+                name, carries_kg, ..
+            } = &solid.burden;
+            Some((index, Arc::clone(name), (*carries_kg)?))
+        });
         self.limited = limited.collect();
         self.is_partial = content.is_some_and(|content| content.has_unknown());
         if self.limited.is_empty() {
@@ -104,9 +90,13 @@ impl ValidityCheck for LoadCheck {
             return Ok(Verdict::Accepted(Evidence::default()));
         };
         let added_kg = pile.added_kg(view, &resting.placement, mass_kg);
-        let loads = self.limited.iter().filter_map(|(solid, limit)| {
+        let loads = self.limited.iter().filter_map(|(solid, name, carries_kg)| {
             let added_kg = added_kg.get(*solid).copied().filter(|kg| *kg > 0.0)?;
-            Some(self.load(pile, *solid, limit, added_kg, mass_kg))
+            Some(Load {
+                item: name.to_string(),
+                estimated_kg: self.estimated_kg(pile, *solid, added_kg, mass_kg),
+                carries_kg: *carries_kg,
+            })
         });
         let greatest = loads.max_by(|one, other| one.share().total_cmp(&other.share()));
         if let Some(load) = &greatest

@@ -345,6 +345,3 @@ impl Strip {
         range
     }
 }
-
-#[cfg(test)]
-mod tests;

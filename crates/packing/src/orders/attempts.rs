@@ -89,7 +89,7 @@ impl Orders {
 
     /// How urgent an item is; one of which nothing is known is not.
     fn urgency(&self, arrival: usize) -> u32 {
-        let item = self.items.get(&arrival);
-        item.map_or(0, |item| item.urgency)
+        let line = self.lines.get(&arrival);
+        line.map_or(0, |line| line.item.urgency)
     }
 }

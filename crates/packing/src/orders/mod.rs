@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use attempts::Attempt;
 pub use bar::Bar;
 pub use ties::Tie;
-use ties::{Counts, Unit, Units};
+use ties::{Counts, Unit, Units, count};
 
 use crate::candidate::Candidate;
 
@@ -106,42 +106,55 @@ impl OrderItem {
     }
 }
 
+/// An item with what ties it to others.
+#[derive(Debug, Clone)]
+struct Line {
+    item: OrderItem,
+    ties: BTreeSet<Tie>,
+    place: Place,
+}
+
+/// Where an item is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// It is to be packed.
+    ToCome,
+    /// In the open container with this number, in the order in which they were opened.
+    In(usize),
+    /// In a container that was closed.
+    Closed,
+    /// It will not come: nothing waits for it.
+    Gone,
+}
+
 /// What a container holds, as far as rules are concerned.
 #[derive(Debug, Clone, Default)]
 struct Held {
-    items: BTreeSet<usize>,
     orders: BTreeSet<Arc<str>>,
     groups: Counts,
     ties: BTreeSet<Tie>,
-    /// Those that something in it is of.
+    /// Units of which something is in it.
     units: BTreeSet<usize>,
     mass_kg: f64,
-}
-
-/// What is left of an order.
-#[derive(Debug, Clone, Copy, Default)]
-struct Rest {
-    items: usize,
-    /// How many were known of from the beginning.
-    known: usize,
-    /// How many more it is said to have than were known of.
-    unannounced: usize,
 }
 
 /// The orders of a stream, and what the open containers hold of them. Items of no order have no rules.
 #[derive(Debug, Clone, Default)]
 pub struct Orders {
     rules: ContainerRules,
-    items: BTreeMap<usize, OrderItem>,
-    left: BTreeMap<Arc<str>, Rest>,
-    open: Vec<Held>,
-    /// Items that will not come, or left with their container: nothing waits for them.
-    away: BTreeSet<usize>,
-    /// What must have travelled with something in a container that was closed.
+    /// By arrival.
+    lines: BTreeMap<usize, Line>,
+    /// How many items an order is said to have, where that is said.
+    expected: BTreeMap<Arc<str>, usize>,
+    /// The numbers of the open containers.
+    open: Vec<usize>,
+    opened: usize,
+    /// As the step began: what each open container holds.
+    held: Vec<Held>,
+    /// As the step began: what must have travelled with something in a container that was closed.
     closed_ties: BTreeSet<Tie>,
+    /// As the step began: what hangs together.
     units: Units,
-    /// Whether the units are those of the items that are here.
-    are_units_found: bool,
     /// The first order in the buffer that no open container holds anything of, of the most urgent items.
     next: Option<Arc<str>>,
 }
@@ -149,154 +162,133 @@ pub struct Orders {
 impl Orders {
     /// Orders whose items arrive so: by their place in the sequence of arrivals.
     pub fn new(rules: ContainerRules, items: impl IntoIterator<Item = (usize, OrderItem)>) -> Self {
-        let items: BTreeMap<usize, OrderItem> = items.into_iter().collect();
-        let mut left: BTreeMap<Arc<str>, Rest> = BTreeMap::new();
-        for item in items.values() {
-            let rest = left.entry(Arc::clone(&item.order)).or_default();
-            rest.items += 1;
-            rest.known += 1;
-        }
+        let lines = items.into_iter().map(|(arrival, item)| {
+            let line = Line {
+                ties: rules.ties(&item),
+                item,
+                place: Place::ToCome,
+            };
+            (arrival, line)
+        });
         Self {
-            units: Units::new(&rules, &items),
+            lines: lines.collect(),
             rules,
-            items,
-            left,
             ..Self::default()
         }
     }
 
     /// An order has so many items altogether: it is not complete before as many are known. The greatest number counts that is said.
     pub fn expect(&mut self, order: &str, items: usize) {
-        if let Some(rest) = self.left.get_mut(order) {
-            let unannounced = items.saturating_sub(rest.known);
-            rest.unannounced = unannounced.max(rest.unannounced);
-        }
+        let expected = self.expected.entry(order.into()).or_default();
+        *expected = items.max(*expected);
     }
 
     /// A container is opened; it stands behind the others.
     pub fn opened(&mut self) {
-        self.open.push(Held::default());
+        self.open.push(self.opened);
+        self.opened += 1;
     }
 
     /// A container is closed. Those behind it move up.
     pub fn closed(&mut self, container: usize) {
         if container < self.open.len() {
-            let held = self.open.remove(container);
-            self.away.extend(held.items);
-            self.closed_ties.extend(held.ties);
-            self.are_units_found = false;
+            let closed = Place::In(self.open.remove(container));
+            let held = self.lines.values_mut().filter(|line| line.place == closed);
+            held.for_each(|line| line.place = Place::Closed);
         }
     }
 
     /// A step begins, with these items in the buffer.
     pub fn begin(&mut self, candidates: &[Candidate]) {
-        if !self.are_units_found {
-            self.find_units();
+        let here = self.lines.values();
+        let here = here.filter(|line| matches!(line.place, Place::ToCome | Place::In(_)));
+        self.units = Units::of(here.map(|line| &line.ties));
+        self.held = self.open.iter().map(|_| Held::default()).collect();
+        self.closed_ties.clear();
+        for line in self.lines.values() {
+            match line.place {
+                Place::ToCome => self.units.add(line),
+                Place::In(number) => {
+                    let container = self.open.iter().position(|open| *open == number);
+                    if let Some(held) = container.and_then(|at| self.held.get_mut(at)) {
+                        held.add(line, self.units.number_of(line));
+                    }
+                }
+                Place::Closed => self.closed_ties.extend(line.ties.iter().cloned()),
+                Place::Gone => {}
+            }
         }
         let waiting = candidates.iter();
-        let waiting = waiting.filter_map(|held| self.items.get(&held.arrival));
-        let unbegun = waiting.filter(|item| self.homes(&item.order).next().is_none());
+        let waiting = waiting.filter_map(|held| self.lines.get(&held.arrival));
+        let unbegun = waiting.filter(|line| !self.is_begun(&line.item.order));
         // Of equal ones, `min_by_key` gives the first.
-        let next = unbegun.min_by_key(|item| Reverse(item.urgency));
-        self.next = next.map(|item| Arc::clone(&item.order));
+        let next = unbegun.min_by_key(|line| Reverse(line.item.urgency));
+        self.next = next.map(|line| Arc::clone(&line.item.order));
     }
 
-    fn find_units(&mut self) {
-        let open = self.open.iter();
-        let packed: BTreeSet<usize> = open.flat_map(|held| held.items.iter().copied()).collect();
-        let is_packed = |arrival: usize| packed.contains(&arrival);
-        self.units.find(&self.items, &self.away, is_packed);
-        for held in &mut self.open {
-            let units = held.items.iter();
-            let units = units.filter_map(|arrival| self.units.unit_of(*arrival));
-            held.units = units.collect();
+    fn set_place(&mut self, arrival: usize, place: Place) {
+        if let Some(line) = self.lines.get_mut(&arrival) {
+            line.place = place;
         }
-        self.are_units_found = true;
     }
 
     /// An item was placed in a container.
     pub fn packed(&mut self, container: usize, arrival: usize) {
-        let item = self.items.get(&arrival).cloned();
-        let (Some(held), Some(item)) = (self.open.get_mut(container), item) else {
-            return;
-        };
-        held.mass_kg += item.mass_kg.unwrap_or(0.0);
-        held.orders.insert(Arc::clone(&item.order));
-        if let Some(group) = &item.group {
-            *held.groups.entry(Arc::clone(group)).or_default() += 1;
+        if let Some(number) = self.open.get(container) {
+            self.set_place(arrival, Place::In(*number));
         }
-        held.items.insert(arrival);
-        held.ties.extend(self.units.ties(arrival).cloned());
-        held.units.extend(self.units.unit_of(arrival));
-        self.units.packed(arrival, &item);
-        self.gone(&item);
     }
 
     /// An item that fits nowhere will not come.
     pub fn dropped(&mut self, arrival: usize) {
-        if let Some(item) = self.items.get(&arrival).cloned() {
-            self.away.insert(arrival);
-            self.are_units_found = false;
-            self.gone(&item);
-        }
+        self.set_place(arrival, Place::Gone);
     }
 
     /// An item lies in a container that was closed before any of these was opened.
     pub fn left_with_its_container(&mut self, arrival: usize) {
-        self.closed_ties.extend(self.units.ties(arrival).cloned());
-        self.dropped(arrival);
+        self.set_place(arrival, Place::Closed);
     }
 
-    fn gone(&mut self, item: &OrderItem) {
-        if let Some(rest) = self.left.get_mut(&item.order) {
-            rest.items = rest.items.saturating_sub(1);
-        }
-    }
-
-    /// The order of an item.
-    pub fn order_of(&self, arrival: usize) -> Option<&Arc<str>> {
-        self.items.get(&arrival).map(|item| &item.order)
-    }
-
-    /// The first container that is for one order which is complete.
+    /// The first container that is for one order which is complete: something lies in it, and nothing is to come.
     pub fn complete(&self) -> Option<usize> {
         if self.rules.sharing != Sharing::OneOrder {
             return None;
         }
-        self.open.iter().position(|held| self.is_complete(held))
+        self.open.iter().position(|number| {
+            let lines = self.lines.values();
+            let held = lines.filter(|line| line.place == Place::In(*number));
+            let orders: BTreeSet<&Arc<str>> = held.map(|line| &line.item.order).collect();
+            !orders.is_empty() && orders.into_iter().all(|order| self.is_complete(order))
+        })
     }
 
-    /// Whether something lies in a container, and nothing is to come of its orders.
-    fn is_complete(&self, held: &Held) -> bool {
-        let is_done = |order: &Arc<str>| {
-            let rest = self.rest(order);
-            rest.items + rest.unannounced == 0
-        };
-        !held.orders.is_empty() && held.orders.iter().all(is_done)
+    fn is_complete(&self, order: &Arc<str>) -> bool {
+        let lines = || self.lines.values().filter(|line| line.item.order == *order);
+        let expected = self.expected.get(order).copied().unwrap_or(0);
+        expected <= lines().count() && lines().all(|line| line.place != Place::ToCome)
     }
 
     /// Why the item of this arrival may not go into an open container, where it may not. Rules that give way come last. To be asked after
     /// the step began.
     pub fn bar(&self, container: usize, arrival: usize) -> Option<Bar> {
-        let item = self.items.get(&arrival)?;
-        let held = self.open.get(container)?;
-        self.other_order(held, item)
-            .or_else(|| self.groups_apart(held, item))
+        debug_assert_eq!(self.held.len(), self.open.len(), "no step began");
+        let line = self.lines.get(&arrival)?;
+        let held = self.held.get(container)?;
+        let item = &line.item;
+        self.other_order(held.orders.iter().filter(|order| **order != item.order))
+            .or_else(|| self.rules.apart(&item.group, &held.groups))
             .or_else(|| self.too_heavy(held, item.mass_kg?))
-            .or_else(|| self.tied_elsewhere(container, held, arrival))
-            .or_else(|| self.with_others(held, arrival))
-            .or_else(|| self.kept_for(held, arrival, item))
+            .or_else(|| self.tied_elsewhere(container, held, line))
+            .or_else(|| self.with_others(held, line))
+            .or_else(|| self.kept_for(held, line))
             .or_else(|| self.elsewhere(held, item))
     }
 
-    fn other_order(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
-        let other = held.orders.iter().find(|order| **order != item.order)?;
+    /// The first of other orders, where a container is for one.
+    fn other_order<'a>(&self, mut others: impl Iterator<Item = &'a Arc<str>>) -> Option<Bar> {
+        let other = others.next()?;
         let is_barred = self.rules.sharing == Sharing::OneOrder;
         is_barred.then(|| Bar::OtherOrder(Arc::clone(other)))
-    }
-
-    fn groups_apart(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
-        self.rules.apart(&item.group, &held.groups)
     }
 
     fn too_heavy(&self, held: &Held, mass_kg: f64) -> Option<Bar> {
@@ -305,51 +297,39 @@ impl Orders {
     }
 
     /// Where it must travel with items that lie, or have to go, elsewhere.
-    fn tied_elsewhere(&self, container: usize, held: &Held, arrival: usize) -> Option<Bar> {
+    fn tied_elsewhere(&self, container: usize, held: &Held, line: &Line) -> Option<Bar> {
         let elsewhere = |has: &dyn Fn(&Held) -> bool| {
-            let mut open = self.open.iter().enumerate();
+            let mut open = self.held.iter().enumerate();
             open.any(|(other, held)| other != container && has(held))
         };
-        for tie in self.units.ties(arrival) {
+        for tie in &line.ties {
             let is_closed = self.closed_ties.contains(tie);
             if is_closed || elsewhere(&|held| held.ties.contains(tie)) {
                 let tie = tie.clone();
                 return Some(Bar::TiedElsewhere { tie, is_closed });
             }
         }
-        let unit = self.units.unit_of(arrival)?;
+        let unit = self.units.number_of(line)?;
         let is_begun_here = held.units.contains(&unit);
         if is_begun_here || !elsewhere(&|held| held.units.contains(&unit)) {
             return None;
         }
-        let tie = self.units.ties(arrival).next()?;
-        Some(Bar::ChainedElsewhere(tie.clone()))
+        Some(Bar::ChainedElsewhere(line.ties.first()?.clone()))
     }
 
     /// Where it would be the first of items that must travel together, and the container may not take them all.
-    fn with_others(&self, held: &Held, arrival: usize) -> Option<Bar> {
-        let unit = self.units.unit_of(arrival)?;
-        if held.units.contains(&unit) {
-            return None;
-        }
-        let unit = self.units.units.get(unit)?;
+    fn with_others(&self, held: &Held, line: &Line) -> Option<Bar> {
+        let unit = self.units.unit_of(line, held)?;
+        let orders: BTreeSet<&Arc<str>> = held.orders.iter().chain(&unit.orders).collect();
+        let are_several = orders.len() > 1;
         let bar = self
-            .other_orders(held, unit)
+            .other_order(orders.into_iter().filter(|_| are_several))
             .or_else(|| self.rules.apart(unit.groups.keys(), &held.groups))
             .or_else(|| self.apart_within(unit))
             .or_else(|| self.too_heavy(held, unit.mass_kg - SAME_KG))?;
-        let tie = self.units.ties(arrival).next()?.clone();
+        let tie = line.ties.first()?.clone();
         let bar = Box::new(bar);
         Some(Bar::WithOthers { tie, bar })
-    }
-
-    /// One of the orders of items that travel together, where the container is for another one.
-    fn other_orders(&self, held: &Held, unit: &Unit) -> Option<Bar> {
-        let orders = held.orders.iter().chain(unit.orders.keys());
-        let orders: BTreeSet<&Arc<str>> = orders.collect();
-        let first = orders.first().filter(|_| orders.len() > 1)?;
-        let is_barred = self.rules.sharing == Sharing::OneOrder;
-        is_barred.then(|| Bar::OtherOrder(Arc::clone(first)))
     }
 
     /// Two groups of items that travel together which must not.
@@ -366,19 +346,19 @@ impl Orders {
 
     /// Where the container could not take any more what has to follow others into it. What itself has to follow was counted when those
     /// were begun.
-    fn kept_for(&self, held: &Held, arrival: usize, item: &OrderItem) -> Option<Bar> {
-        let own = self.units.unit_of(arrival);
+    fn kept_for(&self, held: &Held, line: &Line) -> Option<Bar> {
+        let own = self.units.number_of(line);
         if own.is_some_and(|own| held.units.contains(&own)) {
             return None;
         }
-        let own = own.and_then(|own| self.units.units.get(own));
+        let own = self.units.unit_of(line, held);
         let kept = held.units.iter();
         let kept = kept.filter_map(|unit| self.units.units.get(*unit));
-        let kept: Vec<&Unit> = kept.filter(|unit| !unit.is_done()).collect();
+        let kept: Vec<&Unit> = kept.filter(|unit| !unit.orders.is_empty()).collect();
         let apart = kept.iter().find_map(|unit| {
             let bar = match own {
                 Some(own) => self.rules.apart(own.groups.keys(), &unit.groups),
-                None => self.rules.apart(&item.group, &unit.groups),
+                None => self.rules.apart(&line.item.group, &unit.groups),
             };
             Some((*unit, bar?))
         });
@@ -387,7 +367,7 @@ impl Orders {
             None => {
                 let first = kept.first()?;
                 let kept_kg: f64 = kept.iter().map(|unit| unit.mass_kg).sum();
-                let needed_kg = own.map_or(item.mass_kg, |own| Some(own.mass_kg))?;
+                let needed_kg = own.map_or(line.item.mass_kg, |own| Some(own.mass_kg))?;
                 let all_kg = kept_kg + needed_kg - SAME_KG;
                 (*first, self.too_heavy(held, all_kg)?)
             }
@@ -403,7 +383,7 @@ impl Orders {
         if held.orders.contains(&item.order) {
             return None;
         }
-        if self.homes(&item.order).next().is_some() {
+        if self.is_begun(&item.order) {
             return Some(Bar::OrderElsewhere(Arc::clone(&item.order)));
         }
         let next = self.next.as_ref().filter(|next| **next != item.order)?;
@@ -411,13 +391,18 @@ impl Orders {
         is_barred.then(|| Bar::EarlierOrder(Arc::clone(next)))
     }
 
-    /// The open containers that hold something of an order.
-    fn homes<'a>(&'a self, order: &'a Arc<str>) -> impl Iterator<Item = usize> + 'a {
-        let open = self.open.iter().enumerate();
-        open.filter_map(move |(container, held)| held.orders.contains(order).then_some(container))
+    /// Whether an open container holds something of an order.
+    fn is_begun(&self, order: &Arc<str>) -> bool {
+        self.held.iter().any(|held| held.orders.contains(order))
     }
+}
 
-    fn rest(&self, order: &Arc<str>) -> Rest {
-        self.left.get(order).copied().unwrap_or_default()
+impl Held {
+    fn add(&mut self, Line { item, ties, .. }: &Line, unit: Option<usize>) {
+        self.mass_kg += item.mass_kg.unwrap_or(0.0);
+        self.orders.insert(Arc::clone(&item.order));
+        count(&mut self.groups, item);
+        self.ties.extend(ties.iter().cloned());
+        self.units.extend(unit);
     }
 }

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::Arc;
 
-use super::{ContainerRules, OrderItem};
+use super::{ContainerRules, Held, Line, OrderItem};
 
 /// What ties items to each other, so that they travel in one container.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,131 +66,78 @@ impl ContainerRules {
     }
 }
 
+/// How many items there are of each group.
+pub(super) type Counts = BTreeMap<Arc<str>, usize>;
+
+/// Counts an item in its group.
+pub(super) fn count(groups: &mut Counts, item: &OrderItem) {
+    if let Some(group) = &item.group {
+        *groups.entry(Arc::clone(group)).or_default() += 1;
+    }
+}
+
 /// What is still to be packed of items that hang together.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Unit {
-    pub(super) orders: Counts,
+    pub(super) orders: BTreeSet<Arc<str>>,
     pub(super) groups: Counts,
     pub(super) mass_kg: f64,
     /// One of the ties, to name them all.
     pub(super) tie: Option<Tie>,
 }
 
-/// How many there are of each.
-pub(super) type Counts = BTreeMap<Arc<str>, usize>;
-
-fn one_less(counts: &mut Counts, of: &Arc<str>) {
-    if let Some(count) = counts.get_mut(of) {
-        *count -= 1;
-        if *count == 0 {
-            counts.remove(of);
-        }
-    }
-}
-
-impl Unit {
-    fn add(&mut self, item: &OrderItem) {
-        *self.orders.entry(Arc::clone(&item.order)).or_default() += 1;
-        if let Some(group) = &item.group {
-            *self.groups.entry(Arc::clone(group)).or_default() += 1;
-        }
-        self.mass_kg += item.mass_kg.unwrap_or(0.0);
-    }
-
-    /// One of its items was packed.
-    pub(super) fn remove(&mut self, item: &OrderItem) {
-        one_less(&mut self.orders, &item.order);
-        if let Some(group) = &item.group {
-            one_less(&mut self.groups, group);
-        }
-        self.mass_kg = (self.mass_kg - item.mass_kg.unwrap_or(0.0)).max(0.0);
-    }
-
-    /// Whether all of it is packed.
-    pub(super) fn is_done(&self) -> bool {
-        self.orders.is_empty()
-    }
-}
-
-/// The items that are tied, and what hangs together of them.
+/// What hangs together of tied items.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Units {
-    ties: BTreeMap<usize, BTreeSet<Tie>>,
-    unit_of_tie: BTreeMap<Tie, usize>,
+    number_of_tie: BTreeMap<Tie, usize>,
     pub(super) units: Vec<Unit>,
 }
 
 impl Units {
-    /// The ties of all items.
-    pub(super) fn new(rules: &ContainerRules, items: &BTreeMap<usize, OrderItem>) -> Self {
-        let tied = items.iter().filter_map(|(arrival, item)| {
-            let ties = rules.ties(item);
-            (!ties.is_empty()).then_some((*arrival, ties))
-        });
-        Self {
-            ties: tied.collect(),
-            ..Self::default()
-        }
-    }
-
-    /// What ties an item to others.
-    pub(super) fn ties(&self, arrival: usize) -> impl Iterator<Item = &Tie> {
-        self.ties.get(&arrival).into_iter().flatten()
-    }
-
-    /// The unit of an item; `None` of one without ties.
-    pub(super) fn unit_of(&self, arrival: usize) -> Option<usize> {
-        let tie = self.ties.get(&arrival)?.first()?;
-        self.unit_of_tie.get(tie).copied()
-    }
-
-    /// One of the items of a unit was packed.
-    pub(super) fn packed(&mut self, arrival: usize, item: &OrderItem) {
-        let unit = self.unit_of(arrival);
-        if let Some(unit) = unit.and_then(|unit| self.units.get_mut(unit)) {
-            unit.remove(item);
-        }
-    }
-
-    /// Finds what hangs together of the tied items but for those that are away; `is_packed` says which lie in an open container.
-    pub(super) fn find(
-        &mut self,
-        items: &BTreeMap<usize, OrderItem>,
-        away: &BTreeSet<usize>,
-        is_packed: impl Fn(usize) -> bool,
-    ) {
-        self.unit_of_tie.clear();
-        self.units.clear();
-        let here = || {
-            let tied = self.ties.iter();
-            tied.filter(|(arrival, _)| !away.contains(*arrival))
-        };
-        for (_, ties) in here() {
-            let known = ties.iter().filter_map(|tie| self.unit_of_tie.get(tie));
+    /// Finds what hangs together of items with these ties; nothing of it is counted yet.
+    pub(super) fn of<'a>(items: impl Iterator<Item = &'a BTreeSet<Tie>>) -> Self {
+        let mut found = Self::default();
+        for ties in items.filter(|ties| !ties.is_empty()) {
+            let known = ties.iter().filter_map(|tie| found.number_of_tie.get(tie));
             let known: BTreeSet<usize> = known.copied().collect();
-            let unit = known.first().copied().unwrap_or_else(|| {
-                self.units.push(Unit {
+            let number = known.first().copied().unwrap_or_else(|| {
+                found.units.push(Unit {
                     tie: ties.first().cloned(),
                     ..Unit::default()
                 });
-                self.units.len() - 1
+                found.units.len() - 1
             });
             if known.len() > 1 {
-                let joined = self.unit_of_tie.values_mut();
-                joined
-                    .filter(|of| known.contains(of))
-                    .for_each(|of| *of = unit);
+                let joined = found.number_of_tie.values_mut();
+                let joined = joined.filter(|of| known.contains(of));
+                joined.for_each(|of| *of = number);
             }
-            let ties = ties.iter().map(|tie| (tie.clone(), unit));
-            self.unit_of_tie.extend(ties);
+            let ties = ties.iter().map(|tie| (tie.clone(), number));
+            found.number_of_tie.extend(ties);
         }
-        for (arrival, ties) in here() {
-            let unit = ties.first().and_then(|tie| self.unit_of_tie.get(tie));
-            let unit = unit.and_then(|unit| self.units.get_mut(*unit));
-            let rest = unit.zip(items.get(arrival));
-            if let Some((unit, item)) = rest.filter(|_| !is_packed(*arrival)) {
-                unit.add(item);
-            }
+        found
+    }
+
+    /// The number of an item's unit; `None` of one without ties.
+    pub(super) fn number_of(&self, line: &Line) -> Option<usize> {
+        self.number_of_tie.get(line.ties.first()?).copied()
+    }
+
+    /// The unit of an item, where a container holds nothing of it.
+    pub(super) fn unit_of(&self, line: &Line, held: &Held) -> Option<&Unit> {
+        let number = self.number_of(line)?;
+        self.units
+            .get(number)
+            .filter(|_| !held.units.contains(&number))
+    }
+
+    /// Counts an item that is to be packed.
+    pub(super) fn add(&mut self, line: &Line) {
+        let number = self.number_of(line);
+        if let Some(unit) = number.and_then(|number| self.units.get_mut(number)) {
+            unit.orders.insert(Arc::clone(&line.item.order));
+            count(&mut unit.groups, &line.item);
+            unit.mass_kg += line.item.mass_kg.unwrap_or(0.0);
         }
     }
 }

@@ -82,6 +82,3 @@ impl SceneValue {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -136,10 +136,6 @@ impl Evaluator for Farsighted {
         }
     }
 
-    fn is_by_value(&self) -> bool {
-        false
-    }
-
     fn leave_out(&mut self, candidate: usize) {
         self.first
             .retain(|placement| placement.candidate != candidate);

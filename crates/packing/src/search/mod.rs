@@ -31,7 +31,7 @@ use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::kernel::BlockOffsets;
 use crate::objective::{Heuristic, Objective, Order, WeightError, Weights};
-use crate::proposals::{CandidateProposals, Proposals, YawRange, possible_count_below_rim};
+use crate::proposals::{CandidateProposals, Proposals, possible_count_below_rim};
 use crate::resting::RestingHeights;
 use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 use enter::Enter;
@@ -243,12 +243,7 @@ impl Search {
         };
         let mut clock = Clock::new(input.deadline);
         let item = &*held.item;
-        let proposals = proposals.of(candidate);
-        let yaws = match proposals {
-            CandidateProposals::AllAt(yaws) => yaws,
-            CandidateProposals::All | CandidateProposals::Some(_) => YawRange::all(item),
-        };
-        let entrance = match (proposals, &self.prepared.windows) {
+        let entrance = match (proposals.of(candidate), &self.prepared.windows) {
             (CandidateProposals::Some(placements), _) => {
                 let first = self.prepared.views.len();
                 self.prepared.proposed.take(first, item, placements);
@@ -256,18 +251,16 @@ impl Search {
             }
             (_, Some(_)) => Entrance::Blocks,
             (_, None) => {
-                let pool = self.pool.as_deref();
-                let deadline = input.deadline;
-                self.prepared.resting.prepare(item, yaws, pool, deadline);
+                let resting = &mut self.prepared.resting;
+                resting.prepare(item, self.pool.as_deref(), input.deadline);
                 Entrance::All
             }
         };
         let mut counts = PlacementCounts {
-            possible: possible_count_below_rim(&self.grid, item, yaws),
+            possible: possible_count_below_rim(&self.grid, item),
             ..PlacementCounts::default()
         };
-        let views = item.views().iter().enumerate();
-        for (yaw, view) in views.take(yaws.end).skip(yaws.first) {
+        for (yaw, view) in item.views().iter().enumerate() {
             if clock.is_over_before(LARGEST_BLOCKS * view.nx() * view.ny()) {
                 return Err(Stopped::Late);
             }

@@ -5,25 +5,25 @@ use crate::evaluator::Evaluator;
 use crate::grid::Grid;
 use crate::objective::{Order, WeightError};
 use crate::placement::Placement;
-use crate::proposals::{Percent, Proposals, ProposeAll, Proposer, all_count};
+use crate::proposals::{Percent, Proposals, Proposer, all_count};
 use crate::step::{Candidate, StageResult, StepInput};
 
-/// Proposes the placements of each candidate that a heuristic ranks best, best first: a share of all its placements.
+/// Proposes those placements of another proposer that a heuristic ranks best, best first: a share of all placements.
 ///
-/// Behind [`CoarseToFine`](crate::coarse::CoarseToFine) it chooses among a network's proposals, before finer ones are
-/// made of them.
+/// Under [`Order::Balance`], where values of different items compare, the candidates share it: one that others beat gets little.
+/// Under other orders each candidate has its own share. Behind [`CoarseToFine`](crate::coarse::CoarseToFine) it chooses among a
+/// network's proposals, before finer ones are made of them.
 pub struct ProposeBest {
     search: Search,
     share: Percent,
     among: Box<dyn Proposer>,
     ranked: Proposals,
     best: Vec<Vec<Placement>>,
-    order: Order,
     is_shared: bool,
 }
 
 impl ProposeBest {
-    /// Proposes `share` of the placements on a grid, by the heuristic and weights of `settings`.
+    /// Proposes `share` of the placements on a grid out of those of `among`, by the heuristic and weights of `settings`.
     ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
@@ -31,32 +31,16 @@ impl ProposeBest {
         grid: &Grid,
         settings: &SearchSettings,
         share: Percent,
+        among: Box<dyn Proposer>,
     ) -> Result<Self, WeightError> {
         Ok(Self {
             search: Search::new(grid, settings)?,
             share,
-            among: Box::new(ProposeAll),
+            among,
             ranked: Proposals::default(),
             best: Vec::new(),
-            order: settings.order,
-            is_shared: false,
+            is_shared: settings.order == Order::Balance,
         })
-    }
-
-    /// Ranks the placements of all candidates together: the share is of all of them, and a candidate that others beat
-    /// gets little of it. Only under [`Order::Balance`] do values of different items compare; under other orders each
-    /// candidate keeps its own share.
-    #[must_use]
-    pub fn shared_by_candidates(mut self) -> Self {
-        self.is_shared = self.order == Order::Balance;
-        self
-    }
-
-    /// Ranks only what another proposer proposes, on the same grid.
-    #[must_use]
-    pub fn among(mut self, proposer: Box<dyn Proposer>) -> Self {
-        self.among = proposer;
-        self
     }
 
     /// Keeps the best placements of a group of candidates.

@@ -64,7 +64,7 @@ impl ServiceEvaluator {
         let parts = self.group.iter().map(|candidate| v1::SearchPart {
             candidate: number(*candidate),
             proposals: match self.proposals.of(*candidate) {
-                CandidateProposals::All | CandidateProposals::AllAt(_) => None,
+                CandidateProposals::All => None,
                 CandidateProposals::Some(placements) => {
                     Some(convert::placement::write_all(placements.iter().copied()))
                 }

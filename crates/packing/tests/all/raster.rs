@@ -1,13 +1,14 @@
-use std::collections::HashMap;
+//! Conservative rasterisation against the extremes of each triangle over each square, by hand and by brute force.
 
-use nalgebra::Vector3;
-use parry3d::math::{Pose, Vector};
-use parry3d::query::{Ray, RayCast};
-use parry3d::shape::Triangle;
-use proptest::prelude::*;
+use std::collections::{HashMap, HashSet};
 
-use super::*;
-use crate::grid::{ContainerSize, Grid, Resolution, Yaws};
+use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
+use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::model::raster::{
+    Raster, SLACK_M, Squares, raise_samples, raise_surface, rasterise,
+};
+
+use crate::support::*;
 
 fn raster(n: usize, pitch_m: f64) -> Raster {
     Raster {
@@ -41,11 +42,8 @@ fn range_over(
 ) -> Option<(f64, f64)> {
     let within =
         |at: &Point3<f64>| (low.x..=high.x).contains(&at.x) && (low.y..=high.y).contains(&at.y);
-    let mut heights: Vec<f64> = triangle
-        .iter()
-        .filter(|at| within(at))
-        .map(|at| at.z)
-        .collect();
+    let corners = triangle.iter().filter(|at| within(at));
+    let mut heights: Vec<f64> = corners.map(|at| at.z).collect();
     let [a, b, c] = *triangle;
     for (from, to) in [(a, b), (b, c), (c, a)] {
         for (axis, line) in [(0, low.x), (0, high.x), (1, low.y), (1, high.y)] {
@@ -78,83 +76,37 @@ fn range_over(
 }
 
 #[test]
-fn a_slope_has_its_exact_range_in_each_square() {
-    // The plane z = x over the lower left half of two squares by two.
-    let slope = [[0.0, 0.0, 0.0], [2.0, 0.0, 2.0], [0.0, 2.0, 0.0]].map(Point3::from);
-    let squares = touched(&slope, &raster(2, 1.0));
-    assert_eq!(squares.len(), 3);
-    for ((x, y), expected) in [
-        ((0, 0), (0.0, 1.0)),
-        ((1, 0), (1.0, 2.0)),
-        ((0, 1), (0.0, 1.0)),
-    ] {
-        let (lowest, highest) = squares[&(x, y)];
-        assert!((lowest - expected.0).abs() < 2e-6, "({x}, {y}): {lowest}");
-        assert!((highest - expected.1).abs() < 2e-6, "({x}, {y}): {highest}");
-    }
-}
-
-#[test]
-fn what_only_meets_a_border_touches_nothing() {
+fn what_only_meets_a_border_touches_nothing_and_rounding_adds_no_squares() {
     let wall = [[0.03, 0.0, 0.0], [0.03, 0.05, 0.0], [0.03, 0.0, 0.1]].map(Point3::from);
     assert!(touched(&wall, &raster(8, 0.01)).is_empty());
     let inside = wall.map(|corner| corner + Vector3::new(0.005, 0.0, 0.0));
     assert_eq!(touched(&inside, &raster(8, 0.01)).len(), 5);
-}
-
-#[test]
-fn rounding_adds_no_squares() {
     for noise in [-1e-9, 0.0, 1e-10, 5e-7] {
         let mesh = Mesh::cuboid([0.01, 0.02, 0.0], [0.04 + noise, 0.05, 0.04]);
-        let mut squares = std::collections::HashSet::new();
-        for triangle in mesh.corners() {
-            rasterise(&triangle, &raster(16, 0.01), |x, y, _, _| {
-                squares.insert((x, y));
-            });
-        }
+        let squares = mesh
+            .corners()
+            .flat_map(|triangle| touched(&triangle, &raster(16, 0.01)));
+        let squares: HashSet<(usize, usize)> = squares.map(|(square, _)| square).collect();
         assert_eq!(squares.len(), 9, "noise {noise}");
     }
-}
-
-#[test]
-fn triangles_that_are_not_finite_are_left_out() {
     let bad = [
         [f64::NAN, 0.0, 0.0],
         [f64::INFINITY, 0.0, 0.0],
         [0.0, 1.0, 0.0],
-    ]
-    .map(Point3::from);
-    assert!(touched(&bad, &raster(4, 0.01)).is_empty());
+    ];
+    assert!(touched(&bad.map(Point3::from), &raster(4, 0.01)).is_empty());
 }
 
 #[test]
-fn a_surface_takes_the_upper_envelope() {
-    let container = ContainerSize {
-        x_m: 0.1,
-        y_m: 0.1,
-        z_m: 0.1,
-    };
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-    let grid = Grid::new(container, resolution).unwrap();
-    let mut surface = Surface::empty(&grid);
+fn a_surface_takes_the_upper_envelope_of_what_is_above_it() {
+    let mut surface = Surface::empty(&grid_of([10, 10], 0.01, 50, 4));
     let mesh = Mesh::cuboid([0.0; 3], [0.02, 0.02, 0.03]);
-    // Half beside the container, and half below its floor.
-    raise_surface(
-        &mesh,
-        &Isometry3::translation(-0.01, 0.05, -0.01),
-        &mut surface,
-    );
-    raise_surface(
-        &mesh,
-        &Isometry3::translation(0.05, 0.05, -0.5),
-        &mut surface,
-    );
-    let raised = surface
-        .heights_m()
-        .iter()
-        .filter(|height| **height > 0.0)
-        .count();
-    assert_eq!(raised, 4 * 8);
+    // Half beside the container, and half below its floor; then wholly below it.
+    for (x_m, z_m) in [(-0.01, -0.01), (0.05, -0.5)] {
+        raise_surface(&mesh, &Isometry3::translation(x_m, 0.05, z_m), &mut surface);
+    }
+    let raised = surface.heights_m().iter().filter(|height| **height > 0.0);
+    assert_eq!(raised.count(), 4 * 8);
     assert!((surface.heights_m()[20] - 0.02).abs() < 1e-7);
 }
 
@@ -166,8 +118,8 @@ proptest! {
             let low = Point2::new(x as f64, y as f64) * 0.01;
             // The slack is left to either side of the true border.
             let grown = |by: f64| {
-                let by = nalgebra::Vector2::new(by, by);
-                range_over(&triangle, low - by, low + nalgebra::Vector2::new(0.01, 0.01) + by)
+                let by = Vector2::new(by, by);
+                range_over(&triangle, low - by, low + Vector2::new(0.01, 0.01) + by)
             };
             let (inner, outer) = (grown(-1.1 * SLACK_M), grown(1.1 * SLACK_M));
             match squares.get(&(x, y)) {
@@ -187,43 +139,13 @@ proptest! {
     }
 
     #[test]
-    fn rays_hit_within_the_range(
-        triangle in triangles(0.05),
-        points in prop::collection::vec((0.0..0.1_f64, 0.0..0.1_f64), 50),
-    ) {
-        let squares = touched(&triangle, &raster(10, 0.01));
-        let shape = {
-            let [a, b, c] = triangle.map(|p| Vector::new(p.x as f32, p.y as f32, p.z as f32));
-            Triangle::new(a, b, c)
-        };
-        for (x, y) in points {
-            let ray = Ray::new(Vector::new(x as f32, y as f32, 1.0), Vector::new(0.0, 0.0, -1.0));
-            let Some(way) = shape.cast_ray(&Pose::IDENTITY, &ray, 2.0, true) else { continue };
-            let place = [x, y].map(|at| at / 0.01);
-            if place.iter().any(|at| (at - at.round()).abs() < 1e-3) {
-                continue;
-            }
-            let height = 1.0 - f64::from(way);
-            let range = squares.get(&(place[0] as usize, place[1] as usize));
-            prop_assert!(range.is_some());
-            let (lowest, highest) = range.unwrap();
-            prop_assert!(height >= lowest - 1e-4 && height <= highest + 1e-4);
-        }
-    }
-
-    #[test]
     fn a_surface_is_that_of_all_triangles_whichever_way_they_face(
         triangles in prop::collection::vec(triangles(0.12), 1..40),
     ) {
         let grid = Grid::reference();
         let mut surface = Surface::empty(&grid);
         let mut expected = surface.clone();
-        let raster = Raster {
-            origin: Point2::origin(),
-            pitch_m: surface.pitch_m(),
-            nx: surface.nx(),
-            ny: surface.ny(),
-        };
+        let raster = raster(surface.nx(), surface.pitch_m());
         for triangle in &triangles {
             rasterise(triangle, &raster, |x, y, _, highest| {
                 expected.raise(x, y, highest.max(0.0) as f32);

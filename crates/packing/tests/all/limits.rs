@@ -1,92 +1,36 @@
 //! A search keeps to the time and the memory that it is given, however much it is asked for.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::objective::Heuristic;
-use ppnpack_packing::proposals::{Proposals, ProposeAll, Proposer};
-use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
-use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::search::TooMuchMemory;
 
-const HEURISTICS: [Heuristic; 6] = [
-    Heuristic::Sdfm,
-    Heuristic::Dbl,
-    Heuristic::Hm,
-    Heuristic::Mta,
-    Heuristic::FirstFit,
-    Heuristic::Random,
-];
+use crate::support::*;
 
 /// How much later than its deadline a search may end where other tests run beside.
 const LATE: Duration = Duration::from_millis(500);
 
-/// A square container of so many cells of 1 mm a side.
-fn grid(cells: usize, yaws: usize) -> Grid {
-    let side_m = cells as f64 * 0.001;
-    let resolution = Resolution::new(0.001, 0.002, Yaws::half_turn(yaws).unwrap());
-    let container = ContainerSize {
-        x_m: side_m,
-        y_m: side_m,
-        z_m: 0.3,
-    };
-    Grid::new(container, resolution.unwrap()).unwrap()
-}
-
-/// Steps, so that no two places are quite alike.
-fn rough(grid: &Grid) -> Scene {
-    let heights = (0..grid.nx() * grid.ny()).map(|cell| (cell * 7919 % 31) as i16);
+/// A square container of so many cells of 1 mm a side, and steps in it, so that no two places are quite alike.
+fn rough(cells: usize, yaws: usize) -> (Grid, Scene) {
+    let grid = grid_of([cells; 2], 0.001, 150, yaws);
+    let heights = (0..grid.nx() * grid.ny()).map(|cell| (cell * 7919 % 31) as Units);
     let heightmap = Heightmap::from_units(grid.nx(), grid.ny(), heights.collect());
-    Scene::from_heightmap(heightmap.unwrap())
-}
-
-fn block(side: usize, yaws: usize) -> Arc<Item> {
-    let cells = side * side;
-    let view = ViewSurfaces::of_cells(side, side, vec![40; cells], vec![0; cells]);
-    Arc::new(Item::new("block", vec![view; yaws], 0.0).unwrap())
+    (grid, Scene::from_heightmap(heightmap.unwrap()))
 }
 
 fn search(grid: &Grid, heuristic: Heuristic, is_bounded: bool) -> Search {
-    let settings = SearchSettings {
-        heuristic,
-        ..SearchSettings::default()
-    };
-    let search = Search::new(grid, &settings).unwrap();
-    if is_bounded { search.bounded() } else { search }
+    searching(grid, heuristic, Order::Balance, is_bounded)
 }
 
 /// Begins to rank everything.
-fn rank(
-    search: &mut Search,
-    input: &StepInput<'_>,
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
-    let mut proposals = Proposals::default();
-    ProposeAll.propose(input, &mut proposals).unwrap();
+fn rank(search: &mut Search, input: &StepInput<'_>) -> StageResult {
     let group: Vec<usize> = (0..input.candidates.len()).collect();
-    search.rank(input, &group, &proposals)
-}
-
-/// The ranking down to so many placements.
-fn ranking(search: &mut Search, input: &StepInput<'_>, most: usize) -> Vec<Evaluated> {
-    rank(search, input).unwrap();
-    std::iter::from_fn(|| search.next_best(input).unwrap())
-        .take(most)
-        .collect()
+    search.rank(input, &group, &all(input))
 }
 
 #[test]
 fn a_search_stops_at_its_deadline_however_much_there_is_to_search() {
-    let grid = grid(500, 16);
-    let scene = rough(&grid);
-    let candidates = Candidate::sequence(vec![block(90, 16); 200]);
+    let (grid, scene) = rough(500, 16);
+    let candidates = Candidate::sequence(vec![block(&grid, [90, 90], 40); 200]);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
     let pool = Arc::new(pool.unwrap());
     for heuristic in HEURISTICS {
@@ -101,7 +45,7 @@ fn a_search_stops_at_its_deadline_however_much_there_is_to_search() {
                 ..StepInput::new(&grid, &scene, &candidates)
             };
             rank(&mut search, &input).unwrap();
-            while search.next_best(&input).unwrap().is_some() {}
+            rest(&mut search, &input).for_each(drop);
             let late = deadline.elapsed();
             let of = format!("{heuristic:?}, bounded {is_bounded}, parallel {is_parallel}");
             assert!(late < LATE, "{of}: {late:?} late");
@@ -114,10 +58,13 @@ fn a_search_stops_at_its_deadline_however_much_there_is_to_search() {
 
 #[test]
 fn a_search_that_was_cut_ranks_the_next_time_as_a_new_one_does() {
-    let grid = grid(48, 4);
-    let scene = rough(&grid);
-    let candidates = Candidate::sequence([block(9, 4), block(13, 4), block(21, 4)]);
+    let (grid, scene) = rough(48, 4);
+    let candidates = Candidate::sequence([9, 13, 21].map(|side| block(&grid, [side; 2], 40)));
     let whole = StepInput::new(&grid, &scene, &candidates);
+    let best = |search: &mut Search| -> Vec<Evaluated> {
+        rank(search, &whole).unwrap();
+        rest(search, &whole).take(500).collect()
+    };
     for heuristic in HEURISTICS {
         for is_bounded in [true, false] {
             let mut cut = search(&grid, heuristic, is_bounded);
@@ -126,10 +73,10 @@ fn a_search_that_was_cut_ranks_the_next_time_as_a_new_one_does() {
                     deadline: Some(Instant::now() + Duration::from_micros(micros)),
                     ..whole
                 };
-                ranking(&mut cut, &input, usize::MAX);
+                ranking(&mut cut, &input, &all(&input));
             }
-            let expected = ranking(&mut search(&grid, heuristic, is_bounded), &whole, 500);
-            assert_eq!(ranking(&mut cut, &whole, 500), expected, "{heuristic:?}");
+            let expected = best(&mut search(&grid, heuristic, is_bounded));
+            assert_eq!(best(&mut cut), expected, "{heuristic:?}");
             assert!(!cut.shortfall().unwrap().is_cut);
         }
     }
@@ -137,14 +84,13 @@ fn a_search_that_was_cut_ranks_the_next_time_as_a_new_one_does() {
 
 #[test]
 fn a_search_that_needs_more_memory_than_it_may_take_fails_before_it_takes_it() {
-    let grid = grid(200, 16);
-    let scene = rough(&grid);
+    let (grid, scene) = rough(200, 16);
+    let many = Candidate::sequence(vec![block(&grid, [40, 40], 40); 100]);
+    let much = StepInput::new(&grid, &scene, &many);
     for heuristic in HEURISTICS {
         let limit_bytes = Search::least_bytes(&grid, heuristic) + 100_000;
         for is_bounded in [true, false] {
             let mut search = search(&grid, heuristic, is_bounded).within_bytes(limit_bytes);
-            let many = Candidate::sequence(vec![block(40, 16); 100]);
-            let much = StepInput::new(&grid, &scene, &many);
             let failed = rank(&mut search, &much).and_then(|()| {
                 while search.next_best(&much)?.is_some() {}
                 Ok(())

@@ -1,20 +1,156 @@
-//! Random grids, containers and items for the tests.
-#![allow(dead_code, reason = "each test file uses some of these")]
+//! What the tests share: the names of the crate, random grids, containers and items, and plain ones.
 
-pub(crate) mod blocks;
-pub(crate) mod ideal;
 pub(crate) mod oracle;
 
-use std::sync::Arc;
+pub(crate) use std::sync::Arc;
 
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
-use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
-use ppnpack_packing::objective::Weights;
-use ppnpack_packing::placement::Placement;
-use ppnpack_packing::proposals::{Proposals, Proposer};
-use ppnpack_packing::step::{StageResult, StepInput};
-use proptest::prelude::*;
+use nalgebra::{Isometry3, Matrix3, Point3};
+pub(crate) use ppnpack_packing::candidate::Candidate;
+pub(crate) use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, ValidityCheck, Verdict};
+pub(crate) use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
+pub(crate) use ppnpack_packing::evaluator::Evaluator;
+pub(crate) use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+pub(crate) use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+pub(crate) use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::model::mesh::Mesh;
+pub(crate) use ppnpack_packing::model::{MassProperties, Model};
+pub(crate) use ppnpack_packing::objective::{Heuristic, Order, Weights};
+pub(crate) use ppnpack_packing::placement::{Placement, RestingPlacement};
+pub(crate) use ppnpack_packing::plan::{Plan, Planner, Reason};
+pub(crate) use ppnpack_packing::proposals::{
+    CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, all_count,
+};
+pub(crate) use ppnpack_packing::refusal::{Cause, Refusal};
+pub(crate) use ppnpack_packing::search::{Search, SearchSettings};
+pub(crate) use ppnpack_packing::stability::PublishedStability;
+pub(crate) use ppnpack_packing::step::{Evaluated, PlacementCounts, StageResult, StepInput};
+pub(crate) use proptest::prelude::*;
+
+pub(crate) const HEURISTICS: [Heuristic; 6] = [
+    Heuristic::Sdfm,
+    Heuristic::Dbl,
+    Heuristic::Hm,
+    Heuristic::Mta,
+    Heuristic::FirstFit,
+    Heuristic::Random,
+];
+
+/// So many cells along x and y of an edge in metres, so many units of 2 mm high, so many yaws.
+pub(crate) fn grid_of(cells: [usize; 2], cell_m: f64, rim: Units, yaws: usize) -> Grid {
+    let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap());
+    let [x_m, y_m] = cells.map(|count| count as f64 * cell_m);
+    let z_m = f64::from(rim) * 0.002;
+    Grid::new(ContainerSize { x_m, y_m, z_m }, resolution.unwrap()).unwrap()
+}
+
+pub(crate) fn empty(grid: &Grid) -> Scene {
+    Scene::from_heightmap(Heightmap::empty(grid))
+}
+
+/// A block of so many cells and units.
+pub(crate) fn block_view([nx, ny]: [usize; 2], height: Units) -> ViewSurfaces {
+    ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
+}
+
+/// The same at every yaw of a grid, with its volume.
+pub(crate) fn block(grid: &Grid, cells: [usize; 2], height: Units) -> Arc<Item> {
+    let resolution = grid.resolution();
+    let views = vec![block_view(cells, height); resolution.yaws().count()];
+    let floor_m2 = (cells[0] * cells[1]) as f64 * resolution.cell_m().powi(2);
+    let volume_m3 = floor_m2 * f64::from(height) * resolution.height_unit_m();
+    Arc::new(Item::new("block", views, volume_m3).unwrap())
+}
+
+/// The blocks of [`blocks`] may be at so many places along each side of the container of [`small_grid`].
+pub(crate) const SIDE: usize = 13;
+
+/// Their placements there.
+pub(crate) const PLACES: usize = SIDE * SIDE;
+
+/// 16 x 16 cells, 50 units high, one yaw.
+pub(crate) fn small_grid() -> Grid {
+    grid_of([16, 16], 0.01, 50, 1)
+}
+
+/// Blocks of 4 x 4 cells, alike but for their arrival.
+pub(crate) fn blocks(count: usize) -> Vec<Candidate> {
+    Candidate::sequence(vec![block(&small_grid(), [4, 4], 10); count])
+}
+
+pub(crate) fn searching(
+    grid: &Grid,
+    heuristic: Heuristic,
+    order: Order,
+    is_bounded: bool,
+) -> Search {
+    let settings = SearchSettings {
+        heuristic,
+        order,
+        seed: 7,
+        ..SearchSettings::default()
+    };
+    let search = Search::new(grid, &settings).unwrap();
+    if is_bounded { search.bounded() } else { search }
+}
+
+pub(crate) fn all(input: &StepInput<'_>) -> Proposals {
+    let mut proposals = Proposals::default();
+    ProposeAll.propose(input, &mut proposals).unwrap();
+    proposals
+}
+
+/// The rest of a ranking.
+pub(crate) fn rest(
+    evaluator: &mut dyn Evaluator,
+    input: &StepInput<'_>,
+) -> impl Iterator<Item = Evaluated> {
+    std::iter::from_fn(|| evaluator.next_best(input).unwrap())
+}
+
+/// The ranking of all candidates.
+pub(crate) fn ranking(
+    evaluator: &mut dyn Evaluator,
+    input: &StepInput<'_>,
+    proposals: &Proposals,
+) -> Vec<Evaluated> {
+    let group: Vec<usize> = (0..input.candidates.len()).collect();
+    evaluator.rank(input, &group, proposals).unwrap();
+    rest(evaluator, input).collect()
+}
+
+/// A planner over all placements by the bounded search, which accepts what passes the published test.
+pub(crate) fn planner(grid: &Grid, checks: Vec<BoxedCheck>) -> Planner {
+    let search = searching(grid, Heuristic::Sdfm, Order::Balance, true);
+    Planner::new(
+        Box::new(ProposeAll),
+        Box::new(search),
+        checks,
+        Order::Balance,
+        0,
+    )
+}
+
+/// A box with sides in metres; its frame is at its lowest corner, its weight in its middle.
+pub(crate) fn cuboid(name: &str, sides_m: [f64; 3], mass_kg: f64) -> Model {
+    Model {
+        name: name.to_owned(),
+        mesh: Mesh::cuboid([0.0; 3], sides_m),
+        volume_m3: sides_m.iter().product(),
+        pieces: Vec::new(),
+        mass: MassProperties {
+            mass_kg,
+            centre_of_mass_m: Point3::from(sides_m.map(|side_m| side_m / 2.0)),
+            inertia_kg_m2: Matrix3::identity(),
+        },
+        carries_kg: None,
+        resting_poses: Vec::new(),
+    }
+}
+
+pub(crate) fn lies(model: Model, at_m: [f64; 3]) -> LyingSolid {
+    let [x_m, y_m, z_m] = at_m;
+    LyingSolid::new(Arc::new(model), Isometry3::translation(x_m, y_m, z_m))
+}
 
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
 pub(crate) fn grids() -> impl Strategy<Value = Grid> {
@@ -172,17 +308,4 @@ pub(crate) fn possible_placements(grid: &Grid, item: &Item) -> impl Iterator<Ite
         let ny = (grid.ny() + 1).saturating_sub(view.ny());
         (0..nx).flat_map(move |x| (0..ny).map(move |y| Placement { yaw, x, y }))
     })
-}
-
-/// Proposes for each candidate the corner of the container alone.
-pub(crate) struct ProposeCorner;
-
-impl Proposer for ProposeCorner {
-    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
-        proposals.clear();
-        for _ in input.candidates {
-            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
-        }
-        Ok(())
-    }
 }

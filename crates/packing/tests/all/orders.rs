@@ -1,0 +1,788 @@
+//! Random orders with all rules at once, against a slow and plain recomputation from what lies where.
+
+use std::collections::BTreeSet;
+
+use ppnpack_packing::closing::{Closing, ClosingRules};
+use ppnpack_packing::containers::{ContainersStep, Effort, OpenContainer};
+use ppnpack_packing::episode::IdealCell;
+use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
+use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing, Tie};
+use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
+
+use crate::streams::Ideal;
+use crate::support::*;
+
+const GROUPS: [&str; 3] = ["food", "chemicals", "toys"];
+const NEAR: f64 = 1e-7;
+
+/// A container of 6 x 6 cells, 12 units high, one yaw.
+fn grid() -> Grid {
+    grid_of([6, 6], 0.01, 12, 1)
+}
+
+/// An item, what is known of it, and at which stop it leaves.
+#[derive(Debug, Clone)]
+struct Arriving {
+    /// Along x and y in cells, and its height in units.
+    size: (usize, usize, Units),
+    line: OrderItem,
+    stop: Stop,
+}
+
+/// These as they arrive.
+fn candidates(items: &[Arriving]) -> Vec<Candidate> {
+    let candidate = |(arrival, item): (usize, &Arriving)| Candidate {
+        stop: item.stop,
+        ..Candidate::new(
+            arrival,
+            block(&grid(), [item.size.0, item.size.1], item.size.2),
+        )
+    };
+    items.iter().enumerate().map(candidate).collect()
+}
+
+/// What is known of them.
+fn orders_of(rules: &ContainerRules, items: &[Arriving]) -> Orders {
+    let lines = items.iter().map(|item| item.line.clone()).enumerate();
+    Orders::new(rules.clone(), lines)
+}
+
+fn arriving() -> impl Strategy<Value = Arriving> {
+    let maybe = |of: &'static [&'static str]| {
+        prop_oneof![
+            2 => Just(None),
+            1 => proptest::sample::select(of).prop_map(|name| Some(Arc::<str>::from(name)))
+        ]
+    };
+    let of_order = (0..4_u8, maybe(&GROUPS), maybe(&["x", "y"]), 0..3_u32);
+    let mass = prop_oneof![Just(None), (0.1..3.0).prop_map(Some)];
+    let stop = prop_oneof![Just(None), (1..4_u32).prop_map(Some)];
+    ((1..5_usize, 1..5_usize, 1..7_i16), of_order, mass, stop).prop_map(
+        |(size, (order, group, bundle, urgency), mass_kg, stop)| Arriving {
+            size,
+            line: OrderItem {
+                group,
+                bundle,
+                mass_kg,
+                urgency,
+                ..OrderItem::new(order.to_string().into())
+            },
+            stop: Stop::new(stop),
+        },
+    )
+}
+
+fn rules() -> impl Strategy<Value = ContainerRules> {
+    let sharing = prop_oneof![1 => Just(Sharing::OneOrder), 2 => Just(Sharing::Shared)];
+    let pairs = || {
+        let group = || proptest::sample::select(&GROUPS[..]).prop_map(str::to_owned);
+        proptest::collection::vec((group(), group()), 0..2)
+    };
+    let most_kg = prop_oneof![Just(None), (3.0..9.0).prop_map(Some)];
+    (sharing, any::<bool>(), pairs(), pairs(), most_kg).prop_map(
+        |(sharing, undivided, apart, together, most_kg)| ContainerRules {
+            sharing,
+            undivided,
+            apart,
+            together,
+            most_kg,
+        },
+    )
+}
+
+/// An item that was placed.
+#[derive(Debug, Clone, Copy)]
+struct Lying {
+    arrival: usize,
+    at: RestingPlacement,
+}
+
+/// What lies where, and what became of the others.
+struct World<'a> {
+    rules: &'a ContainerRules,
+    items: &'a [Arriving],
+    open: Vec<Vec<Lying>>,
+    closed: Vec<Vec<Lying>>,
+    dropped: BTreeSet<usize>,
+}
+
+impl<'a> World<'a> {
+    fn line(&self, arrival: usize) -> &'a OrderItem {
+        &self.items[arrival].line
+    }
+
+    fn arrivals<'b>(containers: impl IntoIterator<Item = &'b Vec<Lying>>) -> Vec<usize> {
+        let lying = containers.into_iter().flatten();
+        lying.map(|lying| lying.arrival).collect()
+    }
+
+    fn held(&self, container: usize) -> Vec<usize> {
+        Self::arrivals([&self.open[container]])
+    }
+
+    fn in_others(&self, container: usize) -> Vec<usize> {
+        let open = self.open.iter().enumerate();
+        let others = open.filter(|(other, _)| *other != container);
+        Self::arrivals(others.map(|(_, held)| held))
+    }
+
+    /// Items that are to be packed.
+    fn to_come(&self) -> Vec<usize> {
+        let packed = Self::arrivals(self.open.iter().chain(&self.closed));
+        let is_away = |arrival: &usize| packed.contains(arrival) || self.dropped.contains(arrival);
+        let all = 0..self.items.len();
+        all.filter(|arrival| !is_away(arrival)).collect()
+    }
+
+    fn are_tied(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.line(a), self.line(b));
+        let is_of = |item: &OrderItem, pair: &(String, String)| {
+            let group = item.group.as_deref();
+            group == Some(&pair.0) || group == Some(&pair.1)
+        };
+        let mut pairs = self.rules.together.iter();
+        (self.rules.undivided && a.order == b.order)
+            || (a.bundle.is_some() && a.bundle == b.bundle)
+            || (a.order == b.order && pairs.any(|pair| is_of(a, pair) && is_of(b, pair)))
+    }
+
+    /// All that hangs together with an item, of what is to come or lies in open containers.
+    fn unit(&self, of: usize) -> BTreeSet<usize> {
+        let mut here = Self::arrivals(&self.open);
+        here.extend(self.to_come());
+        let mut unit = BTreeSet::new();
+        let mut next: Vec<usize> = self.are_tied(of, of).then_some(of).into_iter().collect();
+        while let Some(one) = next.pop() {
+            if unit.insert(one) {
+                next.extend(here.iter().filter(|other| self.are_tied(one, **other)));
+            }
+        }
+        unit
+    }
+
+    /// What must follow into a container.
+    fn follows(&self, container: usize) -> Vec<usize> {
+        let held = self.held(container);
+        let to_come = self.to_come().into_iter();
+        let follows = to_come.filter(|one| {
+            let unit = self.unit(*one);
+            held.iter().any(|held| unit.contains(held))
+        });
+        follows.collect()
+    }
+
+    fn is_apart(&self, a: &str, b: &str) -> bool {
+        let mut pairs = self.rules.apart.iter();
+        pairs.any(|(x, y)| (x == a && y == b) || (x == b && y == a))
+    }
+
+    fn has_group(&self, items: &[usize], group: &str) -> usize {
+        let groups = items.iter().map(|item| self.line(*item).group.as_deref());
+        groups.filter(|of| *of == Some(group)).count()
+    }
+
+    fn mass_kg(&self, items: &[usize]) -> f64 {
+        let masses = items.iter().filter_map(|item| self.line(*item).mass_kg);
+        masses.sum()
+    }
+
+    fn orders(&self, items: &[usize]) -> BTreeSet<&'a str> {
+        items.iter().map(|item| &*self.line(*item).order).collect()
+    }
+
+    /// The rule that is broken by these in one container, where one is.
+    fn broken_by(&self, held: &[usize]) -> Option<&'static str> {
+        let is_heavy = |most_kg| self.mass_kg(held) > most_kg + NEAR;
+        let is_one_order = self.rules.sharing == Sharing::OneOrder;
+        let mut pairs = held.iter().flat_map(|a| held.iter().map(move |b| (*a, *b)));
+        let are_apart = |(a, b): (usize, usize)| {
+            let groups = self.line(a).group.as_ref().zip(self.line(b).group.as_ref());
+            a != b && groups.is_some_and(|(a, b)| self.is_apart(a, b))
+        };
+        if is_one_order && self.orders(held).len() > 1 {
+            Some("one order")
+        } else if self.rules.most_kg.is_some_and(is_heavy) {
+            Some("mass")
+        } else {
+            pairs.any(are_apart).then_some("groups apart")
+        }
+    }
+
+    /// The rule that is broken by what lies in the containers, where one is.
+    fn broken(&self) -> Option<String> {
+        let containers: Vec<&Vec<Lying>> = self.open.iter().chain(&self.closed).collect();
+        for (container, lying) in containers.iter().enumerate() {
+            let held = Self::arrivals([*lying]);
+            if let Some(rule) = self.broken_by(&held) {
+                return Some(format!("{rule} in {held:?}"));
+            }
+            let others = Self::arrivals(containers[container + 1..].iter().copied());
+            for a in held {
+                if let Some(b) = others.iter().find(|b| self.are_tied(a, **b)) {
+                    return Some(format!("{a} and {b} travel together"));
+                }
+            }
+            for (place, above) in lying.iter().enumerate() {
+                for below in &lying[..place] {
+                    let is_late = self.items[above.arrival].stop > self.items[below.arrival].stop;
+                    if is_late && self.overlap(*above, *below) {
+                        return Some(format!("{above:?} lies above {below:?}"));
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// Whether two boxes share a cell of the floor.
+    fn overlap(&self, a: Lying, b: Lying) -> bool {
+        let reach = |lying: Lying| {
+            let (nx, ny, _) = self.items[lying.arrival].size;
+            let at = lying.at.placement;
+            (at.x..at.x + nx, at.y..at.y + ny)
+        };
+        let ((ax, ay), (bx, by)) = (reach(a), reach(b));
+        ax.start < bx.end && bx.start < ax.end && ay.start < by.end && by.start < ay.end
+    }
+
+    /// Whether an item has a valid placement in a container: every place is tried.
+    fn has_place(&self, grid: &Grid, container: usize, arrival: usize) -> bool {
+        let (nx, ny, height) = self.items[arrival].size;
+        let corners = (0..=grid.nx() - nx).flat_map(|x| (0..=grid.ny() - ny).map(move |y| (x, y)));
+        let mut corners = corners;
+        corners.any(|(x, y)| {
+            let at = RestingPlacement {
+                placement: Placement { yaw: 0, x, y },
+                resting_height: 0,
+            };
+            let below = self.open[container].iter();
+            let below = below.filter(|below| self.overlap(Lying { arrival, at }, **below));
+            let mut resting_height = 0;
+            let mut is_in_order = true;
+            for Lying { arrival: below, at } in below {
+                let below = &self.items[*below];
+                resting_height = resting_height.max(at.resting_height + below.size.2);
+                is_in_order &= below.stop >= self.items[arrival].stop;
+            }
+            is_in_order && resting_height + height <= grid.rim()
+        })
+    }
+
+    /// Whether this reason is true of an item and a container.
+    fn is_true(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
+        let held = self.held(container);
+        let item = self.line(arrival);
+        let unit = self.unit(arrival);
+        let to_come = self.to_come();
+        let rest = unit.iter().filter(|one| to_come.contains(one));
+        let rest: Vec<usize> = rest.copied().collect();
+        let is_begun = held.iter().any(|one| unit.contains(one));
+        let is_one_order = self.rules.sharing == Sharing::OneOrder;
+        let is_over = |items: &[usize], over_kg: f64| {
+            let most_kg = self.rules.most_kg.unwrap();
+            (self.mass_kg(items) - most_kg - over_kg).abs() < NEAR && over_kg > 0.0
+        };
+        match bar {
+            Bar::OtherOrder(other) => {
+                is_one_order && self.orders(&held).contains(&**other) && *other != item.order
+            }
+            Bar::GroupsApart(a, b) => {
+                let is_its_own = item.group.as_ref() == Some(a);
+                is_its_own && self.has_group(&held, b) > 0 && self.is_apart(a, b)
+            }
+            Bar::TooHeavy { over_kg } => is_over(&[&held[..], &[arrival]].concat(), *over_kg),
+            Bar::TiedElsewhere { tie, is_closed } => {
+                let others = match is_closed {
+                    true => Self::arrivals(&self.closed),
+                    false => self.in_others(container),
+                };
+                let mut others = others.iter();
+                self.is_tied_by(tie, arrival) && others.any(|other| self.is_tied_by(tie, *other))
+            }
+            Bar::ChainedElsewhere(tie) => {
+                let others = self.in_others(container);
+                let is_elsewhere = others.iter().any(|other| unit.contains(other));
+                self.is_tied_by(tie, arrival) && !is_begun && is_elsewhere
+            }
+            Bar::WithOthers { tie, bar } => {
+                let all = [&held[..], &rest].concat();
+                let is_so = match &**bar {
+                    Bar::OtherOrder(_) => is_one_order && self.orders(&all).len() > 1,
+                    Bar::GroupsApart(a, b) => {
+                        let is_of_rest = self.is_apart(a, b) && self.has_group(&rest, a) > 0;
+                        is_of_rest && self.has_group(&all, b) > usize::from(a == b)
+                    }
+                    Bar::TooHeavy { over_kg } => is_over(&all, *over_kg),
+                    _ => false,
+                };
+                self.is_tied_by(tie, arrival) && !is_begun && is_so
+            }
+            Bar::KeptFor { tie, bar } => {
+                let kept = self.follows(container);
+                let own = if rest.is_empty() { vec![arrival] } else { rest };
+                let is_so = match &**bar {
+                    Bar::GroupsApart(a, b) => {
+                        let is_of_own = self.is_apart(a, b) && self.has_group(&own, a) > 0;
+                        is_of_own && self.has_group(&kept, b) > 0
+                    }
+                    Bar::TooHeavy { over_kg } => {
+                        is_over(&[held, kept.clone(), own].concat(), *over_kg)
+                    }
+                    _ => false,
+                };
+                let mut names = kept.iter().flat_map(|one| self.unit(*one));
+                !is_begun && is_so && names.any(|one| self.is_tied_by(tie, one))
+            }
+            Bar::OrderElsewhere(order) => {
+                let others = self.orders(&self.in_others(container));
+                let is_here = self.orders(&held).contains(&**order);
+                *order == item.order && !is_here && others.contains(&**order)
+            }
+            Bar::EarlierOrder(order) => {
+                let begun = self.orders(&Self::arrivals(&self.open));
+                let unbegun = waiting.iter().map(|one| self.line(*one));
+                let unbegun = unbegun.filter(|line| !begun.contains(&*line.order));
+                // Of equal ones, `min_by_key` gives the first.
+                let first = unbegun.min_by_key(|line| std::cmp::Reverse(line.urgency));
+                let is_first = first.is_some_and(|line| line.order == *order);
+                is_one_order && is_first && *order != item.order
+            }
+            _ => false,
+        }
+    }
+
+    fn is_tied_by(&self, tie: &Tie, arrival: usize) -> bool {
+        let line = self.line(arrival);
+        match tie {
+            Tie::Order(order) => self.rules.undivided && line.order == *order,
+            Tie::Groups { order, groups } => {
+                let group = line.group.as_deref();
+                let is_of_pair = group == Some(&groups.0) || group == Some(&groups.1);
+                self.rules.together.contains(groups) && line.order == *order && is_of_pair
+            }
+            Tie::Bundle(bundle) => line.bundle.as_ref() == Some(bundle),
+        }
+    }
+
+    /// Whether a container may take an item without breaking what is never broken, as things lie now.
+    fn breaks_nothing(&self, container: usize, arrival: usize) -> bool {
+        let with = [self.held(container), vec![arrival]].concat();
+        let mut others = self.in_others(container);
+        others.extend(Self::arrivals(&self.closed));
+        let is_tied = others.iter().any(|other| self.are_tied(arrival, *other));
+        self.broken_by(&with).is_none() && !is_tied
+    }
+}
+
+/// Orders, planners of the open containers, and the world that both ought to follow.
+struct Game<'a> {
+    grid: Grid,
+    all: Vec<Candidate>,
+    orders: Orders,
+    planners: Vec<Planner>,
+    world: World<'a>,
+}
+
+impl<'a> Game<'a> {
+    fn new(rules: &'a ContainerRules, items: &'a [Arriving], open: usize) -> Self {
+        let mut game = Self {
+            grid: grid(),
+            all: candidates(items),
+            orders: orders_of(rules, items),
+            planners: Vec::new(),
+            world: World {
+                rules,
+                items,
+                open: Vec::new(),
+                closed: Vec::new(),
+                dropped: BTreeSet::new(),
+            },
+        };
+        (0..open).for_each(|_| game.open());
+        game
+    }
+
+    fn open(&mut self) {
+        self.orders.opened();
+        self.planners
+            .push(planner(&self.grid, vec![Box::new(Sequence)]));
+        self.world.open.push(Vec::new());
+    }
+
+    /// Closes a container, and opens an empty one.
+    fn exchange(&mut self, container: usize) {
+        self.orders.closed(container);
+        self.planners.remove(container);
+        let held = self.world.open.remove(container);
+        self.world.closed.push(held);
+        self.open();
+    }
+
+    fn scene(&self, held: &[Lying]) -> Scene {
+        let mut heightmap = Heightmap::empty(&self.grid);
+        let mut leaving = Leaving::empty(&self.grid);
+        for Lying { arrival, at } in held {
+            let view = &self.all[*arrival].item.views()[0];
+            for (x, y, _, top) in view.cells() {
+                let (x, y) = (at.placement.x + x, at.placement.y + y);
+                heightmap.raise(x, y, at.resting_height + top);
+            }
+            leaving.place(view, at, self.all[*arrival].stop);
+        }
+        Scene::from_heightmap(heightmap).with_leaving(leaving)
+    }
+
+    /// Plans a step as a stream does: the container, what lies there then, and whether rules that give way did so.
+    fn plan(&mut self, waiting: &[Candidate]) -> Option<(usize, Lying, bool)> {
+        let scenes: Vec<Scene> = self
+            .world
+            .open
+            .iter()
+            .map(|held| self.scene(held))
+            .collect();
+        let open = scenes.iter().zip(&self.world.open);
+        let open: Vec<OpenContainer<'_>> = open
+            .map(|(scene, held)| OpenContainer {
+                grid: &self.grid,
+                scene,
+                filled_percent: held.len() as f64,
+            })
+            .collect();
+        let containers: Vec<usize> = (0..open.len()).collect();
+        let mut attempts = self.orders.attempts(&containers, waiting).into_iter();
+        attempts.find_map(|attempt| {
+            let step = ContainersStep {
+                containers: &open,
+                candidates: waiting,
+                admits: &|at, held| self.orders.admits(attempt, at, held.arrival),
+                step: 0,
+            };
+            let found = step.plan(&mut self.planners, &mut Effort::default());
+            let (container, done) = found.unwrap()?;
+            let lying = Lying {
+                arrival: waiting[done.choice.candidate].arrival,
+                at: done.choice.resting,
+            };
+            Some((container, lying, attempt.gives_way))
+        })
+    }
+
+    /// What of these could be packed, by brute force: by all rules, or by those that never give way.
+    fn placeable(&self, arrivals: &[usize], gives_way: bool) -> Vec<usize> {
+        let may = |arrival: &&usize| {
+            (0..self.planners.len()).any(|container| {
+                let bar = self.orders.bar(container, **arrival);
+                bar.is_none_or(|bar| gives_way && bar.gives_way())
+                    && self.world.has_place(&self.grid, container, **arrival)
+            })
+        };
+        arrivals.iter().filter(may).copied().collect()
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn no_rule_is_broken_every_bar_is_true_and_what_gives_way_does_so_for_want_of_anything_else(
+        rules in rules(),
+        items in proptest::collection::vec(arriving(), 1..18),
+        count in 1_usize..4,
+        buffer in 1_usize..5,
+        events in proptest::collection::vec(0..12_u8, 60),
+    ) {
+        let mut game = Game::new(&rules, &items, count);
+        for event in events {
+            let mut arrivals = game.world.to_come();
+            arrivals.truncate(buffer);
+            let waiting: Vec<Candidate> =
+                arrivals.iter().map(|arrival| game.all[*arrival].clone()).collect();
+            if waiting.is_empty() {
+                break;
+            }
+            game.orders.begin(&waiting);
+            // By hand: a container leaves, or an item never comes.
+            if event < 2 {
+                game.exchange(usize::from(event) % count);
+                continue;
+            }
+            if event == 2 {
+                game.orders.dropped(arrivals[0]);
+                game.world.dropped.insert(arrivals[0]);
+                continue;
+            }
+            for container in 0..count {
+                for arrival in &arrivals {
+                    let bar = game.orders.bar(container, *arrival);
+                    if let Some(bar) = &bar {
+                        let is_true = game.world.is_true(bar, container, *arrival, &arrivals);
+                        prop_assert!(is_true, "{bar} ({bar:?}) of {arrival} in {container}");
+                    }
+                    if bar.is_none_or(|bar| bar.gives_way()) {
+                        let is_sound = game.world.breaks_nothing(container, *arrival);
+                        prop_assert!(is_sound, "{arrival} in {container}");
+                    }
+                }
+            }
+            let chosen = game.plan(&waiting);
+            let possible = game.placeable(&arrivals, true);
+            let Some((container, lying, gave_way)) = chosen else {
+                prop_assert!(possible.is_empty(), "{possible:?} could be packed");
+                game.exchange(0);
+                continue;
+            };
+            let urgency = |arrival: &usize| items[*arrival].line.urgency;
+            let most = possible.iter().map(urgency).max();
+            prop_assert_eq!(Some(urgency(&lying.arrival)), most, "{:?} of {:?}", lying, possible);
+            if gave_way {
+                let mut strict = game.placeable(&arrivals, false);
+                strict.retain(|other| Some(urgency(other)) == most);
+                prop_assert!(strict.is_empty(), "{strict:?} needed no rule to give way");
+            }
+            game.world.open[container].push(lying);
+            game.orders.packed(container, lying.arrival);
+            prop_assert_eq!(game.world.broken(), None);
+            // What must follow into a container can, as far as masses are concerned.
+            for container in 0..count {
+                let all = [game.world.held(container), game.world.follows(container)].concat();
+                let all_kg = game.world.mass_kg(&all);
+                let is_possible = rules.most_kg.is_none_or(|most_kg| all_kg <= most_kg + NEAR);
+                prop_assert!(is_possible, "{all_kg} kg in {container}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_container_of_a_stream_breaks_a_rule_and_every_item_is_somewhere(
+        rules in rules(),
+        items in proptest::collection::vec(arriving(), 1..16),
+        open in 1_usize..4,
+    ) {
+        let stream = pack(&rules, &items, open);
+        let lying = |filled: &Filled<IdealCell>| -> Vec<Lying> {
+            let steps = filled.steps.iter();
+            steps.map(|step| Lying {
+                arrival: step.candidate.arrival,
+                at: step.choice.resting,
+            }).collect()
+        };
+        let world = World {
+            rules: &rules,
+            items: &items,
+            open: stream.open.iter().map(lying).collect(),
+            closed: stream.closed.iter().map(lying).collect(),
+            dropped: stream.unplaceable.iter().map(|held| held.arrival).collect(),
+        };
+        prop_assert_eq!(world.broken(), None);
+        let placed = World::arrivals(world.open.iter().chain(&world.closed));
+        prop_assert_eq!(placed.len() + stream.unplaceable.len(), items.len());
+        let is_tied = |arrival: usize| world.are_tied(arrival, arrival);
+        for arrival in world.dropped.iter().filter(|arrival| !is_tied(**arrival)) {
+            prop_assert!(world.broken_by(&[*arrival]).is_some(), "{arrival} fits when it is alone");
+        }
+        let has = |filled: &Filled<IdealCell>, order: &str| {
+            let mut steps = filled.steps.iter();
+            steps.any(|step| *items[step.candidate.arrival].line.order == *order)
+        };
+        let is_complete = |filled: &&Filled<IdealCell>| filled.closing == Some(Closing::OrderComplete);
+        for closed in stream.closed.iter().filter(is_complete) {
+            let order = &*items[closed.steps[0].candidate.arrival].line.order;
+            let others = stream.closed.iter().filter(|other| other.number != closed.number);
+            let is_alone = !others.clone().any(|other| has(other, order));
+            let mut later = others.chain(&stream.open).filter(|other| other.number > closed.number);
+            prop_assert!(!is_alone || !later.any(|later| has(later, order)));
+        }
+    }
+}
+
+/// Packs a stream; where containers are for one order, they are closed with it.
+fn pack(
+    rules: &ContainerRules,
+    items: &[Arriving],
+    open: usize,
+) -> ppnpack_packing::stream::Stream<IdealCell> {
+    let how = StreamPlay {
+        open,
+        buffer: 3,
+        closing: ClosingRules {
+            order_complete: rules.sharing == Sharing::OneOrder,
+            ..ClosingRules::default()
+        },
+    };
+    let orders = orders_of(rules, items);
+    play_stream(
+        &grid(),
+        &mut Ideal(vec![|| Box::new(Sequence)]),
+        candidates(items),
+        orders,
+        how,
+    )
+    .unwrap()
+}
+
+fn item(order: &str) -> OrderItem {
+    OrderItem::new(order.into())
+}
+
+fn of_group(order: &str, group: &str) -> OrderItem {
+    OrderItem {
+        group: Some(group.into()),
+        ..item(order)
+    }
+}
+
+fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Orders {
+    let mut orders = Orders::new(rules, items.iter().cloned().enumerate());
+    (0..containers).for_each(|_| orders.opened());
+    orders
+}
+
+/// Why a container may not take an item as things are.
+fn bar(orders: &mut Orders, container: usize, arrival: usize) -> Option<Bar> {
+    orders.begin(&[]);
+    orders.bar(container, arrival)
+}
+
+fn told(orders: &mut Orders, container: usize, arrival: usize) -> String {
+    let bar = bar(orders, container, arrival).unwrap();
+    assert!(!bar.gives_way(), "{bar}");
+    bar.to_string()
+}
+
+#[test]
+fn an_undivided_order_stays_in_its_container_and_cannot_follow_into_a_closed_one() {
+    let rules = ContainerRules {
+        undivided: true,
+        ..ContainerRules::default()
+    };
+    let mut orders = begun(rules, &["7", "7", "8"].map(item), 2);
+    orders.packed(0, 0);
+    assert_eq!(bar(&mut orders, 0, 1), None);
+    assert_eq!(
+        told(&mut orders, 1, 1),
+        "the items of order 7 must not be divided, and others of them are in another container"
+    );
+    orders.closed(0);
+    assert_eq!(
+        told(&mut orders, 0, 1),
+        "the items of order 7 must not be divided, and others of them are in a container that was closed"
+    );
+    assert_eq!(bar(&mut orders, 0, 2), None);
+}
+
+#[test]
+fn an_undivided_order_is_begun_only_where_all_of_it_is_possible() {
+    let rules = ContainerRules {
+        undivided: true,
+        most_kg: Some(5.0),
+        apart: vec![("food".to_owned(), "soap".to_owned())],
+        ..ContainerRules::default()
+    };
+    let heavy = |order: &str, mass_kg: f64| OrderItem {
+        mass_kg: Some(mass_kg),
+        ..item(order)
+    };
+    let mut items = [("7", 2.0), ("7", 2.0), ("8", 2.0), ("8", 0.5)]
+        .map(|(order, mass_kg)| heavy(order, mass_kg))
+        .to_vec();
+    items.extend(["soap", "food"].map(|group| of_group("9", group)));
+    let mut orders = begun(rules, &items, 1);
+    assert_eq!(bar(&mut orders, 0, 0), None);
+    orders.packed(0, 0);
+    // 2 kg are in it, 2 kg have to follow.
+    assert_eq!(
+        told(&mut orders, 0, 2),
+        "the items of order 7 must not be divided, and others of them have to follow into this container: \
+         the container would be 1.50 kg too heavy"
+    );
+    assert_eq!(
+        told(&mut orders, 0, 4),
+        "the items of order 9 must not be divided, and of all of them together: food must not travel with soap"
+    );
+}
+
+#[test]
+fn groups_and_bundles_travel_together_and_what_is_tied_to_them_follows() {
+    let rules = ContainerRules {
+        together: vec![("device".to_owned(), "charger".to_owned())],
+        ..ContainerRules::default()
+    };
+    let in_bundle = |item: OrderItem| OrderItem {
+        bundle: Some("gift".into()),
+        ..item
+    };
+    let items = [
+        of_group("7", "device"),
+        in_bundle(of_group("7", "charger")),
+        in_bundle(of_group("8", "card")),
+        of_group("7", "toy"),
+        of_group("9", "device"),
+    ];
+    let mut orders = begun(rules, &items, 2);
+    orders.packed(0, 0);
+    assert_eq!(
+        told(&mut orders, 1, 1),
+        "the items of device and charger of order 7 must travel together, and others of them are in another container"
+    );
+    assert_eq!(
+        told(&mut orders, 1, 2),
+        "the items of bundle gift must travel together, and others of them have to follow items in another container"
+    );
+    assert!(bar(&mut orders, 1, 3).is_none_or(|bar| bar.gives_way()));
+    assert_eq!(bar(&mut orders, 1, 4), None);
+    // One that never comes holds nothing together.
+    orders.dropped(1);
+    assert_eq!(bar(&mut orders, 1, 2), None);
+}
+
+#[test]
+fn with_one_order_a_container_orders_follow_one_another_and_each_closes_its_own() {
+    let rules = ContainerRules {
+        sharing: Sharing::OneOrder,
+        ..ContainerRules::default()
+    };
+    let arriving = |order| Arriving {
+        size: (2, 2, 2),
+        line: item(order),
+        stop: Stop::LAST,
+    };
+    let items = ["a", "b", "a", "b", "a"].map(arriving);
+    let stream = pack(&rules, &items, 1);
+    let told = stream.closed.iter().map(|filled| {
+        assert_eq!(filled.closing, Some(Closing::OrderComplete));
+        let steps = filled.steps.iter();
+        let orders = steps.map(|step| &*items[step.candidate.arrival].line.order);
+        orders.collect::<Vec<&str>>()
+    });
+    assert_eq!(told.collect::<Vec<_>>(), [vec!["a"; 3], vec!["b"; 2]]);
+    // One that expects more items is not complete; the greatest number counts.
+    for (expected, complete) in [(vec![3, 2], None), (vec![2], Some(0))] {
+        let mut orders = begun(rules.clone(), &["7", "7"].map(item), 1);
+        expected
+            .into_iter()
+            .for_each(|items| orders.expect("7", items));
+        (0..2).for_each(|arrival| orders.packed(0, arrival));
+        assert_eq!(orders.complete(), complete);
+    }
+}
+
+#[test]
+fn groups_that_must_not_travel_together_close_a_container() {
+    let rules = ContainerRules {
+        apart: vec![("chemicals".to_owned(), "food".to_owned())],
+        ..ContainerRules::default()
+    };
+    let items = ["food", "chemicals"].map(|group| Arriving {
+        size: (2, 2, 2),
+        line: of_group("a", group),
+        stop: Stop::LAST,
+    });
+    let stream = pack(&rules, &items, 1);
+    assert_eq!((stream.closed.len(), stream.open[0].steps.len()), (1, 1));
+    let mut orders = begun(rules, &items.map(|item| item.line), 1);
+    orders.packed(0, 0);
+    assert_eq!(
+        told(&mut orders, 0, 1),
+        "chemicals must not travel with food"
+    );
+}

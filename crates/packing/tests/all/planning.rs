@@ -1,0 +1,656 @@
+//! Plans over checks that refuse, give up, work ahead or know a last resort: what an arm and a simulation do, without either.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use ppnpack_packing::check::LastResort;
+use ppnpack_packing::episode::{IdealCell, Play, play};
+use ppnpack_packing::item::ShapeId;
+use ppnpack_packing::trial::Settling;
+
+use crate::support::*;
+
+/// An item, by its arrival, at a place.
+type Place = (usize, RestingPlacement);
+
+/// What a check was told and asked, in order.
+#[derive(Debug, Clone, PartialEq)]
+enum Event {
+    Begun,
+    /// Whether it rules an item out.
+    AskedOf(usize),
+    Told(Vec<Place>),
+    Asked(Place),
+    Widened,
+}
+
+type Log = Arc<Mutex<Vec<Event>>>;
+
+/// A check that does as it is told.
+struct Stub {
+    cost: Cost,
+    foresight: usize,
+    /// By the item's arrival.
+    accepts: Box<dyn FnMut(usize, Placement) -> bool + Send>,
+    ruled_out: Vec<usize>,
+    /// Which item it gives up, and after how many refusals.
+    gives_up: Option<(usize, usize)>,
+    /// Which of the placements that it refused is its last resort.
+    resort: Option<usize>,
+    /// Where it is given, refused placements stand for all others of the same x but this.
+    open_row: Option<usize>,
+    /// Since the step began.
+    refused: Vec<(usize, ShapeId, RestingPlacement)>,
+    log: Log,
+}
+
+impl Stub {
+    /// As dear as a simulation.
+    fn new(log: &Log, accepts: impl FnMut(usize, Placement) -> bool + Send + 'static) -> Self {
+        Self {
+            cost: Cost::Simulation,
+            foresight: 1,
+            accepts: Box::new(accepts),
+            ruled_out: Vec::new(),
+            gives_up: None,
+            resort: None,
+            open_row: None,
+            refused: Vec::new(),
+            log: Arc::clone(log),
+        }
+    }
+
+    fn note(&self, event: Event) {
+        self.log.lock().unwrap().push(event);
+    }
+}
+
+/// Evidence that tells the placement.
+fn found(resting: &RestingPlacement) -> Evidence {
+    let Placement { yaw, x, y } = resting.placement;
+    let settling = Settling {
+        tilt_rad: yaw as f64,
+        slide_m: x as f64,
+        disturbance_m: y as f64,
+        above_rim_m: 0.0,
+        is_still: true,
+    };
+    Evidence {
+        settling: Some(settling),
+        ..Evidence::default()
+    }
+}
+
+fn why() -> Refusal {
+    Refusal::because(Cause::Unsteady, "it is refused in the test")
+}
+
+impl ValidityCheck for Stub {
+    fn cost(&self) -> Cost {
+        self.cost
+    }
+
+    fn begin(&mut self, _: &StepInput<'_>) -> StageResult {
+        self.refused.clear();
+        self.note(Event::Begun);
+        Ok(())
+    }
+
+    fn rules_out(&mut self, _: &StepInput<'_>, held: &Candidate) -> StageResult<Option<Refusal>> {
+        self.note(Event::AskedOf(held.arrival));
+        Ok(self.ruled_out.contains(&held.arrival).then(why))
+    }
+
+    fn refuses_unseen(
+        &self,
+        _: &StepInput<'_>,
+        _: &Candidate,
+        at: &RestingPlacement,
+    ) -> Option<Refusal> {
+        let row = self.open_row.map(|_| at.placement.x);
+        let row = row.filter(|row| Some(*row) != self.open_row)?;
+        let mut refused = self.refused.iter();
+        refused
+            .any(|(_, _, other)| other.placement.x == row)
+            .then(why)
+    }
+
+    fn judge(
+        &mut self,
+        _: &StepInput<'_>,
+        held: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        assert!(!self.ruled_out.contains(&held.arrival));
+        self.note(Event::Asked((held.arrival, *resting)));
+        if (self.accepts)(held.arrival, resting.placement) {
+            return Ok(Verdict::Accepted(found(resting)));
+        }
+        let refused = (held.arrival, held.item.shape(), *resting);
+        self.refused.push(refused);
+        Ok(Verdict::Refused(why()))
+    }
+
+    fn foresight(&self) -> usize {
+        self.foresight
+    }
+
+    fn foresee(
+        &mut self,
+        _: &StepInput<'_>,
+        next: &[(&Candidate, RestingPlacement)],
+    ) -> StageResult {
+        let next = next.iter().map(|(held, resting)| (held.arrival, *resting));
+        self.note(Event::Told(next.collect()));
+        Ok(())
+    }
+
+    fn widen(&mut self) -> bool {
+        self.note(Event::Widened);
+        self.gives_up.take().is_some()
+    }
+
+    fn is_done_with(&self, candidate: &Candidate) -> bool {
+        let refused = self.refused.iter();
+        let of_it = refused.filter(|(arrival, ..)| *arrival == candidate.arrival);
+        let refusals = of_it.count();
+        self.gives_up
+            .is_some_and(|(arrival, after)| arrival == candidate.arrival && refusals >= after)
+    }
+
+    fn last_resort(&self) -> Option<LastResort> {
+        let (arrival, shape, resting) = *self.refused.get(self.resort?)?;
+        Some(LastResort {
+            arrival,
+            shape,
+            resting,
+            evidence: found(&resting),
+        })
+    }
+}
+
+fn events(log: &Log) -> Vec<Event> {
+    log.lock().unwrap().clone()
+}
+
+fn asked(log: &Log) -> Vec<Place> {
+    let asked = events(log).into_iter().filter_map(|event| match event {
+        Event::Asked(place) => Some(place),
+        _ => None,
+    });
+    asked.collect()
+}
+
+/// How often it was asked about placements of an item.
+fn questions(log: &Log, arrival: usize) -> usize {
+    asked(log).iter().filter(|(of, _)| *of == arrival).count()
+}
+
+/// Whether it was asked only about placements that it was told of last, in that order.
+fn was_told_before(log: &Log) -> bool {
+    let mut told = Vec::new().into_iter();
+    events(log).into_iter().all(|event| match event {
+        Event::Told(next) => {
+            told = next.into_iter();
+            true
+        }
+        // Those before it are passed by.
+        Event::Asked(place) => told.any(|next| next == place),
+        Event::Begun | Event::AskedOf(_) | Event::Widened => true,
+    })
+}
+
+/// Counts what is asked of a search, and goes on to give the placements of candidates that it should leave out.
+struct Watched(Search, Arc<[AtomicUsize; 2]>);
+
+impl Evaluator for Watched {
+    fn rank(&mut self, input: &StepInput<'_>, group: &[usize], of: &Proposals) -> StageResult {
+        self.1[0].fetch_add(1, Ordering::Relaxed);
+        self.0.rank(input, group, of)
+    }
+
+    fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
+        self.1[1].fetch_add(1, Ordering::Relaxed);
+        self.0.next_best(input)
+    }
+
+    fn counts(&self, candidate: usize) -> PlacementCounts {
+        self.0.counts(candidate)
+    }
+}
+
+/// Proposes for each candidate the corner of the container alone.
+struct ProposeCorner;
+
+impl Proposer for ProposeCorner {
+    fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult {
+        proposals.clear();
+        for _ in input.candidates {
+            proposals.push([Placement { yaw: 0, x: 0, y: 0 }]);
+        }
+        Ok(())
+    }
+}
+
+fn planner_of(
+    evaluator: impl Evaluator + 'static,
+    proposer: impl Proposer + 'static,
+    order: Order,
+    checks: Vec<BoxedCheck>,
+) -> Planner {
+    Planner::new(Box::new(proposer), Box::new(evaluator), checks, order, 1)
+}
+
+/// A step that searches all placements, with the published test before the stub.
+fn planned(input: &StepInput<'_>, order: Order, is_bounded: bool, stub: Stub) -> Plan {
+    let search = searching(input.grid, Heuristic::Sdfm, order, is_bounded);
+    let checks: Vec<BoxedCheck> = vec![Box::new(stub), Box::new(PublishedStability::default())];
+    let mut planner = planner_of(search, ProposeAll, order, checks);
+    planner.plan(input).unwrap().clone()
+}
+
+/// The choice and the alternatives.
+fn ranked(plan: &Plan) -> Vec<Evaluated> {
+    let choice = plan.choice().into_iter();
+    choice.chain(plan.alternatives().copied()).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn working_ahead_changes_no_decision_and_nothing_is_asked_that_was_not_told(
+        (grid, heightmap, items) in scenes(3),
+        order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival][..]),
+        alternatives in 0_usize..4,
+        // One in so many placements is accepted.
+        one_in in 1_usize..12,
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = Candidate::sequence(items);
+        let input = StepInput { alternatives, ..StepInput::new(&grid, &scene, &held) };
+        let accepts = move |arrival: usize, Placement { yaw, x, y }: Placement| {
+            (arrival + 3 * yaw + 5 * x + 7 * y).is_multiple_of(one_in)
+        };
+        let decided = |foresight: usize, is_bounded: bool| {
+            let log = Log::default();
+            let stub = Stub { foresight, ..Stub::new(&log, accepts) };
+            let plan = planned(&input, order, is_bounded, stub);
+            for event in events(&log) {
+                if let Event::Told(next) = event {
+                    assert!(foresight > 1 && next.len() <= foresight);
+                }
+            }
+            assert!(foresight == 1 || was_told_before(&log));
+            (ranked(&plan), plan.evidence().cloned(), asked(&log))
+        };
+        let expected = decided(1, false);
+        prop_assert_eq!(&expected.1, &expected.0.first().map(|best| found(&best.resting)));
+        for foresight in [1, 2, 3, 16] {
+            for is_bounded in [false, true] {
+                prop_assert_eq!(&decided(foresight, is_bounded), &expected);
+            }
+        }
+    }
+
+    #[test]
+    fn a_widened_step_finds_the_one_placement_that_is_valid(
+        seed in any::<u64>(),
+        (x, y) in (0_usize..13, 0_usize..13),
+        foresight in 1_usize..6,
+        is_bounded in any::<bool>(),
+    ) {
+        let grid = small_grid();
+        let scene = empty(&grid);
+        let held = blocks(2);
+        let input = StepInput::new(&grid, &scene, &held);
+        let valid = Placement { yaw: 0, x, y };
+        let mut proposer = ProposeRandom::new(Percent::new(2.0).unwrap(), seed);
+        let mut proposals = Proposals::default();
+        proposer.propose(&input, &mut proposals).unwrap();
+        let CandidateProposals::Some(placements) = proposals.of(1) else { panic!("all") };
+        let is_proposed = placements.contains(&valid);
+        let log = Log::default();
+        // The other item is given up on the way.
+        let stub = Stub {
+            foresight,
+            gives_up: Some((0, 3)),
+            ..Stub::new(&log, move |arrival, at| (arrival, at) == (1, valid))
+        };
+        let search = searching(&grid, Heuristic::Sdfm, Order::Balance, is_bounded);
+        let mut planner = planner_of(search, proposer, Order::Balance, vec![Box::new(stub)]);
+        let plan = planner.plan(&input).unwrap();
+        prop_assert_eq!(plan.is_widened(), !is_proposed);
+        let choice = plan.choice().unwrap();
+        prop_assert_eq!((choice.candidate, choice.resting.placement), (1, valid));
+        prop_assert!(plan.degraded().is_empty());
+        prop_assert!(foresight == 1 || was_told_before(&log));
+    }
+
+    #[test]
+    fn planning_without_those_that_are_ruled_out_is_the_same_plan(
+        (grid, heightmap, items) in scenes(4),
+        ruled_out in proptest::sample::subsequence(vec![0, 1, 2, 3], 0..=4),
+        order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival][..]),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = Candidate::sequence(items);
+        let others = held.iter().filter(|held| !ruled_out.contains(&held.arrival));
+        let others: Vec<Candidate> = others.cloned().collect();
+        let input = StepInput { step: 3, alternatives: 2, ..StepInput::new(&grid, &scene, &held) };
+        let planned = |input: &StepInput<'_>| {
+            let ruled_out = ruled_out.clone();
+            let stub = Stub { ruled_out, ..Stub::new(&Log::default(), |_, at| at.x > 0) };
+            planned(input, order, false, stub)
+        };
+        let plan = planned(&input);
+        let expected = planned(&StepInput { candidates: &others, ..input });
+        let chosen = |plan: &Plan, held: &[Candidate]| -> Vec<_> {
+            let ranked = ranked(plan).into_iter();
+            ranked.map(|found| (held[found.candidate].arrival, found.resting, found.value)).collect()
+        };
+        prop_assert_eq!(chosen(&plan, &held), chosen(&expected, &others));
+        let mut reports = expected.candidates().iter();
+        for (report, candidate) in plan.candidates().iter().zip(&held) {
+            if ruled_out.contains(&candidate.arrival) {
+                prop_assert_eq!(&report.reason, &Some(Reason::Rejected(why())));
+                prop_assert_eq!(report.refusals.total(), 0);
+            } else {
+                prop_assert_eq!(Some(report), reports.next());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_searched() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(2));
+    // More than there are, so that the step looks at all that is left.
+    let input = StepInput {
+        alternatives: 10 * PLACES,
+        ..StepInput::new(&grid, &scene, &held)
+    };
+    for (foresight, is_bounded) in [(1, false), (1, true), (5, false), (5, true)] {
+        let log = Log::default();
+        let stub = Stub {
+            foresight,
+            gives_up: Some((0, 7)),
+            ..Stub::new(&log, |arrival, _| arrival == 1)
+        };
+        let plan = planned(&input, Order::Balance, is_bounded, stub);
+        assert_eq!((questions(&log, 0), questions(&log, 1)), (7, PLACES));
+        let ranked = ranked(&plan);
+        assert_eq!(ranked.len(), PLACES);
+        assert!(ranked.iter().all(|found| found.candidate == 1));
+        let [left_out, other] = plan.candidates() else {
+            panic!("{:?}", plan.candidates());
+        };
+        assert_eq!(left_out.reason, Some(Reason::Rejected(why())));
+        assert_eq!((left_out.refusals.total(), &other.reason), (7, &None));
+        assert!(plan.degraded().is_empty() && !plan.is_cut());
+    }
+    // In an order of their own, it makes room for the next.
+    let log = Log::default();
+    let stub = Stub {
+        gives_up: Some((0, 4)),
+        ..Stub::new(&log, |arrival, _| arrival == 1)
+    };
+    let input = StepInput::new(&grid, &scene, &held);
+    let plan = planned(&input, Order::Arrival, false, stub);
+    assert_eq!(plan.choice().unwrap().candidate, 1);
+    assert_eq!((questions(&log, 0), questions(&log, 1)), (4, 1));
+    assert_eq!(plan.candidates()[0].reason, Some(Reason::Rejected(why())));
+}
+
+#[test]
+fn an_evaluator_that_leaves_nothing_out_leads_to_the_same_plan() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(2));
+    let input = StepInput {
+        alternatives: 5,
+        ..StepInput::new(&grid, &scene, &held)
+    };
+    let log = Log::default();
+    let stub = |log: &Log| Stub {
+        foresight: 3,
+        gives_up: Some((0, 2)),
+        ..Stub::new(log, |arrival, at| arrival == 1 && at.x > 2)
+    };
+    let expected = ranked(&planned(&input, Order::Balance, false, stub(&log)));
+    assert_eq!((expected.len(), questions(&log, 0)), (6, 2));
+    let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
+    let watched = Watched(search, Arc::default());
+    let checks: Vec<BoxedCheck> = vec![Box::new(stub(&Log::default()))];
+    let mut other = planner_of(watched, ProposeAll, Order::Balance, checks);
+    assert_eq!(ranked(other.plan(&input).unwrap()), expected);
+}
+
+#[test]
+fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
+    let grid = small_grid();
+    let scene = empty(&grid);
+    let held = blocks(2);
+    let far = Placement { yaw: 0, x: 6, y: 6 };
+    let resorting = |held: &[Candidate], stub: Stub, is_bounded| {
+        let plan = planned(
+            &StepInput::new(&grid, &scene, held),
+            Order::Balance,
+            is_bounded,
+            stub,
+        );
+        assert!(plan.degraded().is_empty() && !plan.is_cut());
+        plan
+    };
+    let input = StepInput {
+        alternatives: 2,
+        ..StepInput::new(&grid, &scene, &held[..1])
+    };
+    let best = Stub::new(&Log::default(), |_, _| true);
+    let best = ranked(&planned(&input, Order::Balance, false, best));
+    for (foresight, is_bounded) in [(1, false), (1, true), (4, false), (4, true)] {
+        let stub = Stub {
+            foresight,
+            resort: Some(2),
+            ..Stub::new(&Log::default(), |_, _| false)
+        };
+        let plan = resorting(&held[..1], stub, is_bounded);
+        assert_eq!(ranked(&plan), best[2..]);
+        assert_eq!(plan.evidence(), Some(&found(&best[2].resting)));
+        assert_eq!(plan.refusals().total(), PLACES as u64);
+    }
+    let plan = resorting(&held[..1], Stub::new(&Log::default(), |_, _| false), false);
+    assert_eq!(
+        (plan.choice(), plan.evidence()),
+        (None, None),
+        "there is none"
+    );
+    assert_eq!(plan.candidates()[0].reason, Some(Reason::Rejected(why())));
+    let valid = Stub {
+        resort: Some(0),
+        ..Stub::new(&Log::default(), move |_, at| at == far)
+    };
+    let plan = resorting(&held[..1], valid, false);
+    assert_eq!(plan.choice().unwrap().resting.placement, far, "it is valid");
+    // It is of the right candidate where another is ruled out.
+    let second = Stub {
+        ruled_out: vec![0],
+        resort: Some(0),
+        ..Stub::new(&Log::default(), |_, _| false)
+    };
+    let expected = Evaluated {
+        candidate: 1,
+        ..best[0]
+    };
+    assert_eq!(resorting(&held, second, false).choice(), Some(expected));
+}
+
+#[test]
+fn an_item_that_was_given_up_is_looked_into_again_where_nothing_else_is_valid() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let far = Placement { yaw: 0, x: 6, y: 6 };
+    for gives_up in [None, Some((0, 2))] {
+        let log = Log::default();
+        let stub = Stub {
+            gives_up,
+            ..Stub::new(&log, move |_, at| at == far && gives_up.is_some())
+        };
+        let input = StepInput::new(&grid, &scene, &held);
+        let plan = planned(&input, Order::Balance, false, stub);
+        assert_eq!(plan.choice().is_some(), gives_up.is_some());
+        assert!(!plan.is_widened(), "all was proposed before");
+        let widened = events(&log).into_iter();
+        assert_eq!(widened.filter(|event| *event == Event::Widened).count(), 1);
+    }
+}
+
+#[test]
+fn each_plan_begins_once_and_before_all_else() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(3));
+    for order in [Order::Balance, Order::Arrival] {
+        let log = Log::default();
+        let stub = Stub {
+            foresight: 2,
+            ruled_out: vec![1],
+            ..Stub::new(&log, |arrival, at| arrival == 2 && at.x > 0)
+        };
+        let search = searching(&grid, Heuristic::Sdfm, order, false);
+        let mut planner = planner_of(search, ProposeCorner, order, vec![Box::new(stub)]);
+        for step in 0..3 {
+            log.lock().unwrap().clear();
+            let input = StepInput {
+                step,
+                ..StepInput::new(&grid, &scene, &held)
+            };
+            // Several searches in one plan.
+            let plan = planner.plan(&input).unwrap();
+            assert!(plan.is_widened() && plan.choice().is_some());
+            let events = events(&log);
+            assert_eq!(events[0], Event::Begun);
+            let widened = events.iter().filter(|event| **event == Event::Widened);
+            assert_eq!(widened.count(), 1);
+            assert!(events.len() > 1 && !events[1..].contains(&Event::Begun));
+        }
+    }
+}
+
+#[test]
+fn the_refusals_of_a_widened_step_are_those_of_both_searches() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(2));
+    let stub = Stub {
+        cost: Cost::Motion,
+        ruled_out: vec![1],
+        ..Stub::new(&Log::default(), |_, at| at.x > 0)
+    };
+    let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
+    let mut planner = planner_of(search, ProposeCorner, Order::Balance, vec![Box::new(stub)]);
+    // The second candidate is ruled out, which makes no difference.
+    for held in [&held[..1], &held[..]] {
+        let plan = planner.plan(&StepInput::new(&grid, &scene, held)).unwrap();
+        assert!(plan.is_widened() && plan.choice().is_some());
+        let of_second_search = plan.candidates().iter();
+        let of_second_search: u64 = of_second_search.map(|it| it.refusals.total()).sum();
+        assert!(of_second_search > 0);
+        assert_eq!(plan.refusals().total(), 1 + of_second_search);
+    }
+    let (mut cell, how) = (IdealCell::new(&grid), Play::with_buffer(2));
+    let episode = play(&grid, &mut planner, &mut cell, held, how, &mut ()).unwrap();
+    assert_eq!(episode.steps.len(), 1, "{:?}", episode.ending);
+    assert_eq!(episode.steps[0].refusals, episode.refusals);
+    assert!(episode.refusals.total() > 1);
+}
+
+/// A planner that refuses the first placements, and takes its time for each; and what was asked: rankings, placements.
+fn reluctant(refusals: u64, takes: Duration, log: &Log) -> (Planner, Arc<[AtomicUsize; 2]>) {
+    let mut left = refusals;
+    let stub = Stub::new(log, move |_, _| {
+        std::thread::sleep(takes);
+        left = left.saturating_sub(1);
+        left == 0
+    });
+    let asked: Arc<[AtomicUsize; 2]> = Arc::default();
+    let search = searching(&small_grid(), Heuristic::Sdfm, Order::Balance, true);
+    let watched = Watched(search, Arc::clone(&asked));
+    let planner = planner_of(watched, ProposeAll, Order::Balance, vec![Box::new(stub)]);
+    (planner, asked)
+}
+
+#[test]
+fn a_placement_after_two_hundred_refusals_costs_one_ranking_and_each_placement_once() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(2));
+    let log = Log::default();
+    let (mut planner, counted) = reluctant(201, Duration::ZERO, &log);
+    let plan = planner.plan(&StepInput::new(&grid, &scene, &held)).unwrap();
+    assert!(plan.choice().is_some() && !plan.is_cut());
+    let refused: u64 = plan.candidates().iter().map(|it| it.refusals.total()).sum();
+    let counted = counted
+        .each_ref()
+        .map(|count| count.load(Ordering::Relaxed));
+    assert_eq!((refused, counted, asked(&log).len()), (200, [1, 201], 201));
+}
+
+#[test]
+fn after_the_deadline_nothing_more_is_checked_and_the_plan_says_so() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let log = Log::default();
+    let (mut planner, _) = reluctant(u64::MAX, Duration::from_millis(5), &log);
+    let input = StepInput {
+        deadline: Some(Instant::now() + Duration::from_millis(30)),
+        ..StepInput::new(&grid, &scene, &held)
+    };
+    let plan = planner.plan(&input).unwrap();
+    assert!(plan.is_cut() && plan.degraded()[0].contains("time limit"));
+    assert_eq!(plan.choice(), None);
+    assert_eq!(
+        plan.candidates()[0].reason,
+        None,
+        "not everything was tried"
+    );
+    assert!(asked(&log).len() <= 7);
+}
+
+#[test]
+fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let input = StepInput {
+        // So that the step goes on to the last placement.
+        alternatives: 1,
+        ..StepInput::new(&grid, &scene, &held)
+    };
+    let accepted = Placement { yaw: 0, x: 5, y: 7 };
+    let step = |foresight: usize, open_row: Option<usize>| {
+        let log = Log::default();
+        let arm = Stub {
+            cost: Cost::Motion,
+            ..Stub::new(&log, |_, _| true)
+        };
+        let trial = Stub {
+            foresight,
+            open_row,
+            ..Stub::new(&Log::default(), move |_, at| at == accepted)
+        };
+        let search = searching(&grid, Heuristic::Sdfm, Order::Arrival, false);
+        let checks: Vec<BoxedCheck> = vec![Box::new(trial), Box::new(arm)];
+        let mut planner = planner_of(search, ProposeAll, Order::Arrival, checks);
+        let plan = planner.plan(&input).unwrap();
+        let choice = plan.choice().map(|choice| choice.resting.placement);
+        (choice, plan.candidates()[0].clone(), asked(&log).len())
+    };
+    let (choice, report, asked) = step(1, None);
+    assert_eq!((choice, asked), (Some(accepted), PLACES));
+    for foresight in [1, 4] {
+        let (other_choice, other_report, asked) = step(foresight, Some(accepted.x));
+        assert_eq!(other_choice, choice);
+        assert_eq!(other_report.refusals, report.refusals);
+        // The first of each other row, as many more as are looked at ahead, and the row of the one that is accepted.
+        let most = (SIDE - 1) * foresight + SIDE;
+        assert!((2 * SIDE - 1..=most).contains(&asked), "{asked}");
+    }
+}
