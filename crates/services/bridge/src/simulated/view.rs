@@ -79,7 +79,7 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedErr
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+    use ppnpack_physics::view::{CameraSettings, NoiseModel};
 
     use super::*;
 
@@ -89,7 +89,7 @@ mod tests {
             height_m: 1.2,
             width_px: 400,
             height_px: 400,
-            noise: NoiseSettings::none(),
+            noise: NoiseModel::none(),
             ..CameraSettings::default()
         }
     }
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn noise_is_as_asked_new_for_each_image_and_the_same_for_a_seed() {
         let noisy = |seed| {
-            let noise = NoiseSettings {
+            let noise = NoiseModel {
                 sigma_m: 0.002,
                 dropout: 0.1,
                 step_m: 0.0,
