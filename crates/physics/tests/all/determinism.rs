@@ -7,7 +7,7 @@ use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 
-use crate::common::{ball, cell, cuboid, cuboids, turned};
+use crate::common::{ball, cell, cuboid, cuboids, put, turned};
 
 /// Ten releases that fall on one another.
 fn releases() -> Vec<(Arc<Model>, Isometry3<f64>)> {
@@ -138,13 +138,13 @@ fn a_scan_after_going_back_shows_what_is_there() {
     let empty = cell.clone();
     let (small, large) = (cuboid([0.04; 3]), cuboid([0.08; 3]));
     // Both bodies are the cell's first, and rest at the same place.
-    cell.place(&small, &turned(0.16, 0.16, 0.02, 0.0)).unwrap();
+    put(&mut cell, &small, turned(0.16, 0.16, 0.02, 0.0));
     cell.scan(&grid).unwrap();
     // A clone takes its surfaces along; a reset cell keeps those of bodies that were numbered alike.
     let mut reset = cell.clone();
     reset.reset();
     cell = empty;
-    cell.place(&large, &turned(0.16, 0.16, 0.04, 0.0)).unwrap();
+    put(&mut cell, &large, turned(0.16, 0.16, 0.04, 0.0));
     let mut fresh = new_cell();
     fresh.place(&large, &turned(0.16, 0.16, 0.04, 0.0)).unwrap();
     assert_eq!(cell.scan(&grid).unwrap(), fresh.scan(&grid).unwrap());

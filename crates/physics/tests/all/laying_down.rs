@@ -4,7 +4,7 @@ use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, ball, cuboid, poses, turned};
+use crate::common::{at, ball, cuboid, poses, put, turned};
 
 fn new_cell() -> SimulatedCell {
     SimulatedCell::new(CellSettings::robot()).unwrap()
@@ -48,12 +48,12 @@ fn a_scan_of_bodies_laid_down_is_the_scan_they_came_from() {
 fn bodies_laid_down_bear_what_is_placed_on_them() {
     let mut cell = new_cell();
     let block = cuboid([0.06, 0.06, 0.04]);
-    cell.place(&block, &at(0.06, 0.06, 0.02)).unwrap();
+    put(&mut cell, &block, at(0.06, 0.06, 0.02));
     let bodies = poses(&cell);
     cell.lay_down(&bodies).unwrap();
-    let apart = cell.place(&block, &at(0.24, 0.24, 0.02)).unwrap();
+    let apart = put(&mut cell, &block, at(0.24, 0.24, 0.02));
     assert!(apart.disturbance_m < 1e-4, "{apart:?}");
-    let report = cell.place(&block, &at(0.06, 0.06, 0.06)).unwrap();
+    let report = put(&mut cell, &block, at(0.06, 0.06, 0.06));
     assert!(report.inside && report.still, "{report:?}");
     assert_eq!(report.id.index(), 2);
     let height_m = report.container_from_item.translation.z;
@@ -66,8 +66,7 @@ fn a_heap_laid_down_stays_a_heap() {
     let mut cell = heap();
     let before = poses(&cell);
     cell.lay_down(&before).unwrap();
-    cell.place(&cuboid([0.02; 3]), &at(0.01, 0.31, 0.01))
-        .unwrap();
+    put(&mut cell, &cuboid([0.02; 3]), at(0.01, 0.31, 0.01));
     let after = poses(&cell);
     for ((_, before), (_, after)) in before.iter().zip(&after) {
         let moved_m = (after.translation.vector - before.translation.vector).norm();

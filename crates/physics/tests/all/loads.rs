@@ -9,7 +9,7 @@ use ppnpack_packing::loads::Pile;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, ball, cuboid, poses};
+use crate::common::{at, ball, cuboid, poses, put};
 
 type Posed = (Arc<Model>, Isometry3<f64>);
 
@@ -175,7 +175,7 @@ fn what_leans_is_held_by_friction_and_normal_forces_together() {
     settings.contact.item_friction = 1.0;
     settings.contact.wall_friction = 1.0;
     let mut cell = SimulatedCell::new(settings).unwrap();
-    cell.place(&block, &at(0.18, 0.15, 0.04)).unwrap();
+    put(&mut cell, &block, at(0.18, 0.15, 0.04));
     let leaning = cell.place(&plate, &lean).unwrap();
     assert!(leaning.still, "{leaning:?}");
     let up = leaning.container_from_item.rotation * Vector3::z();
@@ -209,7 +209,7 @@ fn a_ball_on_others_is_borne_by_them_together() {
     for (model, pose) in bodies.iter().chain(&blocks) {
         cell.place(model, pose).unwrap();
     }
-    let top = cell.place(&ball, &at(0.06, 0.06, 0.075)).unwrap();
+    let top = put(&mut cell, &ball, at(0.06, 0.06, 0.075));
     assert!(top.inside && top.still, "{top:?}");
     let loads = cell.loads();
     let borne_kg: f64 = loads[..4].iter().map(|load| load.carried_kg).sum();

@@ -7,7 +7,7 @@ use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::{CellSettings, SolverSettings};
 
-use crate::common::{at, ball, cell, cuboid, cuboids, turned};
+use crate::common::{at, ball, cell, cuboid, cuboids, put, turned};
 
 fn reference() -> SimulatedCell {
     cell(|_| {})
@@ -56,10 +56,8 @@ fn a_box_rests_on_the_floor_at_half_its_height() {
         assert!(report.tilt_rad < 0.01, "{report:?}");
         assert!(report.inside && report.still && !report.toppled && !report.lost);
         assert_eq!(report.disturbance_m, 0.0);
-        assert!(
-            report.simulated_s < 0.3,
-            "it falls asleep soon after it lands: {report:?}"
-        );
+        // It falls asleep soon after it lands.
+        assert!(report.simulated_s < 0.3, "{report:?}");
     }
 }
 
@@ -74,20 +72,16 @@ fn stack_five_boxes(exactness: &Exactness) {
     let model = cuboid([0.06, 0.06, 0.05]);
     for level in 0..5 {
         let z_m = 0.025 + 0.05 * f64::from(level);
-        let report = cell.place(&model, &at(0.16, 0.16, z_m)).unwrap();
+        let report = put(&mut cell, &model, at(0.16, 0.16, z_m));
         assert!(report.inside && !report.toppled, "{report:?}");
     }
     cell.settle();
     assert!(cell.is_still());
     for (level, body) in cell.contents().iter().enumerate() {
-        let expected = at(0.16, 0.16, 0.025 + 0.05 * level as f64)
-            .translation
-            .vector;
-        let off = body.container_from_item.translation.vector - expected;
-        assert!(
-            off.xy().norm() < exactness.slide_m && off.z.abs() < 5.0 * exactness.overlap_m,
-            "level {level} is off by {off:?}"
-        );
+        let expected = at(0.16, 0.16, 0.025 + 0.05 * level as f64).translation;
+        let off = body.container_from_item.translation.vector - expected.vector;
+        assert!(off.xy().norm() < exactness.slide_m, "{level}: {off:?}");
+        assert!(off.z.abs() < 5.0 * exactness.overlap_m, "{level}: {off:?}");
     }
     let overlap_m = cell.deepest_overlap_m();
     assert!(overlap_m < exactness.overlap_m, "{overlap_m}");
@@ -100,11 +94,8 @@ fn stack_five_boxes(exactness: &Exactness) {
 #[test]
 fn a_box_that_overhangs_topples() {
     let mut cell = patient();
-    cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05))
-        .unwrap();
-    let report = cell
-        .place(&cuboid([0.1, 0.04, 0.04]), &at(0.22, 0.16, 0.12))
-        .unwrap();
+    put(&mut cell, &cuboid([0.06, 0.06, 0.1]), at(0.16, 0.16, 0.05));
+    let report = put(&mut cell, &cuboid([0.1, 0.04, 0.04]), at(0.22, 0.16, 0.12));
     assert!(report.toppled && report.tilt_rad > 0.5, "{report:?}");
     assert!(report.height_change_m < -0.02, "{report:?}");
     assert!(report.inside && report.still);
@@ -124,12 +115,8 @@ fn a_box_in_a_corner_stays_there() {
 #[test]
 fn an_item_released_outside_is_lost() {
     let mut cell = reference();
-    let inside = cell
-        .place(&cuboid([0.05; 3]), &at(0.16, 0.16, 0.025))
-        .unwrap();
-    let report = cell
-        .place(&cuboid([0.05; 3]), &at(0.5, 0.16, 0.025))
-        .unwrap();
+    let inside = put(&mut cell, &cuboid([0.05; 3]), at(0.16, 0.16, 0.025));
+    let report = put(&mut cell, &cuboid([0.05; 3]), at(0.5, 0.16, 0.025));
     assert!(report.lost && !report.inside, "{report:?}");
     assert_eq!(report.disturbance_m, 0.0);
     let contents = cell.contents();
@@ -141,22 +128,20 @@ fn an_item_released_outside_is_lost() {
 fn an_item_that_tips_over_the_rim_is_lost() {
     let mut cell = patient();
     // Its centre of mass is beyond the outer face of the wall.
-    let report = cell
-        .place(&cuboid([0.1, 0.04, 0.03]), &at(-0.03, 0.16, 0.315))
-        .unwrap();
-    assert!(
-        report.lost && !report.inside && report.toppled,
-        "{report:?}"
+    let report = put(
+        &mut cell,
+        &cuboid([0.1, 0.04, 0.03]),
+        at(-0.03, 0.16, 0.315),
     );
+    let is_gone = report.lost && !report.inside;
+    assert!(is_gone && report.toppled, "{report:?}");
     assert!(cell.contents().is_empty());
 }
 
 #[test]
 fn an_item_on_top_of_the_rim_is_not_inside() {
     let mut cell = patient();
-    let report = cell
-        .place(&cuboid([0.36, 0.36, 0.02]), &at(0.16, 0.16, 0.31))
-        .unwrap();
+    let report = put(&mut cell, &cuboid([0.36, 0.36, 0.02]), at(0.16, 0.16, 0.31));
     assert!(!report.lost && !report.inside && report.still, "{report:?}");
     assert!(!cell.contents()[0].inside);
 }
@@ -165,7 +150,7 @@ fn an_item_on_top_of_the_rim_is_not_inside() {
 fn a_ball_comes_to_rest() {
     let mut cell = patient();
     for (x, y) in [(0.16, 0.16), (0.1, 0.1), (0.16, 0.12)] {
-        let report = cell.place(&ball(0.02), &at(x, y, 0.02)).unwrap();
+        let report = put(&mut cell, &ball(0.02), at(x, y, 0.02));
         assert!(report.still && report.inside, "{report:?}");
         let z_m = report.container_from_item.translation.z;
         assert!((z_m - 0.02).abs() < 1e-3, "it rests at {z_m}");
@@ -175,21 +160,17 @@ fn a_ball_comes_to_rest() {
 #[test]
 fn a_ball_dropped_into_a_nook_stays_inside() {
     let mut cell = patient();
-    cell.place(&cuboid([0.1, 0.1, 0.05]), &at(0.05, 0.05, 0.025))
-        .unwrap();
-    let report = cell.place(&ball(0.03), &at(0.1, 0.1, 0.09)).unwrap();
+    put(&mut cell, &cuboid([0.1, 0.1, 0.05]), at(0.05, 0.05, 0.025));
+    let report = put(&mut cell, &ball(0.03), at(0.1, 0.1, 0.09));
     assert!(report.inside && report.still, "{report:?}");
 }
 
 #[test]
 fn what_lands_on_another_disturbs_it() {
     let mut cell = patient();
-    cell.place(&cuboid([0.02, 0.02, 0.1]), &at(0.16, 0.16, 0.05))
-        .unwrap();
+    put(&mut cell, &cuboid([0.02, 0.02, 0.1]), at(0.16, 0.16, 0.05));
     // It falls past the bar, and over it.
-    let report = cell
-        .place(&cuboid([0.1, 0.1, 0.05]), &at(0.20, 0.16, 0.125))
-        .unwrap();
+    let report = put(&mut cell, &cuboid([0.1, 0.1, 0.05]), at(0.20, 0.16, 0.125));
     assert!(report.disturbance_m > 2e-3, "{report:?}");
 }
 
@@ -225,9 +206,8 @@ fn mass_properties_are_the_models_not_its_hulls() {
     // The edge of the support is 2 cm from the bar's middle.
     let place = |model: Arc<Model>| {
         let mut cell = patient();
-        cell.place(&cuboid([0.06, 0.06, 0.1]), &at(0.16, 0.16, 0.05))
-            .unwrap();
-        cell.place(&model, &at(0.17, 0.16, 0.11)).unwrap().toppled
+        put(&mut cell, &cuboid([0.06, 0.06, 0.1]), at(0.16, 0.16, 0.05));
+        put(&mut cell, &model, at(0.17, 0.16, 0.11)).toppled
     };
     assert!(!place(even));
     assert!(place(Arc::new(loaded)));
@@ -245,7 +225,7 @@ fn compounds_rest_on_their_pieces() {
             ([0.0, 0.0, 0.05], [0.1, 0.08, 0.02]),
         ],
     );
-    let report = cell.place(&table, &at(0.16, 0.16, 0.0)).unwrap();
+    let report = put(&mut cell, &table, at(0.16, 0.16, 0.0));
     assert!(
         report.height_change_m.abs() < 1e-3 && report.still,
         "{report:?}"
@@ -265,10 +245,7 @@ fn stack_plates(exactness: &Exactness) {
         let planned = at(0.16, 0.16, 0.001 + 0.002 * f64::from(level));
         let report = cell.place(&plate, &planned).unwrap();
         let sunk_m = report.height_change_m.abs();
-        assert!(
-            sunk_m < 10.0 * exactness.overlap_m,
-            "level {level}: {report:?}"
-        );
+        assert!(sunk_m < 10.0 * exactness.overlap_m, "{level}: {report:?}");
     }
     let overlap_m = cell.deepest_overlap_m();
     assert!(overlap_m < 5.0 * exactness.overlap_m, "{overlap_m}");
@@ -278,7 +255,7 @@ fn stack_plates(exactness: &Exactness) {
 fn impossible_poses_and_models_are_refused_and_change_nothing() {
     let mut cell = reference();
     let model = cuboid([0.05; 3]);
-    cell.place(&model, &at(0.1, 0.1, 0.025)).unwrap();
+    put(&mut cell, &model, at(0.1, 0.1, 0.025));
     let before = cell.contents();
     let unrigid = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
     for pose in [
@@ -299,9 +276,10 @@ fn impossible_poses_and_models_are_refused_and_change_nothing() {
         changed(|model| model.pieces.clear()),
         changed(|model| model.pieces[0].vertices.truncate(3)),
         changed(|model| {
-            for vertex in &mut model.pieces[0].vertices {
-                vertex.z = 0.0;
-            }
+            model.pieces[0]
+                .vertices
+                .iter_mut()
+                .for_each(|vertex| vertex.z = 0.0)
         }),
         changed(|model| model.pieces[0].vertices.fill(Point3::origin())),
         changed(|model| model.pieces[0].vertices[0].x = f64::NAN),
@@ -322,7 +300,7 @@ fn an_item_released_inside_another_is_pushed_out_gently() {
         settings.release.height_m = 0.0;
     });
     let model = cuboid([0.05; 3]);
-    cell.place(&model, &at(0.16, 0.16, 0.025)).unwrap();
-    let report = cell.place(&model, &at(0.17, 0.16, 0.05)).unwrap();
+    put(&mut cell, &model, at(0.16, 0.16, 0.025));
+    let report = put(&mut cell, &model, at(0.17, 0.16, 0.05));
     assert!(report.inside && !report.lost, "{report:?}");
 }

@@ -15,7 +15,7 @@ use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::{PoseError, Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, cell, cuboid, placed, poses, turned};
+use crate::common::{at, cell, cuboid, placed, poses, put, turned};
 
 fn reference() -> SimulatedCell {
     cell(|_| {})
@@ -45,8 +45,7 @@ fn the_scan_of_a_box_is_its_size() {
     let mut cell = reference();
     // Its faces lie in the middle of samples of 2.5 mm, well away from where rounding decides.
     let (x_m, y_m) = (0.16 + 0.00125, 0.12 + 0.00125);
-    cell.place(&cuboid([0.08, 0.05, 0.04]), &at(x_m, y_m, 0.02))
-        .unwrap();
+    put(&mut cell, &cuboid([0.08, 0.05, 0.04]), at(x_m, y_m, 0.02));
     let surface = cell.scan_surface(&grid).unwrap();
     assert_eq!(covered(&surface), 33 * 21);
     let highest = surface.heights_m().iter().copied().fold(0.0, f32::max);
@@ -106,7 +105,7 @@ fn another_grid_of_the_same_container_is_scanned_anew() {
     let resolution = Resolution::new(0.005, 0.001, Yaws::half_turn(8).unwrap()).unwrap();
     let fine = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
     let mut cell = reference();
-    cell.place(&cuboid([0.08; 3]), &at(0.1, 0.1, 0.04)).unwrap();
+    put(&mut cell, &cuboid([0.08; 3]), at(0.1, 0.1, 0.04));
     let surface = cell.scan_surface(&coarse).unwrap();
     let scene = cell.scan(&fine).unwrap();
     assert_eq!(scene.surface().unwrap().heights_m(), surface.heights_m());
@@ -130,8 +129,7 @@ fn a_grid_of_another_container_is_refused() {
 fn what_lies_on_the_rim_is_seen_within_the_walls_only() {
     let grid = Grid::reference();
     let mut cell = reference();
-    cell.place(&cuboid([0.36, 0.36, 0.02]), &at(0.16, 0.16, 0.31))
-        .unwrap();
+    put(&mut cell, &cuboid([0.36, 0.36, 0.02]), at(0.16, 0.16, 0.31));
     let surface = cell.scan_surface(&grid).unwrap();
     assert!(
         surface

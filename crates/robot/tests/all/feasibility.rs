@@ -80,10 +80,8 @@ fn refusals_name_what_is_in_the_way() {
     let hit = |body, obstacle| Err(Refusal::Collision { body, obstacle });
     let mut below = empty.clone();
     below.raise(15, 15, 1);
-    assert_eq!(
-        ask(&mut check, &below, 13, 13),
-        hit(Body::HeldItem, Obstacle::Content)
-    );
+    let item_hits = hit(Body::HeldItem, Obstacle::Content);
+    assert_eq!(ask(&mut check, &below, 13, 13), item_hits);
 
     // A tower beside the item that reaches the gripper's body, 32 mm wide and 23.6 cm above the lip.
     let mut tower = empty.clone();
@@ -93,20 +91,16 @@ fn refusals_name_what_is_in_the_way() {
         tower.raise(19, y, 150);
     }
     let body = Body::Gripper(GripperPart::Body);
-    assert_eq!(
-        ask(&mut check, &tower, 13, 13),
-        hit(body, Obstacle::Content)
-    );
+    let body_hits = hit(body, Obstacle::Content);
+    assert_eq!(ask(&mut check, &tower, 13, 13), body_hits);
     assert_eq!(ask(&mut check, &empty, 0, 13), hit(body, Obstacle::Wall));
 
     assert_eq!(ask(&mut check, &empty, 27, 13), Err(Refusal::Placement));
-    let stage = &Scene::from_heightmap(empty);
-    let input = StepInput::new(&grid, stage, &[]);
-    let resting = placed(0, 10, 10);
-    assert_eq!(
-        check.plan(&input, &Candidate::new(0, block(1, 6, 20)), &resting),
-        Err(Refusal::Pick(NoPickPoint::TooSmall))
-    );
+    let scene = Scene::from_heightmap(empty);
+    let input = StepInput::new(&grid, &scene, &[]);
+    let narrow = Candidate::new(0, block(1, 6, 20));
+    let refused = check.plan(&input, &narrow, &placed(0, 10, 10));
+    assert_eq!(refused, Err(Refusal::Pick(NoPickPoint::TooSmall)));
 }
 
 #[test]
@@ -129,38 +123,31 @@ fn boxes_of_the_cell_are_named() {
         other => panic!("{other:?}"),
     };
     // Where the item passes, where the gripper stands at the approach, and where the upper arm is.
-    let mut above_item = lamp([0.14, 0.14, 0.33], [0.15, 0.15, 0.34]);
-    assert_eq!(
-        named(ask(&mut above_item, &empty, 13, 13)),
-        Body::Gripper(GripperPart::Cup)
-    );
-    let mut beside_item = lamp([0.188, 0.188, 0.305], [0.189, 0.189, 0.31]);
-    assert_eq!(named(ask(&mut beside_item, &empty, 13, 13)), Body::HeldItem);
-    let mut at_arm = lamp([-0.40, 0.1, 0.55], [-0.2, 0.2, 0.9]);
-    assert!(matches!(
-        named(ask(&mut at_arm, &empty, 13, 13)),
-        Body::Link(_)
-    ));
-    let mut behind = lamp([-0.9, 0.1, 0.0], [-0.8, 0.2, 0.9]);
-    assert_eq!(ask(&mut behind, &empty, 13, 13), Ok(()));
+    let hit = |lowest_m, highest_m| ask(&mut lamp(lowest_m, highest_m), &empty, 13, 13);
+    let above_item = hit([0.14, 0.14, 0.33], [0.15, 0.15, 0.34]);
+    assert_eq!(named(above_item), Body::Gripper(GripperPart::Cup));
+    let beside_item = hit([0.188, 0.188, 0.305], [0.189, 0.189, 0.31]);
+    assert_eq!(named(beside_item), Body::HeldItem);
+    let at_arm = hit([-0.40, 0.1, 0.55], [-0.2, 0.2, 0.9]);
+    assert!(matches!(named(at_arm), Body::Link(_)));
+    assert_eq!(hit([-0.9, 0.1, 0.0], [-0.8, 0.2, 0.9]), Ok(()));
 }
 
 #[test]
 fn what_is_out_of_reach_is_refused() {
     let empty = Heightmap::empty(&grid());
-    let mut far = parameters();
-    far.base.position_m = [-1.5, 0.16, 0.1];
-    let refusal = ask(&mut check(&far, CellSettings::default()), &empty, 13, 13);
-    assert!(
-        matches!(refusal, Err(Refusal::OutOfReach { .. })),
-        "{refusal:?}"
-    );
+    let refusal = |arm: &ArmParameters| {
+        let refused = ask(&mut check(arm, CellSettings::default()), &empty, 13, 13);
+        refused.unwrap_err()
+    };
+    let too_far = refusal(&far());
+    assert!(matches!(too_far, Refusal::OutOfReach { .. }), "{too_far:?}");
     let mut stiff = parameters();
     stiff.joints[1].lowest_deg = 100.0;
-    let refusal = ask(&mut check(&stiff, CellSettings::default()), &empty, 13, 13);
+    let too_stiff = refusal(&stiff);
     assert!(
-        matches!(refusal, Err(Refusal::JointLimit { .. })),
-        "{refusal:?}"
+        matches!(too_stiff, Refusal::JointLimit { .. }),
+        "{too_stiff:?}"
     );
 }
 

@@ -14,6 +14,7 @@ use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::cell::SimulatedCell;
+use ppnpack_physics::outcome::PlacedReport;
 use ppnpack_physics::settings::CellSettings;
 
 const DENSITY_KG_M3: f64 = 500.0;
@@ -74,6 +75,15 @@ pub(crate) fn cell(change: impl FnOnce(&mut CellSettings)) -> SimulatedCell {
     let mut settings = CellSettings::default();
     change(&mut settings);
     SimulatedCell::new(settings).unwrap()
+}
+
+/// Places a model.
+pub(crate) fn put(
+    cell: &mut SimulatedCell,
+    model: &Arc<Model>,
+    pose: Isometry3<f64>,
+) -> PlacedReport {
+    cell.place(model, &pose).unwrap()
 }
 
 /// Solids with where they are.

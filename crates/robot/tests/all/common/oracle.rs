@@ -284,57 +284,46 @@ fn unwrapped(joints: &JointAngles, near: &JointAngles) -> (f64, JointAngles) {
     (most, JointAngles::new(angles))
 }
 
+/// A circle of points about the z axis, at most so far apart, in metres.
+fn ring(radius_m: f64, z_m: f64, apart_m: f64) -> impl Iterator<Item = Point3<f64>> {
+    let around = (TAU * radius_m / apart_m).ceil().max(1.0) as usize;
+    (0..around).map(move |step| {
+        let (sin, cos) = (TAU * step as f64 / around as f64).sin_cos();
+        Point3::new(radius_m * cos, radius_m * sin, z_m)
+    })
+}
+
 /// Points of a capsule's surface, some 8 mm apart.
 fn capsule_points(from: &Point3<f64>, to: &Point3<f64>, radius_m: f64) -> Vec<Point3<f64>> {
     let axis = to - from;
     let along = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
-    let around = (TAU * radius_m / 0.008).ceil() as usize;
-    let ring = |height_m: f64, radius_m: f64, origin: &Point3<f64>| {
-        let points = (0..around).map(|step| {
-            let angle = TAU * step as f64 / around as f64;
-            origin + along * Vector3::new(radius_m * angle.cos(), radius_m * angle.sin(), height_m)
-        });
-        points.collect::<Vec<_>>()
-    };
-    let steps = (axis.norm() / 0.008).ceil().max(1.0) as usize;
-    let mut points: Vec<_> = (0..=steps)
-        .flat_map(|step| ring(0.0, radius_m, &(from + axis * (step as f64 / steps as f64))))
-        .collect();
-    for step in 0..=8 {
-        let angle = 0.5 * PI * f64::from(step) / 8.0;
-        points.extend(ring(radius_m * angle.sin(), radius_m * angle.cos(), to));
-        points.extend(ring(-radius_m * angle.sin(), radius_m * angle.cos(), from));
-    }
-    points
+    let length_m = axis.norm();
+    let steps = (length_m / 0.008).ceil().max(1.0) as usize;
+    let side = (0..=steps).map(|step| (radius_m, length_m * step as f64 / steps as f64));
+    let ends = (0..=8).flat_map(|step| {
+        let (sin, cos) = (0.5 * PI * f64::from(step) / 8.0).sin_cos();
+        let (beyond_m, radius_m) = (radius_m * sin, radius_m * cos);
+        [(radius_m, length_m + beyond_m), (radius_m, -beyond_m)]
+    });
+    let points = side
+        .chain(ends)
+        .flat_map(|(radius_m, z_m)| ring(radius_m, z_m, 0.008));
+    points.map(|point| from + along * point.coords).collect()
 }
 
 /// Points of a part's side and lower end in the flange's frame, some 3 mm apart; the lip's plane is left out.
 fn cylinder_points(part: &UprightCylinder, length_m: f64) -> Vec<Point3<f64>> {
-    let around = (TAU * part.radius_m / 0.003).ceil() as usize;
-    let ring = |above_lip_m: f64, radius_m: f64| {
-        (0..around).map(move |step| {
-            let angle = TAU * step as f64 / around as f64;
-            Point3::new(
-                radius_m * angle.cos(),
-                radius_m * angle.sin(),
-                length_m - above_lip_m,
-            )
-        })
-    };
-    let height_m = part.highest_m - part.lowest_m;
-    let steps = (height_m / 0.003).ceil() as usize;
     let lowest_m = part.lowest_m.max(1e-4);
-    let side = (0..=steps).flat_map(|step| {
-        ring(
-            lowest_m + (part.highest_m - lowest_m) * step as f64 / steps as f64,
-            part.radius_m,
-        )
-    });
+    let height_m = part.highest_m - lowest_m;
+    let steps = (height_m / 0.003).ceil() as usize;
+    let side = (0..=steps).map(|step| (part.radius_m, height_m * step as f64 / steps as f64));
     let rings = (part.radius_m / 0.003).ceil() as usize;
-    let end =
-        (0..rings).flat_map(|step| ring(lowest_m, part.radius_m * step as f64 / rings as f64));
-    side.chain(end).collect()
+    let end = (0..rings).map(|step| (part.radius_m * step as f64 / rings as f64, 0.0));
+    let rings = side.chain(end);
+    rings
+        .flat_map(|(radius_m, above_m)| ring(radius_m, length_m - lowest_m - above_m, 0.003))
+        .collect()
 }
 
 /// Points of the item's cells where it is placed, each cell made smaller by the tolerance.
