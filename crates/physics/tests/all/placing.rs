@@ -276,10 +276,9 @@ fn impossible_poses_and_models_are_refused_and_change_nothing() {
         changed(|model| model.pieces.clear()),
         changed(|model| model.pieces[0].vertices.truncate(3)),
         changed(|model| {
-            model.pieces[0]
-                .vertices
-                .iter_mut()
-                .for_each(|vertex| vertex.z = 0.0)
+            for vertex in &mut model.pieces[0].vertices {
+                vertex.z = 0.0;
+            }
         }),
         changed(|model| model.pieces[0].vertices.fill(Point3::origin())),
         changed(|model| model.pieces[0].vertices[0].x = f64::NAN),
