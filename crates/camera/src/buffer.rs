@@ -43,8 +43,8 @@ impl DepthBuffer {
         self.facets.resize(intrinsics.pixels(), NOTHING);
     }
 
-    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than `near_m`; facets are
-    /// numbered from `first_facet`. Triangles with a missing vertex or a coordinate that is not finite are left out.
+    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than `near_m`; facets are the
+    /// triangles' numbers. Triangles with a missing vertex or a coordinate that is not finite are left out.
     pub fn draw(
         &mut self,
         intrinsics: &Intrinsics,
@@ -52,7 +52,6 @@ impl DepthBuffer {
         camera_from_body: &Isometry3<f64>,
         vertices: &[Point3<f64>],
         triangles: &[[u32; 3]],
-        first_facet: u32,
     ) {
         let rotation = camera_from_body.rotation.to_rotation_matrix();
         let translation = camera_from_body.translation.vector;
@@ -67,7 +66,7 @@ impl DepthBuffer {
                 Corner::default()
             }
         }));
-        for (facet, triangle) in (first_facet..).zip(triangles) {
+        for (facet, triangle) in (0..).zip(triangles) {
             let [a, b, c] = triangle.map(|index| self.corners.get(index as usize).copied());
             let (Some(a), Some(b), Some(c)) = (a, b, c) else {
                 continue;

@@ -109,38 +109,17 @@ impl DepthCamera {
         let camera_from_world = self.world_from_camera.inverse();
         let mut buffer = DepthBuffer::default();
         buffer.clear(&self.intrinsics);
-        let mut normals = Vec::with_capacity(triangles);
-        let mut first_facets = Vec::with_capacity(bodies.len());
         for body in bodies {
-            let first_facet = normals.len() as u32;
-            first_facets.push(first_facet);
             let camera_from_body = camera_from_world * body.world_from_body;
+            let (vertices, triangles) = (body.vertices, body.triangles);
             buffer.draw(
                 &self.intrinsics,
                 self.near_m,
                 &camera_from_body,
-                body.vertices,
-                body.triangles,
-                first_facet,
+                vertices,
+                triangles,
             );
-            normals.extend(body.triangles.iter().map(|triangle| {
-                let normal = normal(body.vertices, triangle).unwrap_or_else(Vector3::zeros);
-                (camera_from_body.rotation * normal).cast::<f32>()
-            }));
         }
-        Ok(View::new(
-            self.intrinsics,
-            self.far_m,
-            &buffer,
-            &normals,
-            &first_facets,
-        ))
+        Ok(View::new(self.intrinsics, self.far_m, &buffer))
     }
-}
-
-/// The unit normal of a triangle; `None` where it has no area or a vertex is missing.
-fn normal(vertices: &[Point3<f64>], triangle: &[u32; 3]) -> Option<Vector3<f64>> {
-    let [a, b, c] = triangle.map(|index| vertices.get(index as usize));
-    let (a, b, c) = (a?, b?, c?);
-    (b - a).cross(&(c - a)).try_normalize(0.0)
 }

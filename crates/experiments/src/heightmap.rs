@@ -274,7 +274,7 @@ fn scene_of(mapper: &mut Mapper, grid: &Grid, scene: &Seen, content: Content) ->
 }
 
 fn report(grid: &Grid, cameras: usize, content: Content, scenes: &[Seen]) -> Outcome {
-    let settings = MapperSettings::of_camera(NoiseModel::default().deviation_m);
+    let settings = MapperSettings::of_camera(NoiseModel::default().sigma_m);
     let mut mapper = Mapper::new(grid, settings).or_run()?;
     let mut times_ms = Vec::new();
     // The truth of each cell, and by how much it is exceeded.

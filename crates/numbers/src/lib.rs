@@ -46,23 +46,6 @@ pub fn require(
     }
 }
 
-/// Refuses a length that is not from 0 to 1 m.
-///
-/// # Errors
-/// [`SettingError`] has the name, and what is expected instead.
-pub fn require_length(name: impl Display, length_m: f64) -> Result<(), SettingError> {
-    let is_possible = |length_m| (0.0..=1.0).contains(&length_m);
-    require(name, length_m, "0 to 1 m", is_possible)
-}
-
-/// Refuses a share that is not from 0 to 1.
-///
-/// # Errors
-/// [`SettingError`] has the name, and what is expected instead.
-pub fn require_share(name: impl Display, share: f64) -> Result<(), SettingError> {
-    require(name, share, "0 to 1", |share| (0.0..=1.0).contains(&share))
-}
-
 /// What refuses numbers, given by name and value, that are not finite or outside a range.
 pub fn within(
     expected: &'static str,

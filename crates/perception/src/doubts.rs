@@ -3,7 +3,7 @@
 use std::fmt;
 
 use nalgebra::Point3;
-use ppnpack_numbers::{SettingError, require_length, require_share};
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
@@ -133,12 +133,14 @@ impl Default for DoubtSettings {
 
 impl DoubtSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        require_share("doubts.least_seen_share", self.least_seen_share)?;
-        require_length("doubts.wall_thickness_m", self.wall_thickness_m)?;
-        require_length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
-        require_share("doubts.least_rim_share", self.least_rim_share)?;
+        let share = within("0 to 1", 0.0..=1.0);
+        share("doubts.least_seen_share", self.least_seen_share)?;
+        share("doubts.least_rim_share", self.least_rim_share)?;
+        let length = within("0 to 1 m", 0.0..=1.0);
+        length("doubts.wall_thickness_m", self.wall_thickness_m)?;
+        length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
         let reach_m = self.reach_above_rim_m.unwrap_or(0.0);
-        require_length("doubts.reach_above_rim_m", reach_m)
+        length("doubts.reach_above_rim_m", reach_m)
     }
 }
 

@@ -1,6 +1,6 @@
 //! How points become heights.
 
-use ppnpack_numbers::{SettingError, require, require_length};
+use ppnpack_numbers::{SettingError, require, within};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
@@ -79,17 +79,13 @@ impl MapperSettings {
     }
 
     fn validate(&self) -> Result<(), SettingError> {
-        let lengths_m = [
-            ("floor_tolerance_m", self.floor_tolerance_m),
-            ("wall_margin_m", self.wall_margin_m),
-            ("noise_m", self.noise_m),
-            ("point_radius_m", self.point_radius_m),
-            ("largest_hole_m", self.largest_hole_m),
-            ("level_m", self.level_m),
-        ];
-        for (name, length_m) in lengths_m {
-            require_length(name, length_m)?;
-        }
+        let length = within("0 to 1 m", 0.0..=1.0);
+        length("floor_tolerance_m", self.floor_tolerance_m)?;
+        length("wall_margin_m", self.wall_margin_m)?;
+        length("noise_m", self.noise_m)?;
+        length("point_radius_m", self.point_radius_m)?;
+        length("largest_hole_m", self.largest_hole_m)?;
+        length("level_m", self.level_m)?;
         self.still.validate()?;
         self.doubts.validate()
     }

@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use ppnpack_numbers::{SettingError, require, require_length};
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::grid::Grid;
 use serde::{Deserialize, Serialize};
 
@@ -41,12 +41,10 @@ impl Default for StillSettings {
 
 impl StillSettings {
     pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        require("still.clouds", self.clouds as f64, "1 to 16", |_| {
-            (1..=MAX_CLOUDS).contains(&self.clouds)
-        })?;
-        require_length("still.height_m", self.height_m)?;
-        let is_area = |area_m2: f64| (0.0..=1.0).contains(&area_m2);
-        require("still.most_m2", self.most_m2, "0 to 1 m²", is_area)
+        let clouds = self.clouds as f64;
+        within("1 to 16", 1.0..=MAX_CLOUDS as f64)("still.clouds", clouds)?;
+        within("0 to 1 m", 0.0..=1.0)("still.height_m", self.height_m)?;
+        within("0 to 1 m²", 0.0..=1.0)("still.most_m2", self.most_m2)
     }
 }
 

@@ -16,7 +16,7 @@ use rapier3d::dynamics::RigidBodyHandle;
 use crate::body::{BodyTemplate, Templates};
 use crate::container;
 use crate::error::PhysicsError;
-use crate::outcome::{BodyId, BodyLoad, BodyState, Disturbance, PlacedReport, is_inside, tilt_rad};
+use crate::outcome::{BodyId, BodyLoad, BodyState, PlacedReport, is_inside, tilt_rad};
 use crate::settings::CellSettings;
 use crate::surface::SurfaceCache;
 use crate::world::World;
@@ -384,24 +384,11 @@ impl SimulatedCell {
                 .find(|(other, _)| *other == id)
                 .map(|(_, after)| after)
         };
-        let most_disturbed = before
-            .iter()
-            .filter_map(|(other, before)| {
-                let after = after_of(*other)?;
-                if after.container_from_item == before.container_from_item {
-                    return None;
-                }
-                let moved = after.centre_of_mass_m - before.centre_of_mass_m;
-                let turned = before.container_from_item.rotation.inverse()
-                    * after.container_from_item.rotation;
-                let (moved_m, turned_rad) = (moved.norm(), turned.angle());
-                Some(Disturbance {
-                    id: *other,
-                    moved_m,
-                    turned_rad,
-                })
-            })
-            .max_by(|a, b| a.moved_m.total_cmp(&b.moved_m));
+        let moved_m = before.iter().filter_map(|(other, before)| {
+            let after = after_of(*other)?;
+            let moved = after.centre_of_mass_m - before.centre_of_mass_m;
+            (after.container_from_item != before.container_from_item).then(|| moved.norm())
+        });
 
         let end = after_of(id).copied().unwrap_or(planned);
         let moved = end.centre_of_mass_m - planned.centre_of_mass_m;
@@ -416,7 +403,7 @@ impl SimulatedCell {
             toppled: tilt_rad > self.settings.outcome.topple_rad,
             inside: !lost && is_inside(self.settings.container, &end.centre_of_mass_m),
             lost,
-            most_disturbed,
+            disturbance_m: moved_m.fold(0.0, f64::max),
             others_lost: phase
                 .lost
                 .iter()

@@ -74,33 +74,14 @@ pub struct PlacedReport {
     pub inside: bool,
     /// Whether it left the container and was taken out of the simulation.
     pub lost: bool,
-    /// The other body that moved most, if any moved.
-    pub most_disturbed: Option<Disturbance>,
+    /// How far the centre of mass of the most disturbed other body moved, in metres; 0 where none moved.
+    pub disturbance_m: f64,
     /// Earlier bodies that left the container in this phase and were taken out.
     pub others_lost: Vec<BodyId>,
     /// Whether every body was at rest at the end; where it is `false`, the next phase goes on from the motion.
     pub still: bool,
     /// How long the phase took, in seconds of simulated time.
     pub simulated_s: f64,
-}
-
-impl PlacedReport {
-    /// How far the most disturbed other body moved, in metres; 0 where none moved.
-    pub fn disturbance_m(&self) -> f64 {
-        self.most_disturbed
-            .map_or(0.0, |disturbance| disturbance.moved_m)
-    }
-}
-
-/// How a body was moved by what was placed after it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Disturbance {
-    /// Which body.
-    pub id: BodyId,
-    /// How far its centre of mass moved, in metres.
-    pub moved_m: f64,
-    /// By how much it turned, in radians.
-    pub turned_rad: f64,
 }
 
 /// Whether a point is within the inner walls, at or above the floor and at or below the rim.

@@ -1,9 +1,11 @@
 //! What depth cameras above a simulated cell see of it.
 
+use std::ops::Bound;
+
 use nalgebra::{Isometry3, Point3};
-use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel, View};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, View};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_numbers::{SettingError, require, require_share};
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::content::Content;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
@@ -12,11 +14,10 @@ use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use serde::{Deserialize, Serialize};
 
+pub use ppnpack_camera::NoiseModel;
+
 use crate::cell::SimulatedCell;
 use crate::error::PhysicsError;
-
-/// The most cameras of a cell.
-const MAX_CAMERAS: usize = 2;
 
 /// How far each of two cameras stands beside the middle of the container along x, in metres.
 const BESIDE_M: f64 = 0.2;
@@ -34,52 +35,9 @@ pub struct CameraSettings {
     /// Rows of an image.
     pub height_px: usize,
     /// Their noise.
-    pub noise: NoiseSettings,
+    pub noise: NoiseModel,
     /// The seed of their noise.
     pub seed: u64,
-}
-
-/// The noise of a depth camera.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct NoiseSettings {
-    /// Standard deviation along the ray, in metres.
-    pub sigma_m: f64,
-    /// The share of pixels that see nothing.
-    pub dropout: f64,
-    /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
-    pub step_m: f64,
-}
-
-impl Default for NoiseSettings {
-    fn default() -> Self {
-        Self {
-            sigma_m: 0.001,
-            dropout: 0.05,
-            step_m: 0.0,
-        }
-    }
-}
-
-impl NoiseSettings {
-    /// A camera without noise.
-    pub fn none() -> Self {
-        Self {
-            sigma_m: 0.0,
-            dropout: 0.0,
-            step_m: 0.0,
-        }
-    }
-
-    /// The same as the simulated camera knows it.
-    pub fn model(&self) -> NoiseModel {
-        NoiseModel {
-            deviation_m: self.sigma_m,
-            dropout: self.dropout,
-            quantisation_m: self.step_m,
-            ..NoiseModel::none()
-        }
-    }
 }
 
 impl Default for CameraSettings {
@@ -89,7 +47,7 @@ impl Default for CameraSettings {
             height_m: 0.9,
             width_px: 640,
             height_px: 480,
-            noise: NoiseSettings::default(),
+            noise: NoiseModel::default(),
             seed: 0,
         }
     }
@@ -101,24 +59,14 @@ impl CameraSettings {
     /// # Errors
     /// [`SettingError`] names the first that is not.
     pub fn validate(&self, container: ContainerSize) -> Result<(), SettingError> {
-        let is_count = |count: f64| (1.0..=MAX_CAMERAS as f64).contains(&count);
-        require("camera.cameras", self.cameras as f64, "1 or 2", is_count)?;
-        let is_above = |height_m: f64| height_m > container.z_m && height_m.is_finite();
-        require("camera.height_m", self.height_m, "above the rim", is_above)?;
-        let is_length = |length_m: f64| (0.0..=1.0).contains(&length_m);
-        require(
-            "camera.noise.sigma_m",
-            self.noise.sigma_m,
-            "0 to 1 m",
-            is_length,
-        )?;
-        require_share("camera.noise.dropout", self.noise.dropout)?;
-        require(
-            "camera.noise.step_m",
-            self.noise.step_m,
-            "0 to 1 m",
-            is_length,
-        )
+        within("1 or 2", 1.0..=2.0)("camera.cameras", self.cameras as f64)?;
+        let above = (Bound::Excluded(container.z_m), Bound::Unbounded);
+        within("above the rim", above)("camera.height_m", self.height_m)?;
+        let of_camera = |error: SettingError| SettingError {
+            name: format!("camera.{}", error.name),
+            ..error
+        };
+        self.noise.validate().map_err(of_camera)
     }
 
     fn poses(&self, container: ContainerSize) -> Result<Vec<DepthCamera>, PhysicsError> {
@@ -178,7 +126,7 @@ impl Cameras {
         settings.validate(container)?;
         Ok(Self {
             cameras: settings.poses(container)?,
-            noise: settings.noise.model(),
+            noise: settings.noise,
             seed: settings.seed,
             images: 0,
         })

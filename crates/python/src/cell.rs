@@ -190,7 +190,7 @@ impl PlacedReport {
             toppled: report.toppled,
             inside: report.inside,
             lost: report.lost,
-            disturbance_m: report.disturbance_m(),
+            disturbance_m: report.disturbance_m,
             others_lost: report.others_lost.iter().map(|id| id.index()).collect(),
             still: report.still,
             simulated_s: report.simulated_s,

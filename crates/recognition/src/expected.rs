@@ -53,8 +53,6 @@ pub struct Agreement {
     pub unexplained: f64,
     /// The share of the object's expected view that the camera looks through.
     pub contradicted: f64,
-    /// The root of the mean square distance of explained points, in metres.
-    pub residual_m: f64,
 }
 
 /// How much fitness the noise of a sensor costs a perfect pose.
@@ -141,7 +139,6 @@ impl Observation {
         let item_from_camera = camera_from_item.inverse();
         let mut cost = 0.0;
         let (mut compared, mut unexplained, mut contradicted, mut expected) = (0, 0, 0, 0);
-        let (mut squares, mut explained) = (0.0, 0);
         for seen in &self.seen {
             let view = self.expected_at(seen, mesh, &camera_from_item);
             if !seen.is_own {
@@ -159,13 +156,9 @@ impl Observation {
             }
             let share = (distance_m / UNEXPLAINED_M).min(1.0);
             cost += share * share;
-            if share < 1.0 {
-                squares += distance_m * distance_m;
-                explained += 1;
-            } else if seen.is_own {
-                unexplained += 1;
-            } else {
-                contradicted += 1;
+            if share >= 1.0 {
+                unexplained += i32::from(seen.is_own);
+                contradicted += i32::from(!seen.is_own);
             }
         }
         let share = |part: i32, whole: i32| f64::from(part) / f64::from(whole.max(1));
@@ -174,7 +167,6 @@ impl Observation {
             fitness: 1.0 - cost / f64::from(compared.max(1)),
             unexplained: share(unexplained, own),
             contradicted: share(contradicted, own + expected),
-            residual_m: (squares / f64::from(explained.max(1))).sqrt(),
         }
     }
 
@@ -188,7 +180,6 @@ impl Observation {
             &camera_from_item,
             &mesh.vertices,
             &mesh.triangles,
-            0,
         );
         camera_from_item
     }

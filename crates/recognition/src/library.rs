@@ -63,20 +63,4 @@ impl Library {
         };
         one == other || object.twins.iter().any(|twin| twin.object == other)
     }
-
-    /// Objects that only colour tells apart, by index: groups of two and more.
-    pub fn twin_groups(&self) -> Vec<Vec<usize>> {
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        for (index, object) in self.objects.iter().enumerate() {
-            let is_in = |group: &&mut Vec<usize>| {
-                object.twins.iter().any(|twin| group.contains(&twin.object))
-            };
-            match groups.iter_mut().find(is_in) {
-                Some(group) => group.push(index),
-                None => groups.push(vec![index]),
-            }
-        }
-        groups.retain(|group| group.len() > 1);
-        groups
-    }
 }

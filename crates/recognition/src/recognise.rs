@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_numbers::{SettingError, require, require_share};
+use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, Hold};
@@ -62,28 +62,15 @@ impl RecognitionSettings {
     /// # Errors
     /// [`SettingError`] names the first that is not possible.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let counts = [
-            ("templates", self.templates),
-            ("hypotheses", self.hypotheses),
-            ("finalists", self.finalists),
-        ];
-        for (name, count) in counts {
-            require(name, count as f64, "1 to 10,000", |count| {
-                (1.0..=1e4).contains(&count)
-            })?;
-        }
-        let shares = [
-            ("least_fitness", self.least_fitness),
-            ("most_unexplained", self.most_unexplained),
-            ("most_contradicted", self.most_contradicted),
-        ];
-        for (name, share) in shares {
-            require_share(name, share)?;
-        }
-        let deviation_m = self.sensor_deviation_m;
-        require("sensor_deviation_m", deviation_m, "0 to 0.1 m", |value| {
-            (0.0..=0.1).contains(&value)
-        })
+        let count = within("1 to 10,000", 1.0..=1e4);
+        count("templates", self.templates as f64)?;
+        count("hypotheses", self.hypotheses as f64)?;
+        count("finalists", self.finalists as f64)?;
+        let share = within("0 to 1", 0.0..=1.0);
+        share("least_fitness", self.least_fitness)?;
+        share("most_unexplained", self.most_unexplained)?;
+        share("most_contradicted", self.most_contradicted)?;
+        within("0 to 0.1 m", 0.0..=0.1)("sensor_deviation_m", self.sensor_deviation_m)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_numbers::{SettingError, require, require_length};
+use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 use crate::groups::{Cells, joined};
@@ -79,24 +79,13 @@ impl SegmentationSettings {
             lowest_m,
             highest_m,
         } = self.region;
+        let side = within("0.001 to 100 m", 0.001..=100.0);
         for side_m in (highest_m - lowest_m).iter() {
-            let name = "region.highest_m less region.lowest_m";
-            require(name, *side_m, "0.001 to 100 m", |side_m| {
-                (0.001..=100.0).contains(&side_m)
-            })?;
+            side("region.highest_m less region.lowest_m", *side_m)?;
         }
-        let least_height_m = self.least_height_m;
-        require(
-            "least_height_m",
-            least_height_m,
-            "0.0005 to 1 m",
-            |height_m| (0.0005..=1.0).contains(&height_m),
-        )?;
-        require_length("join_m", self.join_m)?;
-        let least_points = self.least_points as f64;
-        require("least_points", least_points, "at least 1", |least| {
-            least >= 1.0
-        })
+        within("0.0005 to 1 m", 0.0005..=1.0)("least_height_m", self.least_height_m)?;
+        within("0 to 1 m", 0.0..=1.0)("join_m", self.join_m)?;
+        within("at least 1", 1.0..)("least_points", self.least_points as f64)
     }
 }
 

@@ -5,7 +5,12 @@
     reason = "a bench that cannot run should say so at once"
 )]
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/all/common/mod.rs"]
+#[allow(
+    dead_code,
+    clippy::indexing_slicing,
+    reason = "a measurement over the random placements of the tests, which have more than it uses"
+)]
 mod common;
 
 use std::sync::Arc;

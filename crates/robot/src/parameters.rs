@@ -257,57 +257,35 @@ mod tests {
 
     #[test]
     fn wrong_values_are_refused_by_name() {
-        for (from, to, field) in [
-            ("payload_kg = 7.0", "payload_kg = 0.0", "payload_kg"),
-            ("c2_m = 0.420", "c2_m = -0.420", "geometry.c2_m"),
-            ("a1_m = 0.050", "a1_m = nan", "geometry.a1_m"),
+        for (key, value, wrong, field) in [
+            ("payload_kg", "7.0", "0.0", "payload_kg"),
+            ("c2_m", "0.420", "-0.420", "geometry.c2_m"),
+            ("a1_m", "0.050", "nan", "geometry.a1_m"),
+            ("lowest_deg", "-45.0", "171.0", "joints[1].highest_deg"),
+            ("lowest_deg", "-45.0", "-1e9", "joints[1].lowest_deg"),
+            ("speed_deg_per_s", "360.0", "-1.0", "joints[2].speed"),
             (
-                "lowest_deg = -45.0",
-                "lowest_deg = 171.0",
-                "joints[1].highest_deg",
+                "acceleration_deg_per_s2",
+                "5000.0",
+                "inf",
+                "joints[5].accel",
             ),
+            ("zero_deg", "180.0", "361.0", "joints[5].zero_deg"),
+            ("sign", "-1", "2", "joints[1].sign"),
+            ("position_m", "[-0.35", "[-350.0", "base.position_m[0]"),
+            ("yaw_deg", "0.0", "nan", "base.yaw_deg"),
+            ("link", "5", "7", "capsules[5].link"),
+            ("radius_m", "0.12", "0.0", "capsules[0].radius_m"),
             (
-                "lowest_deg = -45.0",
-                "lowest_deg = -1e9",
-                "joints[1].lowest_deg",
-            ),
-            (
-                "speed_deg_per_s = 360.0",
-                "speed_deg_per_s = -1.0",
-                "joints[2].speed_deg_per_s",
-            ),
-            (
-                "acceleration_deg_per_s2 = 5000.0",
-                "acceleration_deg_per_s2 = inf",
-                "joints[5].acceleration_deg_per_s2",
-            ),
-            ("zero_deg = 180.0", "zero_deg = 361.0", "joints[5].zero_deg"),
-            ("sign = -1", "sign = 2", "joints[1].sign"),
-            (
-                "position_m = [-0.35",
-                "position_m = [-350.0",
-                "base.position_m[0]",
-            ),
-            ("yaw_deg = 0.0", "yaw_deg = nan", "base.yaw_deg"),
-            ("link = 5", "link = 7", "capsules[5].link"),
-            ("radius_m = 0.12", "radius_m = 0.0", "capsules[0].radius_m"),
-            (
-                "to_m = [0.0, 0.0, 0.17]",
-                "to_m = [0.0, inf, 0.17]",
+                "to_m",
+                "[0.0, 0.0, 0.17]",
+                "[0.0, inf, 0.17]",
                 "capsules[0].to_m[1]",
             ),
-            (
-                "cup_radius_m = 0.015",
-                "cup_radius_m = 0.0",
-                "gripper.cup_radius_m",
-            ),
-            (
-                "compression_m = 0.004",
-                "compression_m = 0.02",
-                "gripper.compression_m",
-            ),
+            ("cup_radius_m", "0.015", "0.0", "gripper.cup_radius_m"),
+            ("compression_m", "0.004", "0.02", "gripper.compression_m"),
         ] {
-            let message = refusal(from, to);
+            let message = refusal(&format!("{key} = {value}"), &format!("{key} = {wrong}"));
             assert!(message.contains(field), "{message} names {field}");
         }
     }

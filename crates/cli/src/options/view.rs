@@ -1,7 +1,7 @@
 //! Options of what sees a simulated cell.
 
 use clap::Args;
-use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+use ppnpack_physics::view::{CameraSettings, NoiseModel};
 
 use super::choice::{Choice, one_of};
 use crate::length::{parse_distance, parse_length};
@@ -58,10 +58,10 @@ impl ViewOptions {
         (self.view == View::Camera).then(|| CameraSettings {
             cameras: self.cameras.into(),
             height_m: self.camera_height,
-            noise: NoiseSettings {
+            noise: NoiseModel {
                 sigma_m: self.camera_noise,
                 dropout: self.dropouts,
-                ..NoiseSettings::default()
+                ..NoiseModel::default()
             },
             seed,
             ..CameraSettings::default()

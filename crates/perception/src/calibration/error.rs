@@ -1,21 +1,14 @@
 //! Why a calibration is refused.
 
+use ppnpack_numbers::SettingError;
+
 /// Why no container was found in a cloud, or why what was found is not trusted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// A setting that is not possible.
-    #[error("{name} is {value} where {least} to {most} is possible")]
-    Setting {
-        /// The setting.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The least that is possible.
-        least: f64,
-        /// The most that is possible.
-        most: f64,
-    },
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// Too few points.
     #[error("the cloud has {found} measured points where {needed} are needed")]
     FewPoints {

@@ -1,9 +1,8 @@
 //! What a calibration is told.
 
+use ppnpack_numbers::{SettingError, within};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
-
-use super::error::CalibrationError;
 
 /// What is known of a container, and how well points have to fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -50,36 +49,24 @@ impl CalibrationSettings {
     /// Checks that every number is possible.
     ///
     /// # Errors
-    /// [`CalibrationError::Setting`] names the first that is not.
-    pub fn validate(&self) -> Result<(), CalibrationError> {
-        let size = self.size.map(|size| [size.x_m, size.y_m, size.z_m]);
-        let sides = size.unwrap_or([0.1; 3]);
-        let numbers = [
-            ("size", sides[0], 0.01..=3.0),
-            ("size", sides[1], 0.01..=3.0),
-            ("size", sides[2], 0.01..=3.0),
-            ("size_tolerance_m", self.size_tolerance_m, 1e-6..=1.0),
-            ("quarter_turns", f64::from(self.quarter_turns), 0.0..=3.0),
-            ("least_depth_m", self.least_depth_m, 0.005..=1.0),
-            ("largest_rms_m", self.largest_rms_m, 1e-6..=1.0),
-            ("largest_bow_m", self.largest_bow_m, 1e-6..=1.0),
-            ("largest_skew_rad", self.largest_skew_rad, 1e-6..=0.5),
-            (
-                "largest_view_angle_rad",
-                self.largest_view_angle_rad,
-                0.1..=0.9,
-            ),
-        ];
-        for (name, value, range) in numbers {
-            if !range.contains(&value) {
-                return Err(CalibrationError::Setting {
-                    name,
-                    value,
-                    least: *range.start(),
-                    most: *range.end(),
-                });
-            }
+    /// [`SettingError`] names the first that is not.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        if let Some(size) = self.size {
+            let side = within("0.01 to 3 m a side", 0.01..=3.0);
+            side("size", size.x_m)?;
+            side("size", size.y_m)?;
+            side("size", size.z_m)?;
         }
-        Ok(())
+        let length = within("above 0 and at most 1 m", 1e-6..=1.0);
+        length("size_tolerance_m", self.size_tolerance_m)?;
+        length("largest_rms_m", self.largest_rms_m)?;
+        length("largest_bow_m", self.largest_bow_m)?;
+        let turns = f64::from(self.quarter_turns);
+        within("0 to 3", 0.0..=3.0)("quarter_turns", turns)?;
+        within("0.005 to 1 m", 0.005..=1.0)("least_depth_m", self.least_depth_m)?;
+        let skew = within("above 0 and at most 0.5 rad", 1e-6..=0.5);
+        skew("largest_skew_rad", self.largest_skew_rad)?;
+        let angle = within("0.1 to 0.9 rad", 0.1..=0.9);
+        angle("largest_view_angle_rad", self.largest_view_angle_rad)
     }
 }

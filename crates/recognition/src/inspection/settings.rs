@@ -1,6 +1,6 @@
 //! How a placed item is inspected.
 
-use ppnpack_numbers::{SettingError, require, require_length, require_share};
+use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 /// How a placed item is looked for in a container, and when it counts as what.
@@ -67,33 +67,22 @@ impl InspectionSettings {
     /// # Errors
     /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
-        let lengths = [
-            ("least_rise_m", self.least_rise_m),
-            ("blur_m", self.blur_m),
-            ("wall_margin_m", self.wall_margin_m),
-            ("sensor_deviation_m", self.sensor_deviation_m),
-            ("slide_m", self.slide_m),
-            ("rise_m", self.rise_m),
-        ];
-        for (name, value) in lengths {
-            require_length(name, value)?;
-        }
-        let shares = [
-            ("least_fitness", self.least_fitness),
-            ("most_unexplained", self.most_unexplained),
-            ("most_contradicted", self.most_contradicted),
-            ("least_seen", self.least_seen),
-            ("least_margin", self.least_margin),
-            ("least_container_seen", self.least_container_seen),
-        ];
-        for (name, value) in shares {
-            require_share(name, value)?;
-        }
-        for (name, value) in [("turn_rad", self.turn_rad), ("topple_rad", self.topple_rad)] {
-            require(name, value, "0 to pi", |value| {
-                (0.0..=std::f64::consts::PI).contains(&value)
-            })?;
-        }
-        Ok(())
+        let length = within("0 to 1 m", 0.0..=1.0);
+        length("least_rise_m", self.least_rise_m)?;
+        length("blur_m", self.blur_m)?;
+        length("wall_margin_m", self.wall_margin_m)?;
+        length("sensor_deviation_m", self.sensor_deviation_m)?;
+        length("slide_m", self.slide_m)?;
+        length("rise_m", self.rise_m)?;
+        let share = within("0 to 1", 0.0..=1.0);
+        share("least_fitness", self.least_fitness)?;
+        share("most_unexplained", self.most_unexplained)?;
+        share("most_contradicted", self.most_contradicted)?;
+        share("least_seen", self.least_seen)?;
+        share("least_margin", self.least_margin)?;
+        share("least_container_seen", self.least_container_seen)?;
+        let angle = within("0 to pi", 0.0..=std::f64::consts::PI);
+        angle("turn_rad", self.turn_rad)?;
+        angle("topple_rad", self.topple_rad)
     }
 }

@@ -79,7 +79,7 @@ fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedErr
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+    use ppnpack_physics::view::{CameraSettings, NoiseModel};
 
     use super::*;
 
@@ -90,7 +90,7 @@ mod tests {
             height_m: 1.2,
             width_px: 400,
             height_px: 400,
-            noise: NoiseSettings::none(),
+            noise: NoiseModel::none(),
             ..CameraSettings::default()
         };
         let settings = SimulatedSettings {

@@ -10,7 +10,7 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::cell::SimulatedCell;
-use ppnpack_physics::view::{CameraSettings, NoiseSettings};
+use ppnpack_physics::view::{CameraSettings, NoiseModel};
 use ppnpack_service::Shutdown;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::{MAX_CLOUD_BYTES, v1};
@@ -141,7 +141,7 @@ fn a_camera_sees_the_content_within_its_pixels() {
             height_m: 1.2,
             width_px: 300,
             height_px: 300,
-            noise: NoiseSettings::none(),
+            noise: NoiseModel::none(),
             ..CameraSettings::default()
         },
         ..SimulatedSettings::default()
