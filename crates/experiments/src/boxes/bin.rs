@@ -5,7 +5,7 @@ use ppnpack_packing::loads::bearing_shares;
 
 use super::rules::Setting;
 use super::support::{SupportArea, touching};
-use super::surface::{BIN_VOLUME, CELLS, Placed, SIDE, Surface, index};
+use super::surface::{CELLS, Placed, SIDE, Surface, index};
 
 /// A box in the bin, with what it rests on.
 #[derive(Debug, Clone)]
@@ -87,11 +87,6 @@ impl Bin {
     /// The volume of the boxes in it, in cells cubed.
     pub(super) fn packed_volume(&self) -> u32 {
         self.boxes().map(|placed| placed.sides.volume()).sum()
-    }
-
-    /// The volume that is left, in cells cubed.
-    pub(super) fn free_volume(&self) -> u32 {
-        BIN_VOLUME.saturating_sub(self.packed_volume())
     }
 
     /// Whether a box may be placed where it comes to rest: below the rim, and stable where the setting asks for that.
@@ -261,6 +256,5 @@ mod tests {
         assert!(!bin.accepts(&placed([0, 0, 3], [5, 5, 8])));
         assert!(!bin.accepts(&placed([6, 0, 0], [5, 5, 5])));
         assert_eq!(bin.packed_volume(), 3);
-        assert_eq!(bin.free_volume(), BIN_VOLUME - 3);
     }
 }

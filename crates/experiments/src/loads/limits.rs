@@ -8,10 +8,11 @@ use ppnpack_catalogue::object::Model;
 use ppnpack_cli::failure::{Failure, Outcome};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde::Serialize;
 
 /// An object whose limit the catalogue does not say may carry so many times its own mass: a factor between two, drawn once an object, its
 /// logarithm evenly
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, Args, Serialize)]
 pub(super) struct LimitOptions {
     /// The least factor of its own mass that an object of unknown limit may carry
     #[arg(long, value_name = "FACTOR", default_value_t = 0.5)]

@@ -1,27 +1,29 @@
 //! `ppnpack experiment stream`: items that arrive without an end, of orders or not, packed into several containers that are open at the same
 //! time.
 
+mod columns;
 mod packing;
-mod results;
 mod source;
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
-use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
+use ppnpack_cli::options::{ArmOptions, CatalogueOptions, Choice, ViewOptions, one_of};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
 
-use crate::document::OutOptions;
-use crate::filling::apart::Physics;
-use crate::filling::{self, Way};
-use crate::runs::{self, Runs, RunsOptions};
+use crate::apart::Physics;
+use crate::comparison::WIDENED;
+use crate::document::{OutOptions, Page};
+use crate::packer::Packer;
+use crate::runs::{self, RunsOptions};
+use crate::sheet::Lines;
+use crate::way::Way;
 use packing::{Packing, Run};
-use results::Results;
 use source::{Arrivals, SourceOptions, Wanted};
 
 /// The most containers that are open at the same time.
@@ -80,8 +82,8 @@ pub(crate) struct StreamArguments {
     open: Vec<u8>,
 
     /// Which of the open containers an item goes into
-    #[arg(long, value_enum, default_value_t = Choice::Fullest)]
-    choice: Choice,
+    #[arg(long, value_parser = one_of(&CHOICES), default_value = "fullest")]
+    choice: ContainerChoice,
 
     /// A JSON file with the method, in place of placements that are tried on 5 mm and 8 yaws
     #[arg(long, value_name = "FILE")]
@@ -104,29 +106,34 @@ pub(crate) struct StreamArguments {
     out: OutOptions,
 }
 
-/// Which of the open containers an item goes into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize)]
-enum Choice {
-    /// The fullest in which an item of the buffer has a valid placement
-    Fullest,
-    /// That of the valid placement with the best value of all
-    Best,
-}
-
-impl Choice {
-    fn of_containers(self) -> ContainerChoice {
-        match self {
-            Self::Fullest => ContainerChoice::Fullest,
-            Self::Best => ContainerChoice::Best,
-        }
-    }
-}
+const CHOICES: [Choice<ContainerChoice>; 2] = [
+    (
+        "fullest",
+        ContainerChoice::Fullest,
+        "The fullest in which an item of the buffer has a valid placement",
+    ),
+    (
+        "best",
+        ContainerChoice::Best,
+        "That of the valid placement with the best value of all",
+    ),
+];
 
 /// How a line of the table is packed.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Setting {
     open: u8,
     sharing: Sharing,
+}
+
+impl Setting {
+    fn shown(self, has_orders: bool) -> String {
+        match self.sharing {
+            Sharing::OneOrder => format!("{}, one order at a time", self.open),
+            Sharing::Shared if has_orders => format!("{}, shared", self.open),
+            Sharing::Shared => self.open.to_string(),
+        }
+    }
 }
 
 impl StreamArguments {
@@ -180,57 +187,115 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     if arguments.arm.listed()? {
         return Ok(());
     }
-    let way = match &arguments.method {
-        Some(path) => Way::read_one(path)?,
-        None => Way::default(),
-    }
-    .seen_by(&arguments.view);
-    let catalogue = filling::catalogue(&arguments.catalogue, &way)?;
-    let streams = arguments.source.streams(&catalogue, arguments.wanted())?;
-    let apart = arguments.physics.apart();
+    let way = Way::read_one(arguments.method.as_deref())?.seen_by(&arguments.view);
+    let packer = Packer::robot(way, &arguments.catalogue, arguments.physics.apart())?;
+    let streams = arguments
+        .source
+        .streams(&packer.catalogue, arguments.wanted())?;
     let (arm, station) = arguments.arm.station()?.unzip();
-    let grid = way.grid.build().or_input()?;
+    let settings = arguments.settings();
+    let has_orders = arguments.source.has_orders();
     let folder = arguments.runs.folder(&arguments.out, "stream");
-    let mut packed = Vec::new();
-    for setting in arguments.settings() {
+    let pack = |setting: &Setting| {
         let packing = Packing {
-            way: &way,
-            catalogue: &catalogue,
-            apart: &apart,
+            packer: &packer,
             station: station.as_ref(),
             rules: arguments.rules(setting.sharing)?,
             how: StreamPlay {
                 open: usize::from(setting.open),
-                buffer: way.method.buffer,
-                choice: arguments.choice.of_containers(),
+                buffer: packer.way.method.buffer,
+                choice: arguments.choice,
                 closing: arguments.closing(setting.sharing),
             },
-            grid: &grid,
         };
         let possible = packing.how.closing.validate(&packing.rules);
         possible.or_input()?;
         let settings = (
-            catalogue.content_hash(),
-            &way,
-            (&apart, &arm),
+            packer.catalogue.content_hash(),
+            &packer.way,
+            (&packer.apart, &arm),
             &packing.rules,
             packing.how.closing,
             setting.open,
             arguments.choice,
         );
-        let kept = Runs::new(&folder, &settings)?;
-        let pack = |stream: &Arrivals| {
-            let is_right = |run: &Run| run.objects == stream.objects;
+        let name = |stream: &Arrivals| {
             // What is known of the items decides, too.
-            let known = (&stream.orders, &stream.stops, &stream.expected);
-            let orders = runs::hash(&format!("{known:?}"), 8)?;
-            let name = format!("{:05}-{orders}", stream.number);
-            kept.finish(&name, is_right, || packing.pack(stream))
+            let known = format!(
+                "{:?}",
+                (&stream.orders, &stream.stops, &stream.expected)
+            );
+            format!("{:05}-{}", stream.number, runs::hash(known.as_bytes(), 8))
         };
-        packed.push((setting, arguments.runs.make(&streams, pack)?));
+        let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;
+        let make = |stream: &Arrivals| packing.pack(stream);
+        let runs = &arguments.runs;
+        let packed = runs.make(&folder, &settings, &streams, name, is_right, make)?;
+        Ok((setting.shown(has_orders), packed))
+    };
+    let packed: Vec<(String, Vec<Run>)> = settings.iter().map(pack).collect::<Outcome<_>>()?;
+    let mut runs = packed.iter().flat_map(|(_, runs)| runs);
+    let has_arm = runs.any(|run| !run.cycle_s.is_empty());
+    let mut lines = Lines::new("name", packed);
+    lines.keep("setting", settings);
+    publish(arguments, &packer.way, lines, has_arm)
+}
+
+fn publish(
+    arguments: &StreamArguments,
+    way: &Way,
+    mut lines: Lines<Run>,
+    has_arm: bool,
+) -> Outcome {
+    let (workers, source) = (
+        arguments.runs.workers(),
+        arguments.source.said(arguments.wanted()),
+    );
+    let text = format!(
+        "# Streams: several containers open\n\n\
+         {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into {}. Where nothing in the buffer \
+         has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. \
+         Volumes are of closed containers: the mean of \
+         each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
+         *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
+         {WIDENED} Decision times are of one step on one thread, {workers} streams at once.\n\n{}",
+        arguments.streams,
+        arguments.first,
+        way.name,
+        way.method.buffer,
+        match arguments.choice {
+            ContainerChoice::Fullest => {
+                "the fullest container in which an item of the buffer has a valid placement"
+            }
+            ContainerChoice::Best => "the container of the valid placement with the best value",
+        },
+        lines.table("open", &columns::volumes()),
+    );
+    let mut page = Page::new("stream", text);
+    if arguments.source.has_orders() {
+        page.say(&format!(
+            "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
+             stream. *Complete* orders have all of their items in containers.\n\n{}",
+            lines.table("open", &columns::orders())
+        ));
     }
-    let results = Results::new(arguments, &way, packed);
-    arguments.out.publish("stream", &results, &results.text)
+    if has_arm {
+        page.say(&format!(
+            "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n{}",
+            lines.table("open", &columns::cycles())
+        ));
+    }
+    page.say(&format!(
+        "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n{}",
+        lines.table("open", &columns::closings())
+    ));
+    page.keep("workers", workers);
+    page.keep("first_stream", arguments.first);
+    page.keep("streams", arguments.streams);
+    page.keep("source", source);
+    page.keep("way", way);
+    page.keep("lines", lines);
+    page.publish(&arguments.out)
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {
