@@ -22,10 +22,7 @@ fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
 #[test]
 fn files_that_are_not_there_are_named() {
     for (command, file) in [
-        (
-            &["experiment", "table1", "--sequences"][..],
-            "/nowhere.npy",
-        ),
+        (&["experiment", "table1", "--sequences"][..], "/nowhere.npy"),
         (&["train", "--dataset"], "/nowhere"),
     ] {
         is_refused(&ppnpack(&[command, &[file]].concat()), &[file]);
@@ -253,11 +250,7 @@ fn a_value_is_the_same_as_learned_by_ranges() {
     let sequences = sequences(folder.path(), [110, 3], 90);
     let value = ["value", "--cell", "1cm", "--yaws", "4"];
     let packed = ["--sequences", sequences.to_str().unwrap()];
-    is_the_same_as_ranges(
-        &[&value[..], &packed].concat(),
-        "--cases",
-        [100, 10],
-    );
+    is_the_same_as_ranges(&[&value[..], &packed].concat(), "--cases", [100, 10]);
 }
 
 #[test]
@@ -272,11 +265,7 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_ranges() {
         [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
     let packed = ["--sequences", sequences];
     let filling = ["filling", "--physics", "own,apart", "--methods", method];
-    is_the_same_as_ranges(
-        &[&filling[..], &packed].concat(),
-        "--cases",
-        [0, 3],
-    );
+    is_the_same_as_ranges(&[&filling[..], &packed].concat(), "--cases", [0, 3]);
     let loads = ["loads", "--margins", "1.5", "--method", method];
     is_the_same_as_ranges(&[&loads[..], &packed].concat(), "--cases", [0, 3]);
     let streams = [

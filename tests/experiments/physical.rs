@@ -134,7 +134,10 @@ fn strangers_are_packed_as_unknown_items() {
         let method = &line["method"];
         let placed = &line["items"]["placed"];
         assert_eq!(placed, 3, "{method}: {:?}", line["refusals"]);
-        assert_eq!(line["seen"]["strangers_as_unknown_percent"], 100.0, "{method}");
+        assert_eq!(
+            line["seen"]["strangers_as_unknown_percent"], 100.0,
+            "{method}"
+        );
         assert_eq!(line["seen"]["right_percent"], 100.0, "{method}");
         // What is not in the catalogue cannot be found again, and that is said.
         assert_eq!(line["found"]["unclear"], 2, "{method}");

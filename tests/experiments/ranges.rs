@@ -9,11 +9,7 @@ use super::{json, ppnpack};
 
 /// Makes an experiment at once, and as two ranges that keep their runs in one folder: the whole made of those has the same runs, and
 /// results, bit for bit. `count` names the option of how many there are, of which there are 0 to `all` from `first` on.
-pub(crate) fn is_the_same_as_ranges(
-    experiment: &[&str],
-    count: &str,
-    [first, all]: [u32; 2],
-) {
+pub(crate) fn is_the_same_as_ranges(experiment: &[&str], count: &str, [first, all]: [u32; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let kept = at("kept");

@@ -14,8 +14,7 @@ use ppnpack_cli::options::{
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::{Heuristic, Order};
+use ppnpack_packing::method::{ProposalSource, Stability};
 use ppnpack_physics::view::CameraSettings;
 
 use crate::apart::Apart;
@@ -167,23 +166,6 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The same by another objective.
-    pub(crate) fn way_by(
-        &self,
-        (heuristic, order): (Heuristic, Order),
-        (name, proposals): (String, ProposalSource),
-    ) -> Way {
-        let way = self.way(name, proposals);
-        Way {
-            method: Method {
-                heuristic,
-                order,
-                ..way.method
-            },
-            ..way
-        }
-    }
-
     /// The network's proposals of so many percent, where it can be used.
     pub(crate) fn proposals(&self) -> Option<ProposalSource> {
         let model = self.model.as_ref().ok()?;
@@ -292,7 +274,9 @@ pub(crate) fn columns(has_stages: bool) -> Vec<Measured> {
         stage("evaluate_s", "evaluating", |run| run.evaluate_s),
         stage("check_s", "checking", |run| run.check_s),
         Measured::mean("items", "items packed", 1, |run| run.items as f64),
-        Measured::mean("voxels_cm3", "voxel volume (cm³)", 0, |run| run.voxels_m3 * 1e6),
+        Measured::mean("voxels_cm3", "voxel volume (cm³)", 0, |run| {
+            run.voxels_m3 * 1e6
+        }),
         percent(
             "floor_compactness_percent",
             "compactness by floor (%)",

@@ -4,9 +4,7 @@ use clap::{Args, Subcommand};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 
-use crate::{
-    boxes, figure5, filling, loads, pareto, physical, stream, table3, tables, value,
-};
+use crate::{boxes, figure5, filling, loads, pareto, physical, stream, table3, tables, value};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]

@@ -106,12 +106,7 @@ fn columns() -> Vec<Measured> {
     vec![
         Measured::mean("items", "items", 1, |run| run.items as f64),
         Measured::mean("meshes_cm3", "mesh volume (cm³)", 0, Run::meshes_cm3),
-        Measured::difference(
-            "difference_cm3",
-            "difference (cm³)",
-            0,
-            Run::meshes_cm3,
-        ),
+        Measured::difference("difference_cm3", "difference (cm³)", 0, Run::meshes_cm3),
         Measured::change("difference_percent", Run::meshes_cm3),
         Measured::share("unsteady_percent", "unsteady", |run| {
             [run.unsteady, run.placed]

@@ -133,8 +133,8 @@ impl Packer<'_> {
             1,
         )?;
         let (catalogue, scan) = (&self.catalogue, self.simulated.scan);
-        let cell =
-            SimulatedPackingCell::new(self.apart.cell(known), &self.grid, catalogue, scan).or_input()?;
+        let cell = SimulatedPackingCell::new(self.apart.cell(known), &self.grid, catalogue, scan)
+            .or_input()?;
         let mut cell = cell.with_pose_error(self.apart.pose_error);
         if let Some(camera) = self.simulated.camera {
             cell = cell
@@ -227,9 +227,7 @@ impl Run {
             let total: Duration = steps.iter().map(|step| stage(&step.timings)).sum();
             total.as_secs_f64() / steps.len().max(1) as f64
         };
-        let decisions = steps
-            .iter()
-            .map(|step| step.timings.total().as_secs_f64());
+        let decisions = steps.iter().map(|step| step.timings.total().as_secs_f64());
         let height = episode.scene.heightmap().max();
         Self {
             objects: sequence.objects.clone(),

@@ -167,12 +167,7 @@ const SEARCH_ALL: Row = Row {
 };
 
 impl Row {
-    const fn by(
-        key: &'static str,
-        name: &'static str,
-        heuristic: Heuristic,
-        order: Order,
-    ) -> Self {
+    const fn by(key: &'static str, name: &'static str, heuristic: Heuristic, order: Order) -> Self {
         Self {
             key,
             name,
@@ -191,7 +186,7 @@ impl Row {
 
     fn way(&self, comparison: &Comparison<'_>) -> Option<Way> {
         let name = self.name.to_owned();
-        let proposals = match self.proposals {
+        let (name, proposals) = match self.proposals {
             RowProposals::All => (name, ProposalSource::All),
             RowProposals::Tries => (name, ProposalSource::PUBLISHED_TRIES),
             RowProposals::Network => {
@@ -199,7 +194,9 @@ impl Row {
                 (format!("{name} (K = {percent} %)"), comparison.proposals()?)
             }
         };
-        Some(comparison.way_by((self.heuristic, self.order), proposals))
+        let mut way = comparison.way(name, proposals);
+        (way.method.heuristic, way.method.order) = (self.heuristic, self.order);
+        Some(way)
     }
 }
 
@@ -417,7 +414,10 @@ fn name_of(class: ShapeClass) -> &'static str {
 
 /// Table II of the paper, 50 easy and 50 hard objects a sequence: seconds, no volume, percent, items.
 fn paper_of_table_2(class: ShapeClass) -> [(&'static str, [f64; 4]); 2] {
-    let [[learned_s, learned, learned_items], [ours_s, ours, our_items]] = match class {
+    let [
+        [learned_s, learned, learned_items],
+        [ours_s, ours, our_items],
+    ] = match class {
         ShapeClass::Regular => [[0.97, 45.6, 40.38], [0.87, 47.9, 44.16]],
         ShapeClass::Irregular => [[0.97, 42.3, 37.28], [0.93, 42.4, 45.61]],
     };

@@ -57,7 +57,11 @@ impl Method {
             Self::Hm => Heuristic::Hm,
             Self::Sdfm => Heuristic::Sdfm,
             Self::Mta => Heuristic::Mta,
-            Self::Snug => return Ok(Box::new(move |bin, arriving, _| Ok(policy.best(bin, arriving)))),
+            Self::Snug => {
+                return Ok(Box::new(move |bin, arriving, _| {
+                    Ok(policy.best(bin, arriving))
+                }));
+            }
             Self::LookAhead => {
                 let look_ahead = LookAhead { policy, rollouts };
                 return Ok(Box::new(move |bin, arriving, futures| {

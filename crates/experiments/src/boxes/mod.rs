@@ -183,13 +183,23 @@ const PUBLISHED: [(Setting, &str, f64, &str); 14] = {
     use Setting::{Free, Stable};
     [
         (Stable, "*PCT & EV*, PCT, ICLR 2022, Table 2", 76.0, "29.4"),
-        (Stable, "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it", 75.8, ""),
+        (
+            Stable,
+            "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it",
+            75.8,
+            "",
+        ),
         (Stable, "*DBL*, reference environment's own", 59.8, ""),
         (Stable, "*HM*, reference environment's own", 57.8, ""),
         (Stable, "*LSAH*, reference environment's own", 52.6, ""),
         (Stable, "*OnlineBPH*, reference environment's own", 50.2, ""),
         (Stable, "*BR*, reference environment's own", 49.3, ""),
-        (Free, "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it", 86.0, ""),
+        (
+            Free,
+            "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it",
+            86.0,
+            "",
+        ),
         (Free, "*PCT & EV*, PCT, ICLR 2022, Table 2", 85.3, "32.8"),
         (Free, "*DBL*, reference environment's own", 69.7, ""),
         (Free, "*LSAH*, reference environment's own", 64.3, ""),

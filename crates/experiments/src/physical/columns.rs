@@ -125,7 +125,13 @@ pub(super) fn came_to() -> Vec<Measured> {
         items("items/all", "items", |_| true),
         items("items/placed", "placed", is_placed),
         items("items/outside", "of these outside the container", |item| {
-            matches!(item.end, End::Placed { is_inside: false, .. })
+            matches!(
+                item.end,
+                End::Placed {
+                    is_inside: false,
+                    ..
+                }
+            )
         }),
         items(
             "items/toppled",
@@ -334,7 +340,10 @@ mod tests {
         let runs = (0..=100).rev().map(f64::from).map(run).collect();
         let mut lines = Lines::new("method", vec![("tried".to_owned(), runs)]);
         let table = lines.upright(&times());
-        assert!(table.contains("| request to decision | 50.0, 95.0 |"), "{table}");
+        assert!(
+            table.contains("| request to decision | 50.0, 95.0 |"),
+            "{table}"
+        );
         assert!(table.contains("| placed to inspected | – |"), "{table}");
     }
 }

@@ -15,7 +15,6 @@ use rand_chacha::ChaCha8Rng;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 
-
 /// What the camera sees of the tray, in the container frame: beside the container, within the arm's reach.
 pub(super) const REGION: Region = Region {
     lowest_m: Point3::new(-0.36, -0.70, -0.04),

@@ -221,10 +221,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         );
         let name = |stream: &Arrivals| {
             // What is known of the items decides, too.
-            let known = format!(
-                "{:?}",
-                (&stream.orders, &stream.stops, &stream.expected)
-            );
+            let known = format!("{:?}", (&stream.orders, &stream.stops, &stream.expected));
             format!("{:05}-{}", stream.number, runs::hash(known.as_bytes(), 8))
         };
         let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;

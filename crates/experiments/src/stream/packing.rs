@@ -77,7 +77,8 @@ impl Packing<'_> {
         for (order, items) in &stream.expected {
             orders.expect(order, *items);
         }
-        let packed = play_stream(&self.packer.grid, &mut supply, items, orders, self.how).or_run()?;
+        let packed =
+            play_stream(&self.packer.grid, &mut supply, items, orders, self.how).or_run()?;
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
@@ -144,7 +145,10 @@ impl ContainerSupply for Supply<'_> {
     ) -> Result<(Planner, SimulatedPackingCell), StageError> {
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
-        let check = self.packing.station.map(|station| Box::new(station.check()) as BoxedCheck);
+        let check = self
+            .packing
+            .station
+            .map(|station| Box::new(station.check()) as BoxedCheck);
         let bench = self.packing.packer.bench(seed, check);
         let Bench { planner, cell } = bench.map_err(|failure| failure.to_string())?;
         Ok((planner, cell))

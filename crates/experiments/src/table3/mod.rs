@@ -84,7 +84,12 @@ pub(crate) fn run(arguments: &Table3Arguments, backend: &dyn Backend) -> Outcome
         };
         let (tried, cut_off) = plan.choose(backend)?;
         let trained = plan.train(cut_off, backend)?;
-        cards.push(trained.iter().map(|it| it.card.as_ref().clone()).collect::<Vec<_>>());
+        cards.push(
+            trained
+                .iter()
+                .map(|it| it.card.as_ref().clone())
+                .collect::<Vec<_>>(),
+        );
         rows.push((variant.name.to_owned(), trained));
         all_tried.push(tried);
         chosen.push(cut_off);
@@ -162,16 +167,16 @@ fn head(arguments: &Table3Arguments, card: &ModelCard) -> String {
 }
 
 /// What validation chose among, where it chose.
-fn choices(
-    arguments: &Table3Arguments,
-    tried: &[Vec<Tried>],
-    chosen: &[Option<f64>],
-) -> String {
+fn choices(arguments: &Table3Arguments, tried: &[Vec<Tried>], chosen: &[Option<f64>]) -> String {
     let question = Question::of_loss(arguments.loss_over);
     let mut rows = Vec::new();
     for ((variant, tried), chosen) in VARIANTS.iter().zip(tried).zip(chosen) {
         for one in tried {
-            let mark = if Some(one.cut_off) == *chosen { ", chosen" } else { "" };
+            let mark = if Some(one.cut_off) == *chosen {
+                ", chosen"
+            } else {
+                ""
+            };
             let name = format!("{}, cut off at {}{mark}", variant.name, one.cut_off);
             rows.push((name, vec![one.clone()]));
         }
