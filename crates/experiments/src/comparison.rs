@@ -8,9 +8,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{
-    CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated, parse_stability,
-};
+use ppnpack_cli::options::{CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::item::Item;
@@ -45,10 +43,6 @@ pub(crate) struct ComparisonOptions {
     /// How many items the robot may choose among
     #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     buffer: u32,
-
-    /// The stability test that placements must pass
-    #[arg(long, value_parser = parse_stability(), default_value = "published")]
-    stability: Stability,
 
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -161,7 +155,7 @@ impl<'a> Comparison<'a> {
             grid: self.grid_settings,
             poses: options.catalogue.settings().poses,
             set_aside: 0,
-            method: sdfm(proposals, options.stability, buffer, options.seed),
+            method: sdfm(proposals, Stability::Published, buffer, options.seed),
             ..Way::default()
         }
     }
@@ -227,14 +221,13 @@ impl<'a> Comparison<'a> {
         let [x_cm, y_cm, z_cm] =
             [container.x_m, container.y_m, container.z_m].map(|side_m| side_m * 100.0);
         format!(
-            "Container {x_cm:.0} x {y_cm:.0} x {z_cm:.0} cm, {} x {} cells, {} yaws, buffer {}, {} stability test, {} scan; {} \
+            "Container {x_cm:.0} x {y_cm:.0} x {z_cm:.0} cm, {} x {} cells, {} yaws, buffer {}, published stability test, {} scan; {} \
              sequences at once, each on one core. Intervals are 95 % confidence intervals over the sequences, by Student's t.\n\n\
              {TERMS}",
             grid.nx(),
             grid.ny(),
             grid.resolution().yaws().count(),
             options.buffer,
-            document::name_of(&options.stability),
             match &self.simulated.camera {
                 Some(CameraSettings { cameras: 1, .. }) => "one camera in place of a".to_owned(),
                 Some(_) => "two cameras in place of a".to_owned(),

@@ -22,10 +22,12 @@ use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
     CatalogueOptions, Choice, Conditions, GridOptions, PhysicsOptions, Simulated, one_of,
-    parse_stability,
 };
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
+
+/// The stability test that placements must pass.
+const STABILITY: Stability = Stability::Published;
 
 /// The classes of shapes by name.
 const SHAPES: [Choice<ShapeClass>; 2] = [
@@ -73,10 +75,6 @@ pub struct DatasetArguments {
     /// How many items the expert may choose among
     #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     buffer: u32,
-
-    /// The stability test that placements must pass
-    #[arg(long, value_parser = parse_stability(), default_value = "published")]
-    stability: Stability,
 
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
@@ -126,7 +124,7 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
             set_aside: 0,
             method: Method {
                 weights: Some(expert.weights),
-                ..sdfm(ProposalSource::All, arguments.stability, buffer, 0)
+                ..sdfm(ProposalSource::All, STABILITY, buffer, 0)
             },
             ..Way::default()
         },
@@ -165,7 +163,7 @@ fn settings(
             heuristic: method.heuristic,
             order: method.order,
             weights: Weights::default(),
-            stability: document::name_of(&arguments.stability),
+            stability: document::name_of(&STABILITY),
             buffer: arguments.buffer,
         },
         cell: serde_json::to_value(simulated).or_run()?,

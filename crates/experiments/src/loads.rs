@@ -18,7 +18,7 @@ use crate::packer::Packer;
 use crate::runs::RunsOptions;
 use crate::sheet::Lines;
 use crate::way::Way;
-use limits::{LimitOptions, with_limits};
+use limits::{FACTORS, with_limits};
 use packing::Run;
 
 /// Packs sequences of items that may carry only so much, measures in the cell what each carries after every placement, and compares
@@ -34,9 +34,6 @@ pub(crate) struct LoadsArguments {
     /// How many items of each sequence
     #[arg(long, value_name = "COUNT", default_value_t = 80, value_parser = clap::value_parser!(u32).range(1..))]
     items: u32,
-
-    #[command(flatten)]
-    limits: LimitOptions,
 
     /// How many times estimated loads are held against the limits
     #[arg(
@@ -70,7 +67,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     for case in &mut cases {
         case.sequence.objects.truncate(arguments.items as usize);
     }
-    let limits_kg = arguments.limits.draw(&catalogue)?;
+    let limits_kg = limits::draw(&catalogue);
     let folder = arguments.runs.folder(&arguments.out, "loads");
     let margins = arguments.margins.iter().copied().map(Some);
     let margins: Vec<Option<f64>> = std::iter::once(None).chain(margins).collect();
@@ -97,13 +94,13 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     }
     let mut lines = Lines::new("name", packed);
     lines.keep("margin", margins);
-    let (options, sequences) = (arguments.limits, &arguments.sequences);
+    let ([least, greatest], sequences) = (FACTORS, &arguments.sequences);
     let mut page = Page::new(
         "loads",
         format!(
             "# Loads: measured, estimated, allowed\n\n\
-             {} containers of up to {} items, sequences from {} on, method *{}*. Each object may carry between {} and {} times its own mass, a \
-             factor drawn once an object (seed {}), or what the catalogue says. Loads are measured in the simulated cell, at rest, after every \
+             {} containers of up to {} items, sequences from {} on, method *{}*. Each object may carry between {least} and {greatest} times its own mass, a \
+             factor drawn once an object, or what the catalogue says. Loads are measured in the simulated cell, at rest, after every \
              placement: the vertical forces, friction among them, with which other items press an item down. Impacts are not measured. Limits \
              *exceeded* are items that carried more after any placement. Differences are to packing without limits, sequence by sequence, \
              with 95 % intervals by Student's t.\n\n{}\n\
@@ -115,9 +112,6 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
             arguments.items,
             sequences.first,
             packer.way.name,
-            options.least_factor,
-            options.greatest_factor,
-            options.limits_seed,
             lines.table("line", &columns::limits(&limits_kg)),
             lines.table("line", &columns::ratios()),
         ),
@@ -125,7 +119,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     page.keep("first_case", sequences.first);
     page.keep("cases", sequences.cases);
     page.keep("items", arguments.items);
-    page.keep("limits", options);
+    page.keep("factors", FACTORS);
     page.keep("way", &packer.way);
     page.keep("lines", lines);
     page.publish(&arguments.out)

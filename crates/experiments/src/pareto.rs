@@ -3,7 +3,7 @@
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{PROPOSAL_YAWS, at_least_one};
+use ppnpack_cli::options::PROPOSAL_YAWS;
 use ppnpack_packing::method::ProposalSource;
 use serde_json::json;
 
@@ -36,10 +36,6 @@ pub(crate) struct ParetoArguments {
         default_value = "0.25,1,5,20"
     )]
     percents: Vec<f64>,
-
-    /// How many yaws at most the network proposes for; the others follow the nearest
-    #[arg(long, value_name = "COUNT", default_value_t = PROPOSAL_YAWS, value_parser = at_least_one)]
-    proposal_yaws: usize,
 
     #[command(flatten)]
     comparison: ComparisonOptions,
@@ -80,9 +76,15 @@ fn ways(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<Way> {
     let model = comparison.model.as_ref().ok();
     let percents = || arguments.percents.iter().copied();
     let network = |percent| {
-        let (weights, yaws) = (&model?.card().weights_blake3, arguments.proposal_yaws);
+        let weights = &model?.card().weights_blake3;
         let grid = &comparison.grid;
-        Some(ProposalSource::network(grid, percent, None, yaws, weights))
+        Some(ProposalSource::network(
+            grid,
+            percent,
+            None,
+            PROPOSAL_YAWS,
+            weights,
+        ))
     };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
     sources.extend(percents().filter_map(network));

@@ -8,8 +8,8 @@ mod source;
 use std::path::PathBuf;
 
 use clap::Args;
-use ppnpack_cli::failure::{Failure, OrInput, Outcome};
-use ppnpack_cli::options::{ArmOptions, CatalogueOptions, Choice, ViewOptions, one_of};
+use ppnpack_cli::failure::{OrInput, Outcome};
+use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
@@ -43,22 +43,6 @@ pub(crate) struct StreamArguments {
     #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
     apart: Vec<(String, String)>,
 
-    /// Pairs of groups of the orders' table of which an order's items travel in one container, such as device:charger
-    #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
-    together: Vec<(String, String)>,
-
-    /// No order is divided: all of its items go into one container
-    #[arg(long, conflicts_with = "sequences")]
-    undivided: bool,
-
-    /// The greatest mass of what a container holds, in kilograms
-    #[arg(long, value_name = "KG", value_parser = parse_mass_kg, conflicts_with = "sequences")]
-    most_kg: Option<f64>,
-
-    /// A container is closed as soon as its items fill so many percent of its volume
-    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
-    full_at: Option<f64>,
-
     /// The first stream
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     first: u32,
@@ -81,10 +65,6 @@ pub(crate) struct StreamArguments {
     )]
     open: Vec<u8>,
 
-    /// Which of the open containers an item goes into
-    #[arg(long, value_parser = one_of(&CHOICES), default_value = "fullest")]
-    choice: ContainerChoice,
-
     /// A JSON file with the method, in place of placements that are tried on 5 mm and 8 yaws
     #[arg(long, value_name = "FILE")]
     method: Option<PathBuf>,
@@ -105,19 +85,6 @@ pub(crate) struct StreamArguments {
     #[command(flatten)]
     out: OutOptions,
 }
-
-const CHOICES: [Choice<ContainerChoice>; 2] = [
-    (
-        "fullest",
-        ContainerChoice::Fullest,
-        "The fullest in which an item of the buffer has a valid placement",
-    ),
-    (
-        "best",
-        ContainerChoice::Best,
-        "That of the valid placement with the best value of all",
-    ),
-];
 
 /// How a line of the table is packed.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -159,26 +126,11 @@ impl StreamArguments {
         }
     }
 
-    fn rules(&self, sharing: Sharing) -> Outcome<ContainerRules> {
-        let rules = ContainerRules {
+    fn rules(&self, sharing: Sharing) -> ContainerRules {
+        ContainerRules {
             sharing,
-            undivided: self.undivided,
             apart: self.apart.clone(),
-            together: self.together.clone(),
-            most_kg: self.most_kg,
-        };
-        match rules.contradiction() {
-            Some((a, b)) => Err(Failure::input(format_args!(
-                "--together {a}:{b}: --apart has this pair, too, and none of them could be packed: leave one of them out"
-            ))),
-            None => Ok(rules),
-        }
-    }
-
-    fn closing(&self, sharing: Sharing) -> ClosingRules {
-        ClosingRules {
-            fill_percent: self.full_at,
-            order_complete: sharing == Sharing::OneOrder,
+            ..ContainerRules::default()
         }
     }
 }
@@ -200,12 +152,15 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let packing = Packing {
             packer: &packer,
             station: station.as_ref(),
-            rules: arguments.rules(setting.sharing)?,
+            rules: arguments.rules(setting.sharing),
             how: StreamPlay {
                 open: usize::from(setting.open),
                 buffer: packer.way.method.buffer,
-                choice: arguments.choice,
-                closing: arguments.closing(setting.sharing),
+                choice: ContainerChoice::Fullest,
+                closing: ClosingRules {
+                    fill_percent: None,
+                    order_complete: setting.sharing == Sharing::OneOrder,
+                },
             },
         };
         let possible = packing.how.closing.validate(&packing.rules);
@@ -217,7 +172,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             &packing.rules,
             packing.how.closing,
             setting.open,
-            arguments.choice,
         );
         let name = |stream: &Arrivals| {
             // What is known of the items decides, too.
@@ -250,7 +204,8 @@ fn publish(
     );
     let text = format!(
         "# Streams: several containers open\n\n\
-         {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into {}. Where nothing in the buffer \
+         {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into the fullest container in which an item of the \
+         buffer has a valid placement. Where nothing in the buffer \
          has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. \
          Volumes are of closed containers: the mean of \
          each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
@@ -260,12 +215,6 @@ fn publish(
         arguments.first,
         way.name,
         way.method.buffer,
-        match arguments.choice {
-            ContainerChoice::Fullest => {
-                "the fullest container in which an item of the buffer has a valid placement"
-            }
-            ContainerChoice::Best => "the container of the valid placement with the best value",
-        },
         lines.table("open", &columns::volumes()),
     );
     let mut page = Page::new("stream", text);
@@ -300,16 +249,4 @@ fn parse_pair(text: &str) -> Result<(String, String), String> {
     let (a, b) =
         pair.ok_or_else(|| format!("'{text}' is no pair: write it like food:chemicals"))?;
     Ok((a.trim().to_owned(), b.trim().to_owned()))
-}
-
-fn parse_mass_kg(text: &str) -> Result<f64, String> {
-    let mass_kg = text.parse::<f64>().ok();
-    let mass_kg = mass_kg.filter(|mass_kg| mass_kg.is_finite() && *mass_kg > 0.0);
-    mass_kg.ok_or_else(|| format!("'{text}' is no mass: write it like 12.5"))
-}
-
-fn parse_percent(text: &str) -> Result<f64, String> {
-    let percent = text.parse::<f64>().ok();
-    let percent = percent.filter(|percent| (1.0..=100.0).contains(percent));
-    percent.ok_or_else(|| format!("'{text}' is no percentage of 1 to 100: write it like 85"))
 }
