@@ -49,7 +49,8 @@ fn timeless(results: Value) -> Value {
     match results {
         Value::Object(fields) => {
             let fields = fields.into_iter();
-            let kept = fields.filter(|(name, _)| !name.ends_with("_s") && name != "origin");
+            let is_time = |name: &str| name.ends_with("_s") || name.starts_with("decision_");
+            let kept = fields.filter(|(name, _)| !is_time(name) && name != "origin");
             kept.map(|(name, value)| (name, timeless(value))).collect()
         }
         Value::Array(values) => values.into_iter().map(timeless).collect(),
