@@ -45,6 +45,18 @@ pub(crate) struct Case {
     pub(crate) sequence: Sequence,
 }
 
+impl Case {
+    /// What its run is kept by.
+    pub(crate) fn name(&self) -> String {
+        format!("{:05}", self.number)
+    }
+
+    /// The seed of its run, of an experiment with this one.
+    pub(crate) fn seed(&self, of_experiment: u64) -> u64 {
+        of_experiment.wrapping_add(u64::from(self.number))
+    }
+}
+
 /// `count` sequences of a file, from the one numbered `first` on.
 ///
 /// # Errors

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -10,21 +11,23 @@ use ppnpack_dataset::{
     Dataset, DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Recorder,
     SequenceRecord, Settings, Split, draw,
 };
-use ppnpack_packing::episode::Play;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
-use serde::Serialize;
+use serde_json::json;
 
-use crate::method::{cell_for, sdfm};
+use crate::apart::Apart;
+use crate::packer::{Packer, sdfm};
+use crate::way::Way;
 use crate::{document, workers};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
     CatalogueOptions, Choice, Conditions, GridOptions, PhysicsOptions, Simulated, one_of,
-    parse_stability,
 };
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
-use ppnpack_cli::simulation::simulate;
+
+/// The stability test that placements must pass.
+const STABILITY: Stability = Stability::Published;
 
 /// The classes of shapes by name.
 const SHAPES: [Choice<ShapeClass>; 2] = [
@@ -73,10 +76,6 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=1000))]
     buffer: u32,
 
-    /// The stability test that placements must pass
-    #[arg(long, value_parser = parse_stability(), default_value = "published")]
-    stability: Stability,
-
     /// The seed of everything that is random
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
@@ -102,14 +101,6 @@ pub struct DatasetArguments {
     json: bool,
 }
 
-#[derive(Debug, Serialize)]
-struct Summary<'a> {
-    hash: &'a str,
-    sequences: u32,
-    steps: usize,
-    candidates: usize,
-}
-
 pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     let grid = arguments.grid.grid(Conditions::Reference)?;
     let (physics, seed) = (&arguments.physics, arguments.seed);
@@ -123,14 +114,27 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     refuse_known(arguments, &catalogue, &settings)?;
     let writer = DatasetWriter::open(&arguments.out, settings.clone(), catalogue.items())
         .map_err(of_folder)?;
-    let workers = arguments
-        .workers
-        .map_or_else(workers::default_count, |workers| workers as usize);
-    let add = |sequence: &u32| {
-        let stability = arguments.stability;
-        let played = play(*sequence, &catalogue, &settings, &simulated, stability)?;
-        writer.add(&played).or_run()
+    let workers = arguments.workers.map(|workers| workers as usize);
+    let workers = workers.unwrap_or_else(workers::default_count);
+    let (expert, buffer) = (&settings.expert, arguments.buffer as usize);
+    let packer = Packer {
+        way: Way {
+            grid: arguments.grid.settings(Conditions::Reference),
+            poses: arguments.catalogue.settings().poses,
+            set_aside: 0,
+            method: Method {
+                weights: Some(expert.weights),
+                ..sdfm(ProposalSource::All, STABILITY, buffer, 0)
+            },
+            ..Way::default()
+        },
+        grid,
+        catalogue: Arc::new(catalogue),
+        simulated,
+        apart: Apart::default(),
+        network: None,
     };
+    let add = |sequence: &u32| writer.add(&play(*sequence, &packer, &settings)?).or_run();
     let mut missing = writer.missing();
     if let Some(cases) = arguments.cases {
         let range = arguments.first..arguments.first.saturating_add(cases);
@@ -159,7 +163,7 @@ fn settings(
             heuristic: method.heuristic,
             order: method.order,
             weights: Weights::default(),
-            stability: document::name_of(&arguments.stability),
+            stability: document::name_of(&STABILITY),
             buffer: arguments.buffer,
         },
         cell: serde_json::to_value(simulated).or_run()?,
@@ -227,43 +231,20 @@ fn objects(drawn: &Drawn) -> Vec<usize> {
 }
 
 /// Plays a sequence as the expert does.
-fn play(
-    sequence: u32,
-    catalogue: &Catalogue,
-    settings: &Settings,
-    simulated: &Simulated,
-    stability: Stability,
-) -> Outcome<SequenceRecord> {
+fn play(sequence: u32, packer: &Packer<'_>, settings: &Settings) -> Outcome<SequenceRecord> {
     let drawn = drawn(settings, sequence);
-    let grid = &settings.grid;
-    let buffer = settings.expert.buffer as usize;
-    let expert = &settings.expert;
-    let method = Method {
-        heuristic: expert.heuristic,
-        order: expert.order,
-        weights: Some(expert.weights),
-        ..sdfm(ProposalSource::All, stability, buffer, drawn.seed)
-    };
-    let mut simulated = simulated.clone();
-    simulated.cell.seed = drawn.seed;
     let played = Sequence {
         from: format!("sequence {sequence} of seed {}", settings.seed),
         objects: objects(&drawn),
     };
-    let search = method.search_settings();
-    let labeller = Expert::new(grid, &search, stability.checks(), settings.has_values);
+    let method = Method {
+        seed: drawn.seed,
+        ..packer.way.method.clone()
+    };
+    let (search, checks) = (method.search_settings(), method.stability.checks());
+    let labeller = Expert::new(&settings.grid, &search, checks, settings.has_values);
     let mut recorder = Recorder::new(labeller.or_input()?, sequence, drawn.objects);
-    let mut planner = method.build(grid, None)?;
-    let cell = cell_for(&method, catalogue, grid, &simulated)?;
-    simulate(
-        catalogue,
-        grid,
-        &played,
-        cell,
-        &mut planner,
-        Play::with_buffer(buffer),
-        &mut recorder,
-    )?;
+    packer.play(&played, drawn.seed, &mut recorder)?;
     recorder
         .finish()
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
@@ -271,7 +252,7 @@ fn play(
 
 fn print_range(arguments: &DatasetArguments, played: usize) -> Outcome {
     if arguments.json {
-        return Ok(print_json(&serde_json::json!({ "played": played }))?);
+        return Ok(print_json(&json!({ "played": played }))?);
     }
     let folder = arguments.out.display();
     Ok(print_line(&format!(
@@ -286,19 +267,17 @@ fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {
         steps += 1;
         candidates += step.candidates.len();
     }
-    let summary = Summary {
-        hash: dataset.hash(),
-        sequences: arguments.sequences,
-        steps,
-        candidates,
-    };
+    let (sequences, hash) = (arguments.sequences, dataset.hash());
     if arguments.json {
-        return Ok(print_json(&summary)?);
+        return Ok(print_json(&json!({
+            "hash": hash,
+            "sequences": sequences,
+            "steps": steps,
+            "candidates": candidates,
+        }))?);
     }
     Ok(print_line(&format!(
-        "{}: {} sequences, {steps} steps, {candidates} candidates, hash {}",
+        "{}: {sequences} sequences, {steps} steps, {candidates} candidates, hash {hash}",
         arguments.out.display(),
-        summary.sequences,
-        summary.hash
     ))?)
 }

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
-use ppnpack_chart::ChartError;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_cli::output::{print_json, print_line};
 use ppnpack_files::write_whole;
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::origin::Origin;
 
@@ -19,7 +19,7 @@ const NOTES: &str = "<!-- Notes: what follows is kept when the experiment is run
 /// Where results are written, and how they are printed.
 #[derive(Debug, Args)]
 pub(crate) struct OutOptions {
-    /// Where the document, its figures as JSON and its pictures are written [default: out/NAME]
+    /// Where the document and its figures as JSON are written [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -35,27 +35,51 @@ impl OutOptions {
             .clone()
             .unwrap_or_else(|| Path::new("out").join(name))
     }
+}
 
-    /// Writes the results as `<name>.json` and the document as `<name>.md`, each with what made it, and prints one of them.
-    pub(crate) fn publish(&self, name: &str, results: &impl Serialize, markdown: &str) -> Outcome {
-        #[derive(Serialize)]
-        struct Made<'a, R> {
-            origin: &'a Origin,
-            #[serde(flatten)]
-            results: &'a R,
+/// A page of results: its text, and the figures beside it.
+#[derive(Debug)]
+pub(crate) struct Page {
+    name: String,
+    text: String,
+    kept: Map<String, Value>,
+}
+
+impl Page {
+    /// A page that begins so.
+    pub(crate) fn new(name: &str, text: String) -> Self {
+        Self {
+            name: name.to_owned(),
+            text,
+            kept: Map::new(),
         }
-        let folder = self.folder(name);
-        let origin = &Origin::now()?;
-        let made = Made { origin, results };
-        let json = serde_json::to_vec_pretty(&made).or_run()?;
-        write_whole(&folder.join(format!("{name}.json")), &json)?;
-        let path = folder.join(format!("{name}.md"));
-        let with_origin = format!("{}\n\n{}", markdown.trim_end(), origin.in_words());
+    }
+
+    /// Adds to the text.
+    pub(crate) fn say(&mut self, text: &str) {
+        self.text += text;
+    }
+
+    /// Keeps something among the figures.
+    pub(crate) fn keep(&mut self, key: &str, value: impl Serialize) {
+        let value = serde_json::to_value(value).unwrap_or_default();
+        self.kept.insert(key.to_owned(), value);
+    }
+
+    /// Writes the figures as `<name>.json` and the text as `<name>.md`, each with what made it, and prints one of them.
+    pub(crate) fn publish(mut self, out: &OutOptions) -> Outcome {
+        let folder = out.folder(&self.name);
+        let origin = Origin::now()?;
+        self.keep("origin", &origin);
+        let json = serde_json::to_vec_pretty(&self.kept).or_run()?;
+        write_whole(&folder.join(format!("{}.json", self.name)), &json)?;
+        let path = folder.join(format!("{}.md", self.name));
+        let with_origin = format!("{}\n\n{}", self.text.trim_end(), origin.in_words());
         write(&path, &with_origin)?;
-        if self.json {
-            return Ok(print_json(&made)?);
+        if out.json {
+            return Ok(print_json(&self.kept)?);
         }
-        print_line(markdown)?;
+        print_line(&self.text)?;
         Ok(print_line(&format!("Written to {}", path.display()))?)
     }
 }
@@ -73,12 +97,6 @@ fn write(path: &Path, generated: &str) -> Outcome {
     let notes = existing.split_once(NOTES).map_or("\n", |(_, notes)| notes);
     let document = format!("{}\n\n{NOTES}{notes}", generated.trim_end());
     Ok(write_whole(path, document.as_bytes())?)
-}
-
-/// Writes a chart as `<name>.svg`.
-pub(crate) fn figure(folder: &Path, name: &str, svg: Result<String, ChartError>) -> Outcome {
-    let path = folder.join(format!("{name}.svg"));
-    Ok(write_whole(&path, svg.or_run()?.as_bytes())?)
 }
 
 /// The name of an enum's variant, as files spell it.

@@ -1,12 +1,10 @@
-//! `ppnpack experiment`: the paper's tables, tests of the engine's models, how accurate heightmaps are.
+//! `ppnpack experiment`: the paper's tables, and tests of the engine's models.
 
 use clap::{Args, Subcommand};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 
-use crate::{
-    boxes, figure5, filling, heightmap, loads, pareto, physical, stream, table3, tables, value,
-};
+use crate::{boxes, figure5, filling, loads, pareto, physical, stream, table3, tables, value};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -41,8 +39,6 @@ enum Experiment {
     Value(value::ValueArguments),
     /// The paper's robot cell, simulated with its sensors: a tray, an arm, recognition, noise
     Physical(physical::PhysicalArguments),
-    /// How well heightmaps of a simulated depth camera agree with the truth
-    Heightmap(heightmap::HeightmapArguments),
 }
 
 pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Outcome {
@@ -63,6 +59,5 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
         Experiment::Loads(arguments) => loads::run(arguments),
         Experiment::Value(arguments) => value::run(arguments),
         Experiment::Physical(arguments) => physical::run(arguments, prepared()),
-        Experiment::Heightmap(arguments) => heightmap::run(arguments),
     }
 }

@@ -1,4 +1,4 @@
-//! The commands that make and measure: training data, networks, the paper's tables, how accurate perception is.
+//! The commands that make and measure: training data, networks, the paper's tables.
 //!
 //! They are commands of `ppnpack`, which turns into this crate's program for them; see [`ppnpack_cli::launcher`].
 //!
@@ -11,6 +11,7 @@
 //! }
 //! ```
 
+mod apart;
 mod boxes;
 mod cases;
 mod comparison;
@@ -19,15 +20,13 @@ mod document;
 mod experiment;
 mod figure5;
 mod filling;
-mod heightmap;
 mod loads;
-mod method;
 mod network;
 mod origin;
+mod packer;
 mod pareto;
 mod physical;
 mod runs;
-mod scene;
 mod sheet;
 mod statistics;
 mod stream;
@@ -35,6 +34,7 @@ mod table3;
 mod tables;
 mod train;
 mod value;
+mod way;
 mod workers;
 
 use clap::Subcommand;

@@ -37,13 +37,20 @@ impl RunsOptions {
         self.workers.unwrap_or(cores).clamp(1, cores)
     }
 
-    /// Makes all runs, and gives them in their order.
-    pub(crate) fn make<J: Sync, R: Send + Sync>(
+    /// Makes all runs, but those that are kept under these settings and are right, and gives them in their order.
+    pub(crate) fn make<J: Sync, R: Serialize + DeserializeOwned + Send + Sync>(
         &self,
+        folder: &Path,
+        settings: &impl Serialize,
         all: &[J],
+        name: impl Fn(&J) -> String + Sync,
+        is_right: impl Fn(&J, &R) -> bool + Sync,
         make: impl Fn(&J) -> Outcome<R> + Sync,
     ) -> Outcome<Vec<R>> {
-        workers::map("Packing", all, self.workers(), make)
+        let kept = Runs::new(folder, settings)?;
+        workers::map("Packing", all, self.workers(), |job| {
+            kept.finish(&name(job), |run| is_right(job, run), || make(job))
+        })
     }
 }
 
@@ -69,8 +76,8 @@ impl Runs {
             program: &program,
             settings,
         };
-        let folder = folder.join(hash(&key, 16)?);
         let key = serde_json::to_vec(&key).or_run()?;
+        let folder = folder.join(hash(&key, 16));
         write_whole(&folder.join("settings.json"), &key)?;
         Ok(Self { folder })
     }
@@ -95,12 +102,11 @@ impl Runs {
     }
 }
 
-/// The first letters of the hash of a value, to name files by.
-pub(crate) fn hash(value: &impl Serialize, letters: usize) -> Outcome<String> {
-    let hash = blake3::hash(&serde_json::to_vec(value).or_run()?);
-    let mut hash = hash.to_hex().to_string();
+/// The first letters of the hash of some bytes, to name files by.
+pub(crate) fn hash(bytes: &[u8], letters: usize) -> String {
+    let mut hash = blake3::hash(bytes).to_hex().to_string();
     hash.truncate(letters);
-    Ok(hash)
+    hash
 }
 
 /// The hash of this program.

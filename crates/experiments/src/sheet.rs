@@ -1,10 +1,8 @@
 //! Tables of results: a column is measured once of a line's runs, shown in the document and kept among the figures.
 
-use ppnpack_chart::{PlotPoint, PointSeries, Scatter};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::comparison::point;
 use crate::statistics::{Mean, percentage, quantiles};
 
 /// What a column says of a line: in the document, and among the figures.
@@ -14,9 +12,9 @@ pub(crate) struct Cell {
 }
 
 impl Cell {
-    pub(crate) fn new(shown: String, kept: impl Serialize) -> Self {
+    pub(crate) fn new(shown: impl Into<String>, kept: impl Serialize) -> Self {
         Self {
-            shown,
+            shown: shown.into(),
             kept: serde_json::to_value(kept).unwrap_or_default(),
         }
     }
@@ -29,10 +27,17 @@ impl Cell {
         Self::new(count.to_string(), count)
     }
 
+    pub(crate) fn number(number: f64, decimals: usize) -> Self {
+        Self::new(format!("{number:.decimals$}"), number)
+    }
+
     /// A part of a whole, kept in percent.
-    pub(crate) fn percent(part: usize, whole: usize) -> Self {
+    pub(crate) fn share([part, whole]: [usize; 2]) -> Self {
         let percent = percentage(part, whole);
-        Self::new(format!("{percent:.1} %"), percent)
+        match whole {
+            0 => Self::new("–", Value::Null),
+            _ => Self::new(format!("{percent:.1} % ({part} of {whole})"), percent),
+        }
     }
 }
 
@@ -49,7 +54,8 @@ pub(crate) struct Column<'a, R> {
 }
 
 impl<'a, R> Column<'a, R> {
-    pub(crate) fn new(
+    /// A column of the runs of a line and of those that they are compared with.
+    pub(crate) fn compared(
         key: &'static str,
         head: &'static str,
         measure: impl Fn(&[R], &[R]) -> Cell + 'a,
@@ -62,9 +68,21 @@ impl<'a, R> Column<'a, R> {
         }
     }
 
-    /// Kept among the figures, and shown only where that is asked for.
-    pub(crate) fn shown_if(self, is_shown: bool) -> Self {
-        Self { is_shown, ..self }
+    /// A column of the runs of a line.
+    pub(crate) fn new(
+        key: &'static str,
+        head: &'static str,
+        measure: impl Fn(&[R]) -> Cell + 'a,
+    ) -> Self {
+        Self::compared(key, head, move |runs, _| measure(runs))
+    }
+
+    /// Kept among the figures, and not shown.
+    pub(crate) fn hidden(self) -> Self {
+        Self {
+            is_shown: false,
+            ..self
+        }
     }
 
     /// The mean over the runs.
@@ -74,7 +92,7 @@ impl<'a, R> Column<'a, R> {
         decimals: usize,
         value: impl Fn(&R) -> f64 + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, _| {
+        Self::new(key, head, move |runs| {
             Cell::mean(Mean::of(runs.iter().map(&value)), decimals)
         })
     }
@@ -85,7 +103,7 @@ impl<'a, R> Column<'a, R> {
         head: &'static str,
         seconds: impl Fn(&R) -> f64 + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, _| {
+        Self::new(key, head, move |runs| {
             let mean = Mean::of(runs.iter().map(&seconds));
             Cell::new(format!("{} ms", mean.scaled(1e3).shown(3)), mean)
         })
@@ -98,14 +116,14 @@ impl<'a, R> Column<'a, R> {
         decimals: usize,
         value: impl Fn(&R) -> f64 + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, others| {
+        Self::compared(key, head, move |runs, others| {
             Cell::mean(paired(runs, others, &value), decimals)
         })
     }
 
     /// That mean by the others' mean.
     pub(crate) fn change(key: &'static str, value: impl Fn(&R) -> f64 + 'a) -> Self {
-        Self::new(key, "", move |runs, others| {
+        Self::compared(key, "", move |runs, others| {
             let compared = Mean::of(others.iter().map(&value)).mean;
             let percent = 100.0 * paired(runs, others, &value).mean / compared;
             Cell::new(format!("{percent:+.1} %"), percent)
@@ -118,7 +136,7 @@ impl<'a, R> Column<'a, R> {
         head: &'static str,
         value: impl Fn(&R) -> usize + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, _| {
+        Self::new(key, head, move |runs| {
             Cell::count(runs.iter().map(&value).sum())
         })
     }
@@ -129,11 +147,9 @@ impl<'a, R> Column<'a, R> {
         head: &'static str,
         of_run: impl Fn(&R) -> [usize; 2] + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, _| {
+        Self::new(key, head, move |runs| {
             let counts = runs.iter().map(&of_run);
-            let [part, whole] = counts.fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
-            let percent = percentage(part, whole);
-            Cell::new(format!("{percent:.1} % ({part} of {whole})"), percent)
+            Cell::share(counts.fold([0; 2], |[a, b], [c, d]| [a + c, b + d]))
         })
     }
 
@@ -144,7 +160,7 @@ impl<'a, R> Column<'a, R> {
         (share, decimals): (f64, usize),
         seconds: impl Fn(&R) -> &[f64] + 'a,
     ) -> Self {
-        Self::new(key, head, move |runs, _| {
+        Self::new(key, head, move |runs| {
             let all = runs.iter().flat_map(|run| seconds(run).iter().copied());
             let [time_s] = quantiles(all, [share]);
             Cell::new(format!("{:.decimals$} ms", time_s * 1e3), time_s)
@@ -178,11 +194,11 @@ impl<R: Clone> Lines<R> {
 
     /// Lines that are compared with other runs.
     pub(crate) fn compared_with(compared: Vec<R>, key: &str, runs: Vec<(String, Vec<R>)>) -> Self {
-        let kept = runs
-            .iter()
-            .map(|(name, _)| Map::from_iter([(key.to_owned(), json!(name))]));
+        let names = runs.iter().map(|(name, _)| json!(name));
         Self {
-            kept: kept.collect(),
+            kept: names
+                .map(|name| Map::from_iter([(key.to_owned(), name)]))
+                .collect(),
             runs,
             compared,
         }
@@ -191,11 +207,14 @@ impl<R: Clone> Lines<R> {
     /// Keeps something of each line beside its columns.
     pub(crate) fn keep(&mut self, key: &str, values: impl IntoIterator<Item = impl Serialize>) {
         for (line, value) in self.kept.iter_mut().zip(values) {
-            line.insert(
-                key.to_owned(),
-                serde_json::to_value(value).unwrap_or_default(),
-            );
+            let value = serde_json::to_value(value).unwrap_or_default();
+            line.insert(key.to_owned(), value);
         }
+    }
+
+    /// What is kept of each line.
+    pub(crate) fn kept(&self) -> &[Map<String, Value>] {
+        &self.kept
     }
 
     /// The runs that all lines are compared with.
@@ -211,74 +230,58 @@ impl<R: Clone> Lines<R> {
 
     /// Measures columns of each line, and gives the table of those that are shown.
     pub(crate) fn table(&mut self, head: &str, columns: &[Column<'_, R>]) -> String {
+        markdown(&self.measured(head, columns))
+    }
+
+    /// The same table with a row for each column and a column for each line.
+    pub(crate) fn upright(&mut self, columns: &[Column<'_, R>]) -> String {
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for line in self.measured("", columns) {
+            rows.resize(line.len(), Vec::new());
+            rows.iter_mut()
+                .zip(line)
+                .for_each(|(row, cell)| row.push(cell));
+        }
+        markdown(&rows)
+    }
+
+    /// The heads of what is shown, then the cells of each line, which are kept, too.
+    fn measured(&mut self, head: &str, columns: &[Column<'_, R>]) -> Vec<Vec<String>> {
         let shown = columns.iter().filter(|column| column.is_shown);
-        let heads = shown.map(|column| column.head);
-        let heads: Vec<&str> = std::iter::once(head).chain(heads).collect();
-        let mut text = format!(
-            "| {} |\n{}|\n",
-            heads.join(" | "),
-            "|---".repeat(heads.len())
-        );
+        let heads = shown.map(|column| column.head.to_owned());
+        let mut rows = vec![std::iter::once(head.to_owned()).chain(heads).collect()];
         for ((name, runs), kept) in self.runs.iter().zip(&mut self.kept) {
-            text += &format!("| {name} |");
+            let mut row = vec![name.clone()];
             for column in columns {
                 let cell = (column.measure)(runs, &self.compared);
                 if column.is_shown {
-                    text += &format!(" {} |", cell.shown);
+                    row.push(cell.shown);
                 }
-                match column.key.split_once('/') {
-                    None => {
-                        kept.insert(column.key.to_owned(), cell.kept);
-                    }
-                    Some((group, key)) => {
-                        let group = kept.entry(group).or_insert_with(|| json!({}));
-                        if let Value::Object(group) = group {
-                            group.insert(key.to_owned(), cell.kept);
-                        }
-                    }
-                }
+                let place = match column.key.split_once('/') {
+                    None => kept.entry(column.key),
+                    Some((group, key)) => match kept.entry(group).or_insert_with(|| json!({})) {
+                        Value::Object(group) => group.entry(key),
+                        _ => continue,
+                    },
+                };
+                *place.or_insert(Value::Null) = cell.kept;
             }
-            text.push('\n');
+            rows.push(row);
         }
-        text
-    }
-
-    /// Points by what was kept of each line.
-    fn points(&self, [x, y]: [&str; 2], factor: f64) -> Vec<PlotPoint> {
-        let mean = |kept: &Map<String, Value>, key: &str| match kept.get(key) {
-            Some(Value::Number(number)) => Mean {
-                mean: number.as_f64().unwrap_or_default(),
-                half_width: 0.0,
-            },
-            Some(value) => serde_json::from_value(value.clone()).unwrap_or_default(),
-            None => Mean::default(),
-        };
-        let lines = self.runs.iter().zip(&self.kept);
-        let points = lines
-            .map(|((name, _), kept)| point(name, &mean(kept, x).scaled(factor), &mean(kept, y)));
-        points.collect()
+        rows
     }
 }
 
-/// A chart of several tables: of each line a point, by what was kept of it as `keys`; x is shown so many times.
-pub(crate) fn scatter<'a, R: Clone + 'a>(
-    title: &str,
-    labels: [&str; 2],
-    (keys, factor): ([&str; 2], f64),
-    tables: impl IntoIterator<Item = (&'a str, &'a Lines<R>)>,
-) -> Scatter {
-    let series = tables.into_iter().map(|(name, lines)| PointSeries {
-        name: name.to_owned(),
-        reference: false,
-        points: lines.points(keys, factor),
-    });
-    let [x_label, y_label] = labels.map(str::to_owned);
-    Scatter {
-        title: title.to_owned(),
-        x_label,
-        y_label,
-        series: series.collect(),
+/// A table whose first row is its head.
+fn markdown(rows: &[Vec<String>]) -> String {
+    let mut text = String::new();
+    for (index, row) in rows.iter().enumerate() {
+        text += &format!("| {} |\n", row.join(" | "));
+        if index == 0 {
+            text += &format!("|{}\n", "---|".repeat(row.len()));
+        }
     }
+    text
 }
 
 #[cfg(test)]
@@ -295,9 +298,10 @@ mod tests {
         let value = |run: &f64| *run;
         let columns = [
             Column::mean("mean", "mean", 1, value),
-            Column::difference("difference/mean", "", 1, value).shown_if(false),
+            Column::difference("difference/mean", "", 1, value).hidden(),
             Column::change("change", value),
             Column::share("share", "above 2", |run| [usize::from(*run > 2.0), 1]),
+            Column::share("none", "of nothing", |_| [0, 0]).hidden(),
         ];
         let text = lines.table("line", &columns);
         assert_eq!(
@@ -305,9 +309,15 @@ mod tests {
             "| line | mean |  | above 2 |\n|---|---|---|---|\n| one | 2.0 ± 12.7 | +0.0 % | 50.0 % (1 of 2) |\n\
              | other | 3.0 ± 12.7 | +50.0 % | 50.0 % (1 of 2) |\n"
         );
+        let upright = lines.upright(&columns[..1]);
+        assert_eq!(
+            upright,
+            "|  | one | other |\n|---|---|---|\n| mean | 2.0 ± 12.7 | 3.0 ± 12.7 |\n"
+        );
         let kept = serde_json::to_value(&lines).unwrap();
         assert_eq!(kept[1]["name"], "other");
         assert_eq!(kept[1]["difference"]["mean"]["mean"], 1.0);
         assert_eq!(kept[1]["share"], 50.0);
+        assert!(kept[1]["none"].is_null());
     }
 }

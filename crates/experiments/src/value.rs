@@ -3,25 +3,27 @@
 //! Sequences are packed as usual; at each step the figures of the scene after the placement are noted, and at the end how much was
 //! packed after it. A ridge regression of that on the figures gives the coefficients of [`SceneValue`].
 
-mod results;
 mod ridge;
 
 use clap::Args;
-use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_cli::failure::{Failure, OrInput, Outcome};
+use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Conditions, GridOptions};
+use ppnpack_files::write_whole;
 use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::scene_value::{SceneValue, Squares, figures};
+use ppnpack_packing::scene_value::{FIGURES, FIGURES_OF_ITEMS, SceneValue, Squares, figures};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
 
+use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
-use crate::document::OutOptions;
-use crate::filling::apart::Apart;
-use crate::filling::{Way, pack};
-use crate::runs::{Runs, RunsOptions, hash};
-use results::Results;
-use ridge::Sample;
+use crate::document::{OutOptions, Page};
+use crate::packer::Packer;
+use crate::runs::RunsOptions;
+use crate::way::Way;
+use ridge::{Sample, explained, fit};
+
+/// In standard deviations of the figures; from 30 to 1,000 what is explained differs by less than a thousandth.
+const PENALTY: f64 = 100.0;
 
 /// The sequences before this one are the tests': what is learned is measured on them.
 const FIRST_FOR_LEARNING: u32 = 100;
@@ -42,15 +44,6 @@ pub(crate) struct ValueArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 20)]
     set_aside: usize,
 
-    /// The weight of the value by which the sequences are packed, of coefficients that are built in; with 0 the objective alone
-    #[arg(
-        long,
-        value_name = "NUMBER",
-        default_value_t = 0.0,
-        allow_hyphen_values = true
-    )]
-    scene_value: f64,
-
     #[command(flatten)]
     runs: RunsOptions,
 
@@ -70,24 +63,17 @@ struct Seen {
     meshes_m3: f64,
 }
 
-/// Notes the figures of each step.
-#[derive(Default)]
-struct Notes {
-    seen: Seen,
-}
-
-impl Observer for Notes {
+impl Observer for Seen {
     fn on_step(&mut self, step: &Step, input: &StepInput<'_>) {
         let resting = &step.choice.resting;
         let Some(view) = step.candidate.item.views().get(resting.placement.yaw) else {
             return;
         };
         let after = Squares::of(input.grid, input.scene.heightmap()).with(view, resting);
-        let before_m3 = self.seen.packed_m3.last().copied().unwrap_or_default();
-        let seen = &mut self.seen;
-        seen.figures
+        let before_m3 = self.packed_m3.last().copied().unwrap_or_default();
+        self.figures
             .push(figures(input, &after, step.choice.candidate));
-        seen.packed_m3
+        self.packed_m3
             .push(before_m3 + step.candidate.item.mesh_volume_m3());
     }
 }
@@ -103,24 +89,27 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     }
     let way = way(arguments);
     way.method.validate().or_input()?;
-    let resolution = way.grid.resolution().or_input()?;
-    let catalogue = arguments.catalogue.load(&resolution)?;
-    let cases = arguments.sequences.read(&catalogue)?;
+    let packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
+    let cases = arguments.sequences.read(&packer.catalogue)?;
     let folder = arguments.runs.folder(&arguments.out, "value");
-    let kept = Runs::new(&folder, &(catalogue.content_hash(), &way))?;
-    let see = |case: &Case| see(&kept, &way, &catalogue, case);
-    let seen = arguments.runs.make(&cases, see)?;
-    let size = way.grid.container;
+    let settings = (packer.catalogue.content_hash(), &packer.way);
+    let is_right = |case: &Case, seen: &Seen| seen.objects == case.sequence.objects;
+    let see = |case: &Case| {
+        let mut seen = Seen::default();
+        let run = packer.pack(&case.sequence, case.seed(0), &mut seen)?;
+        Ok(Seen {
+            objects: run.objects,
+            meshes_m3: run.meshes_m3,
+            ..seen
+        })
+    };
+    let runs = &arguments.runs;
+    let seen = runs.make(&folder, &settings, &cases, Case::name, is_right, see)?;
+    let size = packer.grid.container();
     let container_m3 = size.x_m * size.y_m * size.z_m;
-    let samples: Vec<Vec<Sample>> = seen
-        .iter()
-        .map(|seen| samples(seen, container_m3))
-        .collect();
-    let results = Results::new(arguments, way, &samples)?;
-    results.save_methods(&arguments.out.folder("value"))?;
-    arguments
-        .out
-        .publish("value", &results, &results.markdown())
+    let seen = seen.iter();
+    let sequences: Vec<Vec<Sample>> = seen.map(|seen| samples(seen, container_m3)).collect();
+    publish(arguments, &packer.way, &sequences)
 }
 
 /// As `ppnpack pack` packs.
@@ -133,28 +122,9 @@ fn way(arguments: &ValueArguments) -> Way {
         set_aside: arguments.set_aside,
         ..Way::default()
     };
-    way.method.scene_value = SceneValue {
-        weight: arguments.scene_value,
-        ..SceneValue::default()
-    };
+    // What is learned is what the objective alone leaves out.
+    way.method.scene_value = SceneValue::off();
     way
-}
-
-/// Packs a sequence, where that was not done before.
-fn see(kept: &Runs, way: &Way, catalogue: &Catalogue, case: &Case) -> Outcome<Seen> {
-    let Case { number, sequence } = case;
-    let is_right = |seen: &Seen| seen.objects == sequence.objects;
-    let name = format!("{}-{number:05}", hash(way, 16)?);
-    kept.finish(&name, is_right, || {
-        let mut notes = Notes::default();
-        let (seed, apart) = (u64::from(*number), Apart::default());
-        let run = pack(way, catalogue, sequence, seed, &apart, &mut notes)?;
-        Ok(Seen {
-            objects: sequence.objects.clone(),
-            meshes_m3: run.meshes_m3,
-            ..notes.seen
-        })
-    })
 }
 
 /// The steps of a sequence, each with what was packed after it, as a share of the container.
@@ -166,4 +136,65 @@ fn samples(seen: &Seen, container_m3: f64) -> Vec<Sample> {
         further: (seen.meshes_m3 - packed_m3) / container_m3,
     });
     samples.collect()
+}
+
+/// Writes what was learned, as a document and as methods to compare by `experiment filling --methods`.
+fn publish(arguments: &ValueArguments, way: &Way, sequences: &[Vec<Sample>]) -> Outcome {
+    let nothing = || Failure::input("nothing was packed that could be learned from");
+    let all = sequences.iter().flatten();
+    let linear = fit(all.clone(), 0, PENALTY).ok_or_else(nothing)?;
+    let explains = |first| explained(sequences, first, PENALTY).ok_or_else(nothing);
+    let of_all = explains(0)?;
+    // What a placement has no influence on.
+    let without_surface = explains(FIGURES - FIGURES_OF_ITEMS)?;
+    let mut coefficients = linear.coefficients;
+    // What was packed until then is the same for all placements of a step.
+    coefficients.truncate(FIGURES);
+    let named = |name: &str, value: SceneValue| {
+        let mut way = way.clone();
+        name.clone_into(&mut way.name);
+        way.method.scene_value = value;
+        way
+    };
+    let learned = SceneValue {
+        coefficients: coefficients.clone(),
+        ..SceneValue::default()
+    };
+    let ways = [
+        named("objective alone", SceneValue::off()),
+        named("with the learned value", learned),
+    ];
+    let ways = serde_json::to_vec_pretty(&ways).or_run()?;
+    write_whole(&arguments.out.folder("value").join("methods.json"), &ways)?;
+    let (sequences, grid) = (&arguments.sequences, &way.grid);
+    let samples = all.count();
+    let mut page = Page::new(
+        "value",
+        format!(
+            "# Value: what a placement leaves\n\n\
+             Learned from sequences {} to {} in robot conditions: cells of {} mm, {} yaws, {} set aside, poses {}, by the \
+             objective alone.\n\n\
+             | | |\n|---|---|\n\
+             | steps | {samples} |\n\
+             | variance explained, of sequences held back | {:.1} % |\n\
+             | of that without the figures of the surface | {:.1} % |\n\n\
+             `methods.json` has the coefficients: `ppnpack-experiments experiment filling --methods methods.json` says what they are worth.\n",
+            sequences.first,
+            sequences.last(),
+            1e3 * grid.cell_m,
+            grid.yaws,
+            way.set_aside,
+            way.poses,
+            100.0 * of_all,
+            100.0 * without_surface,
+        ),
+    );
+    page.keep("first_case", sequences.first);
+    page.keep("cases", sequences.cases);
+    page.keep("way", way);
+    page.keep("samples", samples);
+    page.keep("explained", of_all);
+    page.keep("explained_without_surface", without_surface);
+    page.keep("coefficients", coefficients);
+    page.publish(&arguments.out)
 }

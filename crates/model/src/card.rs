@@ -27,7 +27,6 @@ pub struct DataFacts {
     /// Candidates of the training split that have a valid placement.
     pub training_candidates: u64,
     /// Candidates of the validation split that have a valid placement; 0 where there is no such split.
-    #[serde(default)]
     pub validation_candidates: u64,
     /// Candidates of the test split that have a valid placement.
     pub test_candidates: u64,

@@ -59,16 +59,13 @@ pub struct TrainingSettings {
     /// What is minimised.
     pub loss: Loss,
     /// Which placements it is over.
-    #[serde(default)]
     pub loss_over: LossOver,
     /// How much a placement that does not fit counts in a loss over all, against one that fits. With less than 1 the network
     /// learns where nothing fits, and spends less on it than on the order of what the planner chooses among.
-    #[serde(default = "TrainingSettings::full_weight")]
     pub misfit_weight: f64,
     /// Up to where regression tells its targets apart, in units of the objective; what does not fit or is not valid has this
     /// target. The bulk of a container's placements lies far above the optimum: told apart too, it would be most of the
     /// squared error.
-    #[serde(default = "TrainingSettings::usual_cut_off")]
     pub cut_off: f64,
     /// Passes over the training split.
     pub epochs: usize,
@@ -77,7 +74,6 @@ pub struct TrainingSettings {
     /// The learning rate at its peak.
     pub learning_rate: f64,
     /// How the learning rate changes.
-    #[serde(default)]
     pub schedule: Schedule,
     /// AdamW's decay of the weights.
     pub weight_decay: f64,
@@ -91,7 +87,6 @@ pub struct TrainingSettings {
     pub sequences: Option<usize>,
     /// How many tenths of all sequences are held out of the training split for validation: those whose number ends in
     /// 8, in 7, and so on. Without any, the last epoch's weights are kept instead of the best epoch's.
-    #[serde(default)]
     pub validation_tenths: u32,
 }
 
@@ -99,16 +94,6 @@ pub struct TrainingSettings {
 pub const MOST_VALIDATION_TENTHS: u32 = 8;
 
 impl TrainingSettings {
-    /// The weight in cards that name none: the paper's loss.
-    fn full_weight() -> f64 {
-        1.0
-    }
-
-    /// The cut-off of cards that name none.
-    fn usual_cut_off() -> f64 {
-        10.0
-    }
-
     /// Whether a sequence of the training split is held out for validation.
     pub fn is_validation(&self, sequence: u32) -> bool {
         let digit = sequence % 10;
@@ -122,8 +107,8 @@ impl Default for TrainingSettings {
             architecture: Architecture::default(),
             loss: Loss::Ranking,
             loss_over: LossOver::Fitting,
-            misfit_weight: Self::full_weight(),
-            cut_off: Self::usual_cut_off(),
+            misfit_weight: 1.0,
+            cut_off: 10.0,
             epochs: 25,
             batch: 16,
             learning_rate: 2e-3,
@@ -176,27 +161,5 @@ mod tests {
         assert_eq!(held_out(1), [8, 18]);
         assert_eq!(held_out(3), [6, 7, 8, 16, 17, 18]);
         assert_eq!(held_out(MOST_VALIDATION_TENTHS).len(), 16);
-    }
-
-    #[test]
-    fn settings_that_name_less_are_those_of_older_cards() {
-        let mut settings = serde_json::to_value(TrainingSettings::default()).unwrap_or_default();
-        if let Some(entries) = settings.as_object_mut() {
-            for name in [
-                "loss_over",
-                "misfit_weight",
-                "cut_off",
-                "schedule",
-                "validation_tenths",
-            ] {
-                assert!(entries.remove(name).is_some(), "{name}");
-            }
-        }
-        let read: Option<TrainingSettings> = serde_json::from_value(settings).ok();
-        let expected = TrainingSettings {
-            validation_tenths: 0,
-            ..TrainingSettings::default()
-        };
-        assert_eq!(read, Some(expected));
     }
 }

@@ -33,6 +33,9 @@ pub(super) enum Method {
     LookAhead,
 }
 
+/// Chooses the placement of a box that arrives, of those that the bin accepts; futures are drawn from the boxes.
+pub(super) type Player = Box<dyn FnMut(&Bin, Sides, &mut Boxes) -> Outcome<Option<Placed>>>;
+
 impl Method {
     /// Its name in tables.
     pub(super) fn name(self) -> &'static str {
@@ -48,31 +51,29 @@ impl Method {
 
     /// What plays it.
     pub(super) fn player(self, setting: Setting, rollouts: usize) -> Outcome<Player> {
-        let engine = |heuristic| {
-            Engine::new(setting, heuristic)
-                .map(Box::new)
-                .map(Player::Engine)
+        let policy = Snug::new(setting);
+        let heuristic = match self {
+            Self::Dbl => Heuristic::Dbl,
+            Self::Hm => Heuristic::Hm,
+            Self::Sdfm => Heuristic::Sdfm,
+            Self::Mta => Heuristic::Mta,
+            Self::Snug => {
+                return Ok(Box::new(move |bin, arriving, _| {
+                    Ok(policy.best(bin, arriving))
+                }));
+            }
+            Self::LookAhead => {
+                let look_ahead = LookAhead { policy, rollouts };
+                return Ok(Box::new(move |bin, arriving, futures| {
+                    Ok(look_ahead.choose(bin, arriving, futures))
+                }));
+            }
         };
-        let snug = Snug::new(setting);
-        match self {
-            Self::Dbl => engine(Heuristic::Dbl),
-            Self::Hm => engine(Heuristic::Hm),
-            Self::Sdfm => engine(Heuristic::Sdfm),
-            Self::Mta => engine(Heuristic::Mta),
-            Self::Snug => Ok(Player::Snug(snug)),
-            Self::LookAhead => Ok(Player::LookAhead(LookAhead {
-                policy: snug,
-                rollouts,
-            })),
-        }
+        let mut engine = Engine::new(setting, heuristic)?;
+        Ok(Box::new(move |bin, arriving, _| {
+            engine.choose(bin, arriving)
+        }))
     }
-}
-
-/// What chooses placements.
-pub(super) enum Player {
-    Engine(Box<Engine>),
-    Snug(Snug),
-    LookAhead(LookAhead),
 }
 
 /// How an instance was packed.
@@ -92,59 +93,32 @@ impl Run {
     }
 }
 
-impl Player {
-    /// Packs an instance until the first box that fits nowhere.
-    pub(super) fn play(&mut self, setting: Setting, instance: &Instance) -> Outcome<Run> {
-        let mut bin = Bin::empty(setting);
-        let mut futures = instance.futures();
-        let mut run = Run {
-            placed: Vec::new(),
-            decision_s: Vec::new(),
+/// Packs an instance until the first box that fits nowhere.
+pub(super) fn play(player: &mut Player, setting: Setting, instance: &Instance) -> Outcome<Run> {
+    let mut bin = Bin::empty(setting);
+    let mut futures = instance.futures();
+    let mut run = Run {
+        placed: Vec::new(),
+        decision_s: Vec::new(),
+    };
+    for arriving in instance.boxes() {
+        let started = Instant::now();
+        let choice = player(&bin, arriving, &mut futures)?;
+        let took_s = started.elapsed().as_secs_f64();
+        let Some(placed) = choice else {
+            break;
         };
-        for arriving in instance.boxes() {
-            let started = Instant::now();
-            let choice = self.choose(&bin, arriving, &mut futures)?;
-            let took_s = started.elapsed().as_secs_f64();
-            let Some(placed) = choice else {
-                break;
-            };
-            run.decision_s.push(took_s);
-            run.placed.push(placed);
-            bin.place(&placed);
-        }
-        Ok(run)
+        run.decision_s.push(took_s);
+        run.placed.push(placed);
+        bin.place(&placed);
     }
-
-    fn choose(
-        &mut self,
-        bin: &Bin,
-        arriving: Sides,
-        futures: &mut Boxes,
-    ) -> Outcome<Option<Placed>> {
-        Ok(match self {
-            Self::Engine(engine) => engine.choose(bin, arriving)?,
-            Self::Snug(snug) => {
-                let mut ranked = snug.ranked(bin.surface(), arriving).into_iter();
-                ranked.find(|placed| bin.accepts(placed))
-            }
-            Self::LookAhead(look_ahead) => look_ahead.choose(bin, arriving, futures),
-        })
-    }
+    Ok(run)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::surface::SIDE;
     use super::*;
-
-    const ALL: [Method; 6] = [
-        Method::Dbl,
-        Method::Hm,
-        Method::Sdfm,
-        Method::Mta,
-        Method::Snug,
-        Method::LookAhead,
-    ];
 
     /// The bin as its single cells, filled or not.
     #[derive(Default)]
@@ -177,17 +151,10 @@ mod tests {
     /// Every way to lower a box into the bin, by trying all.
     fn ways(voxels: &Voxels, setting: Setting, arriving: Sides) -> Vec<Placed> {
         let Sides { x, y, z } = arriving;
-        let turns = [
-            (x, y, z),
-            (y, x, z),
-            (x, z, y),
-            (z, x, y),
-            (y, z, x),
-            (z, y, x),
-        ];
-        let turns = turns
-            .into_iter()
-            .take(if setting == Setting::Free { 6 } else { 2 });
+        let upright = [(x, y, z), (y, x, z)];
+        let lying = [(x, z, y), (z, x, y), (y, z, x), (z, y, x)];
+        let lying = lying.into_iter().filter(|_| setting == Setting::Free);
+        let turns = upright.into_iter().chain(lying);
         let mut ways = Vec::new();
         for sides in turns.map(|(x, y, z)| Sides { x, y, z }) {
             for x in 0..=SIDE - sides.x {
@@ -204,13 +171,13 @@ mod tests {
     #[test]
     fn boxes_never_overlap_and_the_episode_ends_where_nothing_fits() {
         for setting in [Setting::Stable, Setting::Free] {
-            for method in ALL {
+            for method in Method::value_variants() {
                 let instance = Instance {
                     seed: 11,
                     number: 2,
                 };
                 let mut player = method.player(setting, 16).unwrap();
-                let run = player.play(setting, &instance).unwrap();
+                let run = play(&mut player, setting, &instance).unwrap();
                 let mut voxels = Voxels::default();
                 let mut bin = Bin::empty(setting);
                 for (placed, arriving) in run.placed.iter().zip(instance.boxes()) {

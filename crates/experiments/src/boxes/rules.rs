@@ -5,9 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::surface::Sides;
 
-/// The most ways in which a box may lie.
-const MOST_ORIENTATIONS: usize = 6;
-
 /// A setting of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(super) enum Setting {
@@ -22,19 +19,11 @@ pub(super) enum Setting {
 }
 
 impl Setting {
-    /// Its number in the papers.
-    pub(super) fn number(self) -> u8 {
-        match self {
-            Self::Stable => 1,
-            Self::Free => 2,
-        }
-    }
-
-    /// Its rules, for people.
+    /// Its number in the papers and its rules.
     pub(super) fn in_words(self) -> &'static str {
         match self {
-            Self::Stable => "two orientations, boxes have to be stable",
-            Self::Free => "six orientations, no stability rule",
+            Self::Stable => "1: two orientations, boxes have to be stable",
+            Self::Free => "2: six orientations, no stability rule",
         }
     }
 
@@ -55,16 +44,14 @@ impl Setting {
     }
 
     /// The ways in which a box may lie, each once: pose by pose, as it comes and turned, as the engine ranks equal ones.
-    pub(super) fn orientations(self, sides: Sides) -> impl Iterator<Item = Sides> {
-        let mut known: [Option<Sides>; MOST_ORIENTATIONS] = [None; MOST_ORIENTATIONS];
-        let all = self.poses(sides).flat_map(|pose| [pose, pose.turned()]);
-        all.filter(move |sides| {
-            let is_new = !known.contains(&Some(*sides));
-            if is_new && let Some(free) = known.iter_mut().find(|known| known.is_none()) {
-                *free = Some(*sides);
+    pub(super) fn orientations(self, sides: Sides) -> Vec<Sides> {
+        let mut all = Vec::with_capacity(6);
+        for sides in self.poses(sides).flat_map(|pose| [pose, pose.turned()]) {
+            if !all.contains(&sides) {
+                all.push(sides);
             }
-            is_new
-        })
+        }
+        all
     }
 }
 
@@ -74,13 +61,13 @@ mod tests {
 
     #[test]
     fn a_box_lies_in_two_or_six_ways_and_a_cube_in_one() {
-        let count = |setting: Setting, (x, y, z)| setting.orientations(Sides { x, y, z }).count();
+        let count = |setting: Setting, (x, y, z)| setting.orientations(Sides { x, y, z }).len();
         assert_eq!(count(Setting::Stable, (1, 2, 3)), 2);
         assert_eq!(count(Setting::Free, (1, 2, 3)), 6);
         assert_eq!(count(Setting::Free, (1, 2, 2)), 3);
         assert_eq!(count(Setting::Stable, (2, 2, 3)), 1);
         assert_eq!(count(Setting::Free, (2, 2, 2)), 1);
         let stand = Setting::Stable.orientations(Sides { x: 1, y: 2, z: 3 });
-        assert!(stand.map(|sides| sides.z).all(|z| z == 3));
+        assert!(stand.iter().all(|sides| sides.z == 3));
     }
 }

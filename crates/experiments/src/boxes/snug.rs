@@ -1,9 +1,10 @@
 //! The one-step policy *snug* on the compact heightmap: a placement's value is a weighted sum of few whole numbers. It plays the
 //! roll-outs.
 
+use super::bin::Bin;
 use super::rules::Setting;
 use super::support::stands;
-use super::surface::{Placed, SIDE, Sides, Surface, Windows};
+use super::surface::{Placed, SIDE, Sides, Surface};
 
 /// Chooses placements with little space lost below the box, much touched at its sides, its top level with those beside it.
 ///
@@ -82,21 +83,25 @@ impl Snug {
         ranked.into_iter().map(|(_, placed)| placed).collect()
     }
 
+    /// The best placement that the bin accepts.
+    pub(super) fn best(&self, bin: &Bin, arriving: Sides) -> Option<Placed> {
+        let mut ranked = self.ranked(bin.surface(), arriving).into_iter();
+        ranked.find(|placed| bin.accepts(placed))
+    }
+
     /// Looks at every placement below the rim: its value, where, and whether all of the bottom touches something.
     fn visit(&self, surface: &Surface, arriving: Sides, mut look: impl FnMut(i32, Placed, bool)) {
         for sides in self.setting.orientations(arriving) {
-            let below = Below {
-                resting: surface.resting_heights(sides),
-                sums: surface.height_sums(sides),
-            };
             for x in 0..=SIDE - sides.x {
                 for y in 0..=SIDE - sides.y {
-                    let z = below.resting.at(x, y);
+                    let (z, sum) = surface.below(sides, x, y);
                     if z + sides.z > SIDE {
                         continue;
                     }
                     let placed = Placed { sides, x, y, z };
-                    let lost = below.lost(&placed);
+                    // The volume below that is empty, in cells cubed.
+                    let under = sides.floor_cells() * u32::from(z);
+                    let lost = under as i32 - i32::from(sum);
                     let value = self.value(surface, &placed, lost);
                     look(value, placed, lost == 0);
                 }
@@ -135,20 +140,6 @@ impl Snug {
             - self.touching * beside.touching
             - self.level * beside.level
             - self.rim * rim
-    }
-}
-
-/// What is below the bottoms of a box in one orientation.
-struct Below {
-    resting: Windows,
-    sums: Windows,
-}
-
-impl Below {
-    /// The volume below a placed box that is empty, in cells cubed.
-    fn lost(&self, placed: &Placed) -> i32 {
-        let under = placed.sides.floor_cells() * u32::from(placed.z);
-        under as i32 - i32::from(self.sums.at(placed.x, placed.y))
     }
 }
 

@@ -14,9 +14,6 @@ pub(super) const LONGEST: u8 = 5;
 /// Cells of the floor.
 pub(super) const CELLS: usize = (SIDE as usize).pow(2);
 
-/// Heights beyond the last cell, so that windows are shifted without asking where the map ends.
-const PADDED: usize = CELLS + (LONGEST as usize) * (SIDE as usize + 1);
-
 /// The sides of a box as it lies, in cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct Sides {
@@ -76,14 +73,14 @@ pub(super) fn index(x: u8, y: u8) -> usize {
 /// How high each cell is filled. Boxes come from above, so that everything below counts as full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Surface {
-    heights: [u8; PADDED],
+    heights: [u8; CELLS],
 }
 
 impl Surface {
     /// That of the empty bin.
     pub(super) fn empty() -> Self {
         Self {
-            heights: [0; PADDED],
+            heights: [0; CELLS],
         }
     }
 
@@ -94,7 +91,7 @@ impl Surface {
 
     /// The heights of all cells, row-major.
     pub(super) fn heights(&self) -> impl Iterator<Item = u8> {
-        self.heights.iter().copied().take(CELLS)
+        self.heights.iter().copied()
     }
 
     /// Raises the cells that a box covers to its top.
@@ -107,79 +104,25 @@ impl Surface {
         }
     }
 
-    /// The greatest height below a bottom of these sides with its corner at each cell: where a box comes to rest. It
-    /// says nothing of corners from which the bottom leaves the bin.
-    pub(super) fn resting_heights(&self, sides: Sides) -> Windows {
-        self.windows(sides, u8::max)
-    }
-
-    /// The sum of the heights below a bottom of these sides with its corner at each cell; at most 250.
-    pub(super) fn height_sums(&self, sides: Sides) -> Windows {
-        self.windows(sides, u8::wrapping_add)
-    }
-
-    fn windows(&self, sides: Sides, join: impl Fn(u8, u8) -> u8) -> Windows {
-        let mut rows = self.heights;
-        for shift in 1..usize::from(sides.y) {
-            join_shifted(&mut rows, &self.heights, shift, &join);
+    /// The greatest height below a bottom of these sides with its corner at a cell, where a box comes to rest; and the sum of the
+    /// heights below it, at most 250.
+    pub(super) fn below(&self, sides: Sides, x: u8, y: u8) -> (u8, u8) {
+        let (mut greatest, mut sum) = (0, 0);
+        for row in x..x + sides.x {
+            let from = index(row, y);
+            let cells = self.heights.get(from..from + usize::from(sides.y));
+            for height in cells.unwrap_or_default() {
+                greatest = u8::max(greatest, *height);
+                sum += *height;
+            }
         }
-        let mut windows = rows;
-        for shift in 1..usize::from(sides.x) {
-            join_shifted(&mut windows, &rows, shift * usize::from(SIDE), &join);
-        }
-        Windows(windows)
-    }
-}
-
-fn join_shifted(
-    into: &mut [u8; PADDED],
-    from: &[u8; PADDED],
-    shift: usize,
-    join: impl Fn(u8, u8) -> u8,
-) {
-    let shifted = from.get(shift..).unwrap_or_default();
-    for (into, from) in into.iter_mut().zip(shifted) {
-        *into = join(*into, *from);
-    }
-}
-
-/// A value for each corner of a bottom.
-pub(super) struct Windows([u8; PADDED]);
-
-impl Windows {
-    /// The value at a corner.
-    pub(super) fn at(&self, x: u8, y: u8) -> u8 {
-        self.0.get(index(x, y)).copied().unwrap_or(u8::MAX)
+        (greatest, sum)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-
     use super::*;
-
-    #[test]
-    fn windows_are_those_of_plain_loops() {
-        let mut random = ChaCha8Rng::seed_from_u64(1);
-        for _ in 0..200 {
-            let mut surface = Surface::empty();
-            let heights: Vec<u8> = (0..CELLS).map(|_| random.random_range(0..=SIDE)).collect();
-            surface.heights[..CELLS].copy_from_slice(&heights);
-            let [nx, ny] = [0; 2].map(|_| random.random_range(1..=LONGEST));
-            let sides = Sides { x: nx, y: ny, z: 1 };
-            let (resting, sums) = (surface.resting_heights(sides), surface.height_sums(sides));
-            for x in 0..=SIDE - nx {
-                for y in 0..=SIDE - ny {
-                    let placed = Placed { sides, x, y, z: 0 };
-                    let below = || placed.cells().map(|(x, y)| heights[index(x, y)]);
-                    assert_eq!(Some(resting.at(x, y)), below().max());
-                    assert_eq!(sums.at(x, y), below().sum::<u8>());
-                }
-            }
-        }
-    }
 
     #[test]
     fn a_box_raises_the_cells_below_it_alone() {
@@ -193,5 +136,7 @@ mod tests {
         assert_eq!(raised, placed.cells().collect::<Vec<_>>());
         assert_eq!(raised.len(), 10);
         assert_eq!(surface.heights().filter(|height| *height > 0).count(), 10);
+        // One of its cells and five beside it.
+        assert_eq!(surface.below(Sides { x: 2, y: 3, z: 1 }, 7, 3), (7, 7));
     }
 }

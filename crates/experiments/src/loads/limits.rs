@@ -2,48 +2,26 @@
 
 use std::sync::Arc;
 
-use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
-use ppnpack_cli::failure::{Failure, Outcome};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// An object whose limit the catalogue does not say may carry so many times its own mass: a factor between two, drawn once an object, its
-/// logarithm evenly
-#[derive(Debug, Clone, Copy, Args)]
-pub(super) struct LimitOptions {
-    /// The least factor of its own mass that an object of unknown limit may carry
-    #[arg(long, value_name = "FACTOR", default_value_t = 0.5)]
-    pub(super) least_factor: f64,
+/// An object whose limit the catalogue does not say may carry between so many times its own mass: a factor drawn once an object, its
+/// logarithm evenly.
+pub(super) const FACTORS: [f64; 2] = [0.5, 5.0];
 
-    /// The greatest
-    #[arg(long, value_name = "FACTOR", default_value_t = 5.0)]
-    pub(super) greatest_factor: f64,
-
-    /// The seed of the factors
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    pub(super) limits_seed: u64,
-}
-
-impl LimitOptions {
-    /// What each object may carry, in kilograms, by its index.
-    pub(super) fn draw(&self, catalogue: &Catalogue) -> Outcome<Vec<f64>> {
-        let (least, greatest) = (self.least_factor, self.greatest_factor);
-        if !(least > 0.0 && least <= greatest && greatest.is_finite()) {
-            return Err(Failure::input(format_args!(
-                "--least-factor {least} --greatest-factor {greatest}: give two above 0, the least first"
-            )));
-        }
-        let mut random = ChaCha8Rng::seed_from_u64(self.limits_seed);
-        let limits = catalogue.objects.iter().map(|object| {
-            // Drawn for all, so that one that is known changes no other.
-            let factor = least * (greatest / least).powf(random.random::<f64>());
-            let model = &object.model;
-            model.carries_kg.unwrap_or(factor * model.mass.mass_kg)
-        });
-        Ok(limits.collect())
-    }
+/// What each object may carry, in kilograms, by its index.
+pub(super) fn draw(catalogue: &Catalogue) -> Vec<f64> {
+    let [least, greatest] = FACTORS;
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    let limits = catalogue.objects.iter().map(|object| {
+        // Drawn for all, so that one that is known changes no other.
+        let factor = least * (greatest / least).powf(random.random::<f64>());
+        let model = &object.model;
+        model.carries_kg.unwrap_or(factor * model.mass.mass_kg)
+    });
+    limits.collect()
 }
 
 /// The catalogue with these limits, or without any.

@@ -1,22 +1,18 @@
 //! Packing a sequence, and measuring what each item carries after every placement.
 
-use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::check::Evidence;
-use ppnpack_packing::episode::{PackingCell, Play, play};
+use ppnpack_packing::episode::{PackingCell, play};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::loads::Pile;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::refusal::Cause;
 use ppnpack_packing::step::{Candidate, StageError};
-use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
-use super::limits::with_limits;
 use crate::cases::Case;
-use crate::filling::apart::Apart;
-use crate::filling::{Bench, Way};
+use crate::packer::{Bench, Packer, unsteady};
 
 /// What carries less than this is not kept, in kilograms.
 const LEAST_KG: f64 = 1e-4;
@@ -55,65 +51,30 @@ pub(super) struct Run {
     pub(super) states: Vec<State>,
 }
 
-/// What sequences are packed with.
-pub(super) struct Packing<'a> {
-    pub(super) way: Way,
-    catalogue: Catalogue,
-    apart: &'a Apart,
-}
-
-impl<'a> Packing<'a> {
-    /// With a margin, or without limits.
-    pub(super) fn new(
-        way: &Way,
-        margin: Option<f64>,
-        catalogue: &Catalogue,
-        limits_kg: &[f64],
-        apart: &'a Apart,
-    ) -> Self {
-        let mut way = way.clone();
-        way.method.loads.margin = margin.unwrap_or(way.method.loads.margin);
-        Self {
-            way,
-            catalogue: with_limits(catalogue, margin.map(|_| limits_kg)),
-            apart,
-        }
-    }
-
-    pub(super) fn pack(&self, Case { number, sequence }: &Case) -> Outcome<Run> {
-        let seed = u64::from(*number);
-        let Bench {
-            grid,
-            mut planner,
-            cell,
-        } = Bench::new(&self.way, &self.catalogue, seed, self.apart)?;
-        let mut cell = MeasuredCell {
-            cell,
-            pile: Pile::new(&grid),
-            states: Vec::new(),
-        };
-        let how = Play {
-            set_aside: self.way.set_aside,
-            ..Play::with_buffer(self.way.method.buffer)
-        };
-        let items = sequence.candidates(&self.catalogue);
-        let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).or_run()?;
-        let reports = || cell.cell.placed().iter().map(|placed| &placed.report);
-        let refusals = episode.refusals.iter();
-        let by_load = refusals.filter(|(refusal, _)| refusal.cause == Cause::Load);
-        Ok(Run {
-            number: *number,
-            objects: sequence.objects.clone(),
-            items: episode.metrics.packed.items,
-            placed: reports().count(),
-            meshes_m3: episode.metrics.packed.meshes_m3,
-            unsteady: reports()
-                .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
-                .count(),
-            refused: by_load.map(|(_, count)| count).sum(),
-            states: cell.states,
-        })
-    }
+/// Packs a sequence, and measures after every placement.
+pub(super) fn pack(packer: &Packer<'_>, case: &Case) -> Outcome<Run> {
+    let Bench { mut planner, cell } = packer.bench(case.seed(0), None)?;
+    let grid = &packer.grid;
+    let mut cell = MeasuredCell {
+        cell,
+        pile: Pile::new(grid),
+        states: Vec::new(),
+    };
+    let items = case.sequence.candidates(&packer.catalogue);
+    let how = packer.how();
+    let episode = play(grid, &mut planner, &mut cell, items, how, &mut ()).or_run()?;
+    let refusals = episode.refusals.iter();
+    let by_load = refusals.filter(|(refusal, _)| refusal.cause == Cause::Load);
+    Ok(Run {
+        number: case.number,
+        objects: case.sequence.objects.clone(),
+        items: episode.metrics.packed.items,
+        placed: cell.cell.placed().len(),
+        meshes_m3: episode.metrics.packed.meshes_m3,
+        unsteady: unsteady(&cell.cell),
+        refused: by_load.map(|(_, count)| count).sum(),
+        states: cell.states,
+    })
 }
 
 /// A cell whose loads are measured, and estimated, whenever it was placed into.

@@ -1,13 +1,12 @@
 //! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
 
+mod columns;
 mod contenders;
 mod held;
 mod pictures;
 mod record;
-mod results;
 mod run;
 mod setup;
-mod sums;
 mod tray;
 
 use std::path::PathBuf;
@@ -27,23 +26,23 @@ use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
 
-use crate::document::OutOptions;
+use crate::document::{OutOptions, Page};
 use crate::network::NetworkOptions;
-use crate::runs::{Runs, hash};
+use crate::runs::Runs;
+use crate::sheet::Lines;
+use crate::workers;
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated, positive};
-use ppnpack_cli::progress;
 use ppnpack_cli::stack::report::contents;
 use ppnpack_cli::stack::{Containers, Plan, Sensing, Stack};
 use record::RunRecord;
-use results::Results;
 use run::{Case, Done, Seeds};
 use setup::Settings;
-use sums::Line;
 
 /// The share that the paper's network proposes in its robot cell, in percent.
 const PERCENT: f64 = 20.0;
@@ -151,8 +150,6 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let station = settings.arm.as_ref().map(ArmStation::new).transpose();
     let held = held::objects(&catalogue, &grid, station.or_input()?.as_ref());
     let (unseen, others) = pools(arguments, held, unseen)?;
-    let folder = arguments.out.folder("physical");
-    let runs = Runs::new(&folder.join("runs"), &settings)?;
     let network = arguments.network.with_default(PERCENT);
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
@@ -169,20 +166,35 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         others,
         network,
     };
-    let mut records = Vec::new();
-    for contender in &contenders {
-        records.push(world.runs(arguments, contender, &runs)?);
+    let made = contenders.iter().map(|contender| {
+        let records = world.runs(arguments, contender)?;
+        Ok((contender.name.clone(), records))
+    });
+    let made: Vec<(String, Vec<RunRecord>)> = made.collect::<Outcome<_>>()?;
+    let records: Vec<Vec<RunRecord>> = made.iter().map(|(_, runs)| runs.clone()).collect();
+    let mut lines = Lines::new("method", made);
+    let mut page = Page::new("physical", world.in_words());
+    if let Err(reason) = &model {
+        page.say(&format!("Without the network: {reason}.\n\n"));
+        page.keep("without_network", reason);
     }
-    let lines = contenders.iter().zip(records);
-    let lines = lines.map(|(of, records)| Line::new(&of.name, of.key, records));
-    let results = Results {
-        settings: &settings,
-        unseen_held: world.unseen.len(),
-        others_held: world.others.len(),
-        lines: lines.collect(),
-        without_network: model.err(),
-    };
-    results::publish(arguments, &results)
+    page.say(&format!(
+        "{}\n## Time line\n\nMedian and what 95 % stay below, in ms; the arm's cycle in s.\n\n{}\n## Why items were refused\n\n",
+        lines.upright(&columns::came_to()),
+        lines.upright(&columns::times())
+    ));
+    for (line, contender) in lines.kept().iter().zip(&contenders) {
+        let reasons = line.get("refusals").and_then(Value::as_object);
+        for (reason, count) in reasons.into_iter().flatten() {
+            page.say(&format!("- {}: {count} x {reason}\n", contender.name));
+        }
+    }
+    lines.keep("records", records);
+    page.keep("settings", &settings);
+    page.keep("unseen_held", world.unseen.len());
+    page.keep("others_held", world.others.len());
+    page.keep("lines", lines);
+    page.publish(&arguments.out)
 }
 
 /// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the catalogue, and others.
@@ -225,23 +237,51 @@ impl World<'_> {
         objects.position(|object| object.model.name == name)
     }
 
+    /// How runs are made.
+    fn in_words(&self) -> String {
+        let settings = self.settings;
+        let strangers = match settings.strangers {
+            true => ", the unseen ones not known to the recogniser",
+            false => "",
+        };
+        format!(
+            "# The robot cell, simulated\n\n\
+             Container 30 x 30 x 16 cm, {:.1} mm cells, {} yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
+             placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
+             dropouts above container and tray. Seed {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
+             compactness and volume over the runs, of decisions over the decisions.\n\n\
+             Objects are drawn from those that fit into the empty container and that the arm can hold in at least 80 % of the cases, \
+             by the chances of their resting poses: {} unseen ones and {} others.\n\n",
+            settings.grid.cell_m * 1e3,
+            settings.grid.yaws,
+            settings.buffer,
+            settings.unseen_count,
+            settings.known_count,
+            settings.arm.as_ref().map_or("none", |arm| arm.arm.as_str()),
+            settings.simulated.release.jitter_m * 1e3,
+            settings.faults.missed_picks * 100.0,
+            settings.faults.drops * 100.0,
+            settings.seed,
+            self.unseen.len(),
+            self.others.len()
+        )
+    }
+
     /// All runs of a contender: those on disk, and the others.
     fn runs(
         &self,
         arguments: &PhysicalArguments,
         contender: &Contender,
-        runs: &Runs,
     ) -> Outcome<Vec<RunRecord>> {
-        let key = hash(&contender.method, 16)?;
-        let mut records = Vec::new();
-        let bar = progress::bar("Runs", u64::from(arguments.runs));
-        for number in arguments.first..arguments.first.saturating_add(arguments.runs) {
-            let make = || self.make(arguments, contender, number);
-            records.push(runs.finish(&format!("{key}-{number}"), |_| true, make)?);
-            bar.inc(1);
-        }
-        bar.finish_and_clear();
-        Ok(records)
+        let folder = arguments.out.folder("physical").join("runs");
+        let kept = Runs::new(&folder, &(self.settings, &contender.method))?;
+        let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
+        let numbers: Vec<u32> = numbers.collect();
+        // One after another: each has a stack of its own.
+        workers::map("Runs", &numbers, 1, |number| {
+            let make = || self.make(arguments, contender, *number);
+            kept.finish(&format!("{number:05}"), |_| true, make)
+        })
     }
 
     /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made before it. The first one is drawn.

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_wire::v1::InspectionKind;
 use serde::{Deserialize, Serialize};
 
 /// A run: one container, and the objects that came to the tray.
@@ -11,8 +10,13 @@ pub(super) struct RunRecord {
     /// By their order of arrival.
     pub(super) items: Vec<ItemRecord>,
     pub(super) decisions: Vec<DecisionRecord>,
-    /// How long the cell took for what, in seconds, once for each time.
-    pub(super) stages_s: BTreeMap<Stage, Vec<f64>>,
+    /// How long the cell took for what, in seconds, once for each time:
+    /// - `recognise`: from the cloud of the tray to what lies there;
+    /// - `plan`: from the request to the decision;
+    /// - `see`: from the end of a placement to the heightmap that shows it;
+    /// - `inspect`: from the end of a placement to what the inspection says;
+    /// - `simulate`: the simulation of the placement, which takes other times than an arm.
+    pub(super) stages_s: BTreeMap<String, Vec<f64>>,
     /// The volume of the meshes that are inside the container at the end.
     pub(super) volume_m3: f64,
     /// That volume over the container's floor up to the highest point of the content.
@@ -42,42 +46,6 @@ impl DecisionRecord {
     }
 }
 
-/// What the cell does, one after the other.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Stage {
-    /// From the cloud of the tray to what lies there.
-    Recognise,
-    /// From the request to the decision.
-    Plan,
-    /// From the end of a placement to the heightmap that shows it.
-    See,
-    /// From the end of a placement to what the inspection says.
-    Inspect,
-    /// The simulation of the placement, which takes other times than an arm.
-    Simulate,
-}
-
-impl Stage {
-    pub(super) const ALL: [Self; 5] = [
-        Self::Recognise,
-        Self::Plan,
-        Self::See,
-        Self::Inspect,
-        Self::Simulate,
-    ];
-
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Recognise => "tray: cloud to items",
-            Self::Plan => "request to decision",
-            Self::See => "container: cloud to heightmap",
-            Self::Inspect => "placed to inspected",
-            Self::Simulate => "simulated placement",
-        }
-    }
-}
-
 /// What became of an object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ItemRecord {
@@ -94,43 +62,12 @@ pub(super) struct ItemRecord {
 /// What an inspection said.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Found {
-    pub(super) kind: FoundKind,
+    /// How the item was found, in the words of [`InspectionKind`](ppnpack_wire::v1::InspectionKind).
+    pub(super) kind: String,
     /// How far the pose that was found is from the true one, modulo symmetry.
     pub(super) position_off_m: Option<f64>,
     pub(super) angle_off_rad: Option<f64>,
     pub(super) reason: String,
-}
-
-/// How an item was found after it was placed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum FoundKind {
-    AsPlanned,
-    Moved,
-    Toppled,
-    Missing,
-    Unclear,
-}
-
-impl FoundKind {
-    pub(super) const ALL: [Self; 5] = [
-        Self::AsPlanned,
-        Self::Moved,
-        Self::Toppled,
-        Self::Missing,
-        Self::Unclear,
-    ];
-
-    pub(super) fn of(kind: InspectionKind) -> Option<Self> {
-        Some(match kind {
-            InspectionKind::Unspecified => return None,
-            InspectionKind::AsPlanned => Self::AsPlanned,
-            InspectionKind::Moved => Self::Moved,
-            InspectionKind::Toppled => Self::Toppled,
-            InspectionKind::Missing => Self::Missing,
-            InspectionKind::Unclear => Self::Unclear,
-        })
-    }
 }
 
 /// What the item was taken for on the tray.

@@ -12,13 +12,13 @@ use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
 use ppnpack_wire::keys::{Key, Stream};
 use ppnpack_wire::rpc::Request;
-use ppnpack_wire::v1::{self, OutcomeKind, PlanResult, Status};
+use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, PlanResult, Status};
 use prost::Message;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
 use super::World;
-use super::record::{DecisionRecord, End, Found, FoundKind, ItemRecord, RunRecord, SeenAs, Stage};
+use super::record::{DecisionRecord, End, Found, ItemRecord, RunRecord, SeenAs};
 use super::tray::{Lying, Tray};
 use ppnpack_cli::failure::{Failure, OrRun, Outcome};
 use ppnpack_cli::stack::Stack;
@@ -163,7 +163,7 @@ impl Run<'_> {
     fn announce(&mut self) -> Outcome {
         let began = Instant::now();
         let reply = self.look()?;
-        self.took(Stage::Recognise, began);
+        self.took("recognise", began);
         let mut new = self.tray.lying.clone();
         new.retain(|object| !self.seen.contains_key(&object.arrival));
         for object in new {
@@ -283,7 +283,7 @@ impl Run<'_> {
             }
             Err(error) => return Err(error).context("the planner does not plan").or_run(),
         };
-        self.took(Stage::Plan, began);
+        self.took("plan", began);
         match (reply.result(), reply.decision) {
             (PlanResult::Decided, Some(decision)) => self.carry_out(&decision)?,
             (PlanResult::NothingFits, _) => {
@@ -318,7 +318,7 @@ impl Run<'_> {
         };
         let began = Instant::now();
         let outcome = self.controller.place(request)?;
-        self.took(Stage::Simulate, began);
+        self.took("simulate", began);
         let record = self.record.items.get_mut(arrival);
         let attempts = record.map_or(0, |record| {
             record.attempts += 1;
@@ -332,11 +332,11 @@ impl Run<'_> {
         self.controller.report(&decision.decision_id, report)?;
         let began = Instant::now();
         self.controller.heightmap(outcome.state_number)?;
-        self.took(Stage::See, began);
+        self.took("see", began);
         match outcome.kind() {
             OutcomeKind::Placed => {
                 self.inspected(arrival, &outcome)?;
-                self.took(Stage::Inspect, began);
+                self.took("inspect", began);
                 let after = self.controller.state()?;
                 let end = End::Placed {
                     is_inside: outcome.is_inside,
@@ -372,9 +372,11 @@ impl Run<'_> {
                 None => return Ok(()),
             }
         };
-        let Some(kind) = FoundKind::of(inspection.kind()) else {
+        if inspection.kind() == InspectionKind::Unspecified {
             return Ok(());
-        };
+        }
+        let kind = inspection.kind().as_str_name().to_ascii_lowercase();
+        let kind = kind.trim_start_matches("inspection_kind_").to_owned();
         let found = read_pose(inspection.container_from_item.as_ref());
         let truth = read_pose(outcome.container_from_item.as_ref());
         if let Some(record) = self.record.items.get_mut(arrival) {
@@ -429,9 +431,10 @@ impl Run<'_> {
         }
     }
 
-    fn took(&mut self, stage: Stage, began: Instant) {
+    fn took(&mut self, stage: &str, began: Instant) {
         let took_s = began.elapsed().as_secs_f64();
-        self.record.stages_s.entry(stage).or_default().push(took_s);
+        let stages_s = &mut self.record.stages_s;
+        stages_s.entry(stage.to_owned()).or_default().push(took_s);
     }
 }
 

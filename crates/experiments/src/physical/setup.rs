@@ -13,7 +13,6 @@ use ppnpack_robot::station::StationSettings;
 use serde::{Deserialize, Serialize};
 
 use super::PhysicalArguments;
-use crate::scene;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options;
 
@@ -44,7 +43,13 @@ pub(super) struct Settings {
 
 /// That container, as finely as is asked for.
 pub(super) fn grid(arguments: &PhysicalArguments) -> Outcome<Grid> {
-    scene::grid(CONTAINER, arguments.cell, arguments.yaws)
+    let settings = GridSettings {
+        container: CONTAINER,
+        cell_m: arguments.cell,
+        yaws: arguments.yaws,
+        ..GridSettings::default()
+    };
+    settings.build().or_input()
 }
 
 /// The unseen objects, then the others; how many are unseen.

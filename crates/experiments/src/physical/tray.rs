@@ -1,9 +1,10 @@
 //! The simulated tray: objects as they come to lie there, and a depth camera above.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion};
-use ppnpack_camera::{DepthCamera, Intrinsics, NoiseModel};
+use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::Model;
 use ppnpack_perception_service::TraySettings;
@@ -13,8 +14,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-
-use crate::scene::{any_turn, between, body, seen};
 
 /// What the camera sees of the tray, in the container frame: beside the container, within the arm's reach.
 pub(super) const REGION: Region = Region {
@@ -111,7 +110,9 @@ impl Tray {
         });
         let resting = resting.or(model.resting_poses.first());
         let resting = resting.map_or_else(UnitQuaternion::identity, |pose| pose.rotation);
-        let rotation = any_turn(&mut self.random) * resting;
+        let turn = between(&mut self.random, 0.0, TAU);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
+        let rotation = turn * resting;
         let turned = model.mesh.transformed(&nalgebra::convert(rotation));
         let bounds = turned.bounds().unwrap_or(Bounds {
             lowest: Point3::origin(),
@@ -148,9 +149,23 @@ impl Tray {
         let lying = self.lying.iter();
         bodies.extend(lying.map(|it| body(&it.model.mesh, it.container_from_object)));
         let seed = self.random.random();
-        let points = seen(&self.camera, &bodies, &NoiseModel::default(), seed)?;
+        let view = self.camera.see(&bodies).or_run()?;
+        let points = view.noisy_points(&NoiseModel::default(), seed).or_run()?;
         Ok(points.points_m().to_vec())
     }
+}
+
+fn body(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
+    Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body,
+    }
+}
+
+/// A random number of an interval.
+fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.random::<f64>()
 }
 
 #[cfg(test)]

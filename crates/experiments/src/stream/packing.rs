@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::closing::Closing;
@@ -12,14 +11,12 @@ use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
 use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
-use ppnpack_physics::outcome::is_unsteady;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use ppnpack_robot::station::ArmStation;
 use serde::{Deserialize, Serialize};
 
 use super::source::Arrivals;
-use crate::filling::apart::Apart;
-use crate::filling::{Bench, Way};
+use crate::packer::{Bench, Packer, unsteady};
 
 /// A packed stream.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -59,13 +56,10 @@ pub(super) struct Container {
 
 /// What streams are packed with.
 pub(super) struct Packing<'a> {
-    pub(super) way: &'a Way,
-    pub(super) catalogue: &'a Catalogue,
-    pub(super) apart: &'a Apart,
+    pub(super) packer: &'a Packer<'a>,
     /// The arm that makes the placements, where there is one; each container is at the same place of its cell.
     pub(super) station: Option<&'a ArmStation>,
     pub(super) rules: ContainerRules,
-    pub(super) grid: &'a Grid,
     pub(super) how: StreamPlay,
 }
 
@@ -75,7 +69,7 @@ impl Packing<'_> {
             packing: self,
             stream: stream.number,
         };
-        let items = stream.candidates(self.catalogue);
+        let items = stream.candidates(&self.packer.catalogue);
         let mut orders = Orders::new(
             self.rules.clone(),
             stream.orders.iter().cloned().enumerate(),
@@ -83,7 +77,8 @@ impl Packing<'_> {
         for (order, items) in &stream.expected {
             orders.expect(order, *items);
         }
-        let packed = play_stream(self.grid, &mut supply, items, orders, self.how).or_run()?;
+        let packed =
+            play_stream(&self.packer.grid, &mut supply, items, orders, self.how).or_run()?;
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
@@ -95,13 +90,14 @@ impl Packing<'_> {
             .map(|step| (step.step, step.timings.total().as_secs_f64()))
             .collect();
         decision_s.sort_by_key(|(step, _)| *step);
+        let (containers_of_orders, complete_orders) = orders_in(stream, all());
         Ok(Run {
             objects: stream.objects.clone(),
             closed: packed.closed.iter().map(of).collect(),
             open: packed.open.iter().map(of).collect(),
             unplaceable: packed.unplaceable.len(),
-            containers_of_orders: containers_of_orders(stream, all()),
-            complete_orders: complete_orders(stream, all()),
+            containers_of_orders,
+            complete_orders,
             orders: stream.expected.len(),
             decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
             cycle_s,
@@ -109,39 +105,28 @@ impl Packing<'_> {
     }
 }
 
-/// In how many of these containers each order is.
-fn containers_of_orders<'a, C: 'a>(
+/// In how many of these containers each order is, and how many orders have all of their items in them.
+fn orders_in<'a, C: 'a>(
     stream: &Arrivals,
     containers: impl Iterator<Item = &'a Filled<C>>,
-) -> Vec<usize> {
-    let mut of_orders: BTreeMap<&Arc<str>, BTreeSet<usize>> = BTreeMap::new();
+) -> (Vec<usize>, usize) {
+    let mut packed: BTreeMap<&Arc<str>, (BTreeSet<usize>, usize)> = BTreeMap::new();
     for filled in containers {
         for step in &filled.steps {
             if let Some(item) = stream.orders.get(step.candidate.arrival) {
-                of_orders
-                    .entry(&item.order)
-                    .or_default()
-                    .insert(filled.number);
+                let (containers, items) = packed.entry(&item.order).or_default();
+                containers.insert(filled.number);
+                *items += 1;
             }
         }
     }
-    of_orders.values().map(BTreeSet::len).collect()
-}
-
-/// How many orders have all of their items in these containers.
-fn complete_orders<'a, C: 'a>(
-    stream: &Arrivals,
-    containers: impl Iterator<Item = &'a Filled<C>>,
-) -> usize {
-    let mut packed: BTreeMap<&Arc<str>, usize> = BTreeMap::new();
-    for step in containers.flat_map(|filled| &filled.steps) {
-        if let Some(item) = stream.orders.get(step.candidate.arrival) {
-            *packed.entry(&item.order).or_default() += 1;
-        }
-    }
-    let orders = stream.expected.iter();
-    let complete = orders.filter(|(order, items)| packed.get(order).is_some_and(|of| of >= items));
-    complete.count()
+    let is_complete = |(order, items): &&(Arc<str>, usize)| {
+        let packed = packed.get(order);
+        packed.is_some_and(|(_, of)| of >= items)
+    };
+    let complete = stream.expected.iter().filter(is_complete).count();
+    let containers = packed.values().map(|(containers, _)| containers.len());
+    (containers.collect(), complete)
 }
 
 /// Brings the containers of a stream.
@@ -158,19 +143,15 @@ impl ContainerSupply for Supply<'_> {
         number: usize,
         _: &Grid,
     ) -> Result<(Planner, SimulatedPackingCell), StageError> {
-        let Packing {
-            way,
-            catalogue,
-            apart,
-            station,
-            ..
-        } = self.packing;
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
-        let check = station.map(|station| Box::new(station.check()) as BoxedCheck);
-        let bench = Bench::with_check(way, catalogue, seed, apart, check);
-        let bench = bench.map_err(|failure| failure.to_string())?;
-        Ok((bench.planner, bench.cell))
+        let check = self
+            .packing
+            .station
+            .map(|station| Box::new(station.check()) as BoxedCheck);
+        let bench = self.packing.packer.bench(seed, check);
+        let Bench { planner, cell } = bench.map_err(|failure| failure.to_string())?;
+        Ok((planner, cell))
     }
 }
 
@@ -178,15 +159,12 @@ impl Container {
     fn of(filled: &Filled<SimulatedPackingCell>) -> Self {
         let packed = filled.packed();
         let ContainerSize { x_m, y_m, z_m } = filled.grid.container();
-        let reports = || filled.cell.placed().iter().map(|placed| &placed.report);
         Self {
             items: packed.items,
-            placed: reports().count(),
+            placed: filled.cell.placed().len(),
             meshes_m3: packed.meshes_m3,
             size_m: [x_m, y_m, z_m],
-            unsteady: reports()
-                .filter(|report| is_unsteady(report.toppled, report.slide_m, report.inside))
-                .count(),
+            unsteady: unsteady(&filled.cell),
             steps_widened: steps_widened(&filled.steps),
             closed_by: filled
                 .closing

@@ -1,12 +1,12 @@
 //! `ppnpack train`: trains a placement proposal network.
 
-mod curves;
 pub(crate) mod options;
 
 use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_dataset::Dataset;
+use ppnpack_files::write_whole;
 use ppnpack_model::accuracy::{Accuracy, Question};
 use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::{EpochReport, TrainingEvent};
@@ -19,7 +19,7 @@ use ppnpack_cli::progress;
 
 use options::{NetworkOptions, TrainingOptions};
 
-/// Trains a network on a dataset; leaves weights, model card, curves and a checkpoint.
+/// Trains a network on a dataset; leaves weights, model card, what each epoch came to and a checkpoint.
 #[derive(Debug, Args)]
 pub struct TrainArguments {
     /// The folder that `ppnpack dataset` made
@@ -107,14 +107,14 @@ pub(crate) fn ranked(question: Question) -> &'static str {
     }
 }
 
-/// Trains with progress on standard error; the curves are drawn again after each epoch.
+/// Trains with progress on standard error; what the epochs came to is kept after each.
 pub(crate) fn train(request: &TrainingRequest, backend: &dyn Backend) -> Outcome<ModelCard> {
     // What is wrong with the dataset is the fault of who names it, not of the training.
     Dataset::open(&request.dataset).or_input()?;
     let bar = progress::bar("Reading the dataset", 0);
     let question = Question::of_loss(request.settings.loss_over);
     let mut epochs: Vec<EpochReport> = Vec::new();
-    let mut drawn = Ok(());
+    let mut kept = Ok(());
     let card = backend.train(request, &mut |event| match event {
         TrainingEvent::Reading { done, total } => {
             bar.set_length(total as u64);
@@ -128,12 +128,14 @@ pub(crate) fn train(request: &TrainingRequest, backend: &dyn Backend) -> Outcome
         TrainingEvent::Epoch(report) => {
             bar.suspend(|| eprintln!("{}", line(&report, question)));
             epochs.push(report);
-            drawn = curves::draw(request, &epochs);
+            kept = serde_json::to_vec_pretty(&epochs)
+                .or_run()
+                .and_then(|epochs| Ok(write_whole(&request.folder.join("epochs.json"), &epochs)?));
         }
     });
     bar.finish_and_clear();
     let card = card.or_run()?;
-    drawn?;
+    kept?;
     Ok(card)
 }
 

@@ -89,18 +89,6 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     epochs: u32,
 
-    /// The learning rate at its peak
-    #[arg(long, value_name = "RATE", default_value_t = 2e-3, value_parser = positive)]
-    learning_rate: f64,
-
-    /// How the learning rate changes
-    #[arg(long, value_parser = one_of(&SCHEDULES), default_value = "cosine")]
-    schedule: Schedule,
-
-    /// The margin of the ranking loss within a yaw
-    #[arg(long, value_name = "SCORE", default_value_t = 1.0, value_parser = positive)]
-    margin: f64,
-
     #[command(flatten)]
     pub(super) run: RunOptions,
 }
@@ -120,9 +108,6 @@ impl TrainingOptions {
             misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
             cut_off: self.cut_off.unwrap_or(usual.cut_off),
             epochs: self.epochs as usize,
-            learning_rate: self.learning_rate,
-            schedule: self.schedule,
-            margin: self.margin,
             ..self.run.settings()
         })
     }
@@ -143,13 +128,13 @@ pub(crate) struct RunOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     batch: u32,
 
-    /// AdamW's decay of the weights
-    #[arg(long, value_name = "DECAY", default_value_t = 1e-2)]
-    weight_decay: f64,
+    /// The learning rate at its peak
+    #[arg(long, value_name = "RATE", default_value_t = 2e-3, value_parser = positive)]
+    learning_rate: f64,
 
-    /// Train on the data as recorded, without mirror images and quarter turns
-    #[arg(long)]
-    no_augment: bool,
+    /// How the learning rate changes
+    #[arg(long, value_parser = one_of(&SCHEDULES), default_value = "cosine")]
+    schedule: Schedule,
 
     /// Use only so many sequences of the training split, after those held out for validation
     #[arg(long, value_name = "COUNT")]
@@ -183,8 +168,8 @@ impl RunOptions {
     pub(crate) fn settings(&self) -> TrainingSettings {
         TrainingSettings {
             batch: self.batch as usize,
-            weight_decay: self.weight_decay,
-            augment: !self.no_augment,
+            learning_rate: self.learning_rate,
+            schedule: self.schedule,
             sequences: self.sequences,
             validation_tenths: self.validation,
             seed: self.seed,
@@ -224,7 +209,7 @@ pub(crate) const LOSS_OVERS: [Choice<LossOver>; 2] = [
     ),
 ];
 
-pub(crate) const SCHEDULES: [Choice<Schedule>; 2] = [
+const SCHEDULES: [Choice<Schedule>; 2] = [
     ("constant", Schedule::Constant, "Not at all"),
     (
         "cosine",

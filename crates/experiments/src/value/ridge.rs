@@ -147,24 +147,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_or_noise_is_not_explained() {
-        let all = explained(&sequences(1.0), 0, 1.0).unwrap();
-        let without_the_first = explained(&sequences(1.0), 1, 1.0).unwrap();
+    fn noise_and_what_is_left_out_are_not_explained_and_a_penalty_makes_coefficients_less() {
+        let noisy = sequences(1.0);
+        let all = explained(&noisy, 0, 1.0).unwrap();
+        let without_the_first = explained(&noisy, 1, 1.0).unwrap();
         assert!(all > 0.9 && all < 1.0, "{all}");
         assert!(without_the_first < all - 0.05, "{without_the_first}");
-    }
-
-    #[test]
-    fn a_penalty_makes_coefficients_less() {
         let norm = |penalty: f64| {
-            let linear = fit(sequences(1.0).iter().flatten(), 0, penalty).unwrap();
+            let linear = fit(noisy.iter().flatten(), 0, penalty).unwrap();
             linear.coefficients.iter().map(|it| it * it).sum::<f64>()
         };
         assert!(norm(1e4) < 0.5 * norm(1.0));
-    }
-
-    #[test]
-    fn of_nothing_nothing_is_learned() {
         assert_eq!(fit(std::iter::empty(), 0, 1.0), None);
         assert_eq!(explained(&[], 0, 1.0), None);
     }

@@ -1,5 +1,4 @@
 //! A small packing task: boxes, slabs and corner pieces in a container of 12 x 10 cells.
-#![allow(dead_code, reason = "not every test file uses all of it")]
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;

@@ -1,12 +1,4 @@
 //! The expert's labels against a look at every placement.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    missing_docs,
-    reason = "a panic in a test is a failing test"
-)]
-
-mod support;
 
 use ppnpack_dataset::{CandidateRecord, StepRecord, VALUE_STEP};
 use ppnpack_packing::heightmap::Heightmap;
@@ -14,7 +6,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::objective::{Heuristic, Weights};
 use ppnpack_packing::survey::{Surveyed, survey};
 
-use support::{grid, items, played, record, settings};
+use crate::support::{grid, items, played, record, settings};
 
 /// What is valid at a yaw, by x, then y.
 fn valid(step: &StepRecord, item: &Item, yaw: usize) -> Vec<Surveyed> {

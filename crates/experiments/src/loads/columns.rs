@@ -1,14 +1,11 @@
-//! What was measured, against limits and estimates.
+//! What was measured, against limits and estimates, column by column.
 
 use std::collections::BTreeMap;
 
-use ppnpack_chart::{Bar, Bars};
 use serde::Serialize;
 
-use super::LoadsArguments;
 use super::packing::{Reading, Run, State};
-use crate::filling::Way;
-use crate::sheet::{Cell, Column, Lines};
+use crate::sheet::{Cell, Column};
 use crate::statistics::quantiles;
 
 /// A column of this experiment's tables.
@@ -19,23 +16,6 @@ const NOTICEABLE_KG: f64 = 0.05;
 
 /// Limits may be exceeded by so much, as a share of them.
 const TOLERATED: f64 = 0.1;
-
-/// All that was found.
-#[derive(Debug, Serialize)]
-pub(super) struct Results<'a> {
-    first_case: u32,
-    cases: u32,
-    items: u32,
-    least_factor: f64,
-    greatest_factor: f64,
-    limits_seed: u64,
-    way: &'a Way,
-    lines: Lines<Run>,
-    #[serde(skip)]
-    pub(super) text: String,
-    #[serde(skip)]
-    pub(super) chart: Bars,
-}
 
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Excess {
@@ -102,10 +82,10 @@ fn at_end(run: &Run, limits_kg: &[f64]) -> usize {
 }
 
 /// What is allowed, and what it costs.
-fn limits<'a>(limits_kg: &'a [f64]) -> [Measured<'a>; 13] {
+pub(super) fn limits(limits_kg: &[f64]) -> Vec<Measured<'_>> {
     let cm3 = |run: &Run| run.meshes_m3 * 1e6;
     let count = move |run: &Run| noticeable(run, limits_kg).len();
-    [
+    vec![
         Measured::mean("meshes_cm3", "mesh volume (cm³)", 0, cm3),
         Measured::difference("difference_cm3", "difference (cm³)", 0, cm3),
         Measured::change("difference_percent", cm3),
@@ -128,48 +108,48 @@ fn limits<'a>(limits_kg: &'a [f64]) -> [Measured<'a>; 13] {
         Measured::new(
             "greatest_share",
             "greatest share of a limit",
-            move |runs: &[Run], _| {
+            move |runs: &[Run]| {
                 let all = runs.iter().flat_map(|run| greatest(run, limits_kg));
                 let share = all.map(|excess| excess.share()).fold(0.0, f64::max);
-                Cell::new(format!("{share:.2}"), share)
+                Cell::number(share, 2)
             },
         ),
         Measured::share("unsteady_percent", "unsteady", |run| {
             [run.unsteady, run.placed]
         }),
-        Measured::sum("placed", "", |run| run.placed).shown_if(false),
-        Measured::sum("unsteady", "", |run| run.unsteady).shown_if(false),
-        Measured::new("worst", "", move |runs: &[Run], _| {
+        Measured::sum("placed", "", |run| run.placed).hidden(),
+        Measured::sum("unsteady", "", |run| run.unsteady).hidden(),
+        Measured::new("worst", "", move |runs: &[Run]| {
             let all = runs.iter().flat_map(|run| noticeable(run, limits_kg));
             let mut worst: Vec<Excess> = all.collect();
             worst.sort_by(|one, other| other.share().total_cmp(&one.share()));
             worst.truncate(50);
-            Cell::new(String::new(), worst)
+            Cell::new("", worst)
         })
-        .shown_if(false),
+        .hidden(),
     ]
 }
 
 /// Loads at the end as measured, by what was estimated.
-fn ratios() -> [Measured<'static>; 9] {
+pub(super) fn ratios() -> Vec<Measured<'static>> {
     fn noticeable(runs: &[Run]) -> impl Iterator<Item = &Reading> {
         let last = runs.iter().filter_map(|run| run.states.last());
         let readings = last.flat_map(|state| &state.readings);
         readings.filter(|reading| reading.measured_kg >= NOTICEABLE_KG)
     }
     let ratio = |key, head, share: f64| {
-        Measured::new(key, head, move |runs: &[Run], _| {
+        Measured::new(key, head, move |runs: &[Run]| {
             let ratios = noticeable(runs).map(|it| it.measured_kg / it.estimated_kg);
             let [ratio] = quantiles(ratios, [share]);
-            Cell::new(format!("{ratio:.2}"), ratio)
+            Cell::number(ratio, 2)
         })
     };
     let count = |key, head, is: fn(&Reading) -> bool| {
-        Measured::new(key, head, move |runs: &[Run], _| {
+        Measured::new(key, head, move |runs: &[Run]| {
             Cell::count(noticeable(runs).filter(|reading| is(reading)).count())
         })
     };
-    [
+    vec![
         count("ratios/loads", "loads", |_| true),
         ratio("ratios/median", "median", 0.5),
         ratio("ratios/most_95", "95 %", 0.95),
@@ -185,78 +165,11 @@ fn ratios() -> [Measured<'static>; 9] {
             let moving = run.states.iter().filter(|state| !state.is_still);
             [moving.count(), run.states.len()]
         }),
-        Measured::new("unbalanced_99_kg", "unbalanced", |runs: &[Run], _| {
+        Measured::new("unbalanced_99_kg", "unbalanced", |runs: &[Run]| {
             let states = runs.iter().flat_map(|run| &run.states);
             let readings = states.flat_map(|state| &state.readings);
             let [kg] = quantiles(readings.map(|it| it.unbalanced_kg.abs()), [0.99]);
             Cell::new(format!("{:.1} g", kg * 1e3), kg)
         }),
     ]
-}
-
-impl<'a> Results<'a> {
-    /// Of the runs without limits, and with each margin.
-    pub(super) fn new(
-        arguments: &LoadsArguments,
-        way: &'a Way,
-        runs: Vec<(Option<f64>, Vec<Run>)>,
-        limits_kg: &[f64],
-    ) -> Self {
-        let (options, sequences) = (arguments.limits, &arguments.sequences);
-        let margins: Vec<Option<f64>> = runs.iter().map(|(margin, _)| *margin).collect();
-        let name = |margin: Option<f64>| {
-            margin.map_or_else(
-                || "no limits".to_owned(),
-                |margin| format!("margin {margin}"),
-            )
-        };
-        let bars = runs.iter().map(|(margin, runs)| {
-            let is_exceeded = |run: &&Run| !noticeable(run, limits_kg).is_empty();
-            Bar {
-                label: name(*margin),
-                value: runs.iter().filter(is_exceeded).count() as f64,
-            }
-        });
-        let chart = Bars {
-            title: "An item carried over 110 % of what it may".to_owned(),
-            value_label: "Containers".to_owned(),
-            bars: bars.collect(),
-        };
-        let runs = runs.into_iter().map(|(margin, runs)| (name(margin), runs));
-        let mut lines = Lines::new("name", runs.collect());
-        lines.keep("margin", margins);
-        let text = format!(
-            "# Loads: measured, estimated, allowed\n\n\
-             {} containers of up to {} items, sequences from {} on, method *{}*. Each object may carry between {} and {} times its own mass, a \
-             factor drawn once an object (seed {}), or what the catalogue says. Loads are measured in the simulated cell, at rest, after every \
-             placement: the vertical forces, friction among them, with which other items press an item down. Impacts are not measured. Limits \
-             *exceeded* are items that carried more after any placement. Differences are to packing without limits, sequence by sequence, \
-             with 95 % intervals by Student's t.\n\n{}\n\
-             Loads of at least 50 g at the end, as measured, by what is estimated from where all items lie then. *Missed* are those estimated at \
-             less than a tenth; *beyond all above* those more than 10 % greater than the mass of all that was thought to rest there. *In \
-             motion* are placements after which something still moved; *unbalanced* says how exact the measure is: the difference between \
-             what an item is held up with and what it weighs and carries, for 99 % of them.\n\n{}",
-            sequences.cases,
-            arguments.items,
-            sequences.first,
-            way.name,
-            options.least_factor,
-            options.greatest_factor,
-            options.limits_seed,
-            lines.table("line", &limits(limits_kg)),
-            lines.table("line", &ratios()),
-        );
-        Self {
-            first_case: sequences.first,
-            cases: sequences.cases,
-            items: arguments.items,
-            least_factor: options.least_factor,
-            greatest_factor: options.greatest_factor,
-            limits_seed: options.limits_seed,
-            way,
-            lines,
-            text,
-            chart,
-        }
-    }
 }

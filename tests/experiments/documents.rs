@@ -6,13 +6,6 @@
 //!
 //! What a page links to is there: files, and the headings in them. Every page is in the book.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
-
 use std::fs;
 use std::path::{Path, PathBuf};
 

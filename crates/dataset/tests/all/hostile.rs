@@ -1,21 +1,13 @@
 //! Files that are not what they say: an error, never a panic.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    missing_docs,
-    reason = "a panic in a test is a failing test"
-)]
-
-mod support;
 
 use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
+use crate::support::{content, settings, write};
 use ppnpack_dataset::{Dataset, DatasetError, SETTINGS_FILE, Settings, Split};
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use support::{content, settings, write};
 use tempfile::{TempDir, tempdir};
 
 const ITEMS: &str = "items.safetensors.zst";

@@ -1,48 +1,18 @@
 //! The experiments end to end.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
-
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 
 use serde_json::Value;
 
-mod ranges;
-mod sequences;
-
-use ranges::{is_the_same_as_ranges, runs};
-use sequences::sequences;
-
-fn ppnpack(arguments: &[&str]) -> Output {
-    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
-    Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"))
-        .args(arguments)
-        .env("XDG_CACHE_HOME", cache)
-        .output()
-        .unwrap()
-}
-
-fn text(output: &Output) -> String {
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_str(&text(output)).unwrap()
-}
+use super::ranges::{is_the_same_as_ranges, runs};
+use super::sequences::sequences;
+use super::{is_refused, json, ppnpack, program, text};
 
 #[test]
 fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
     let help = text(&ppnpack(&["experiment", "--help"]));
-    for name in ["table1", "pareto", "heightmap"] {
+    for name in ["table1", "pareto", "physical"] {
         assert!(help.contains(name), "{help}");
     }
     assert!(help.contains("Usage: ppnpack experiment"), "{help}");
@@ -50,19 +20,13 @@ fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
 }
 
 #[test]
-fn sequences_that_are_not_there_are_named() {
-    let output = ppnpack(&["experiment", "table1", "--sequences", "/nowhere.npy"]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert!(error.contains("/nowhere.npy"), "{error}");
-}
-
-#[test]
-fn a_dataset_that_is_not_there_is_wrong_input() {
-    let output = ppnpack(&["train", "--dataset", "/nowhere"]);
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{error}");
-    assert!(error.contains("/nowhere"), "{error}");
+fn files_that_are_not_there_are_named() {
+    for (command, file) in [
+        (&["experiment", "table1", "--sequences"][..], "/nowhere.npy"),
+        (&["train", "--dataset"], "/nowhere"),
+    ] {
+        is_refused(&ppnpack(&[command, &[file]].concat()), &[file]);
+    }
 }
 
 #[test]
@@ -103,25 +67,18 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
         assert_eq!(compared["difference"]["items"]["mean"], 0.0);
     }
     assert_eq!(first["origin"]["version"], env!("CARGO_PKG_VERSION"));
-    for name in ["table1.md", "table1.json", "table1.svg"] {
+    for name in ["table1.md", "table1.json"] {
         assert!(out.join(name).exists(), "{name}");
     }
     // A run that was cut short is done again; the others are taken from the disk, decision times included.
-    let settings = out
-        .join("runs")
-        .read_dir()
-        .unwrap()
-        .next()
-        .unwrap()
-        .unwrap()
-        .path();
-    let is_cut = |path: &PathBuf| {
-        let name = path.file_name().unwrap().to_str().unwrap();
-        // `sdfm`, a hash of the method, the case.
-        name.starts_with("sdfm-") && name.ends_with("-00001.json") && name.len() == 24
+    let of_sdfm = |settings: &Path| {
+        let text = std::fs::read_to_string(settings.join("settings.json")).unwrap();
+        text.contains("\"name\":\"SDFM\"")
     };
-    let mut runs = settings.read_dir().unwrap().map(|run| run.unwrap().path());
-    let cut = runs.find(is_cut).unwrap();
+    let ways = out.join("runs").read_dir().unwrap();
+    let mut ways = ways.map(|way| way.unwrap().path());
+    let cut = ways.find(|way| of_sdfm(way)).unwrap().join("00001.json");
+    assert!(cut.exists());
     std::fs::write(&cut, b"{").unwrap();
     let second = run();
     assert_eq!(line(&first, "Random"), line(&second, "Random"));
@@ -136,10 +93,7 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     for method in ["HM (BBox)", "SDFM"] {
         assert_eq!(line(&one, method), line(&second, method));
     }
-    let refused = table(&["--methods", "hm"]);
-    assert_eq!(refused.status.code(), Some(2));
-    let refused = String::from_utf8(refused.stderr).unwrap();
-    assert!(refused.contains("hm-bbox"), "{refused}");
+    is_refused(&table(&["--methods", "hm"]), &["hm-bbox"]);
 }
 
 #[test]
@@ -170,11 +124,7 @@ fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
     }
     let png = std::fs::read(out.join("figure5.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    let refused = String::from_utf8(figure("7").stderr).unwrap();
-    assert!(
-        refused.contains("--length 7") && refused.contains("have 6 objects"),
-        "{refused}"
-    );
+    is_refused(&figure("7"), &["--length 7", "have 6 objects"]);
 }
 
 #[test]
@@ -188,9 +138,7 @@ fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
         "--out",
         folder.path().to_str().unwrap(),
     ]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(error.contains("/nowhere"), "{error}");
+    is_refused(&output, &["/nowhere"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
@@ -237,9 +185,8 @@ fn ranges_are_the_single_run_also_after_a_kill() {
         let (out, runs) = (out.to_str().unwrap(), runs.to_str().unwrap());
         arguments.extend(["--out", out, "--runs", runs]);
         arguments.extend(["--first", first, "--cases", cases]);
-        let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"));
-        command.args(arguments).env("XDG_CACHE_HOME", cache);
+        let mut command = program();
+        command.args(arguments);
         command
     };
     let single = json(&table("single", "once", ["0", "4"]).output().unwrap());
@@ -289,13 +236,11 @@ fn comparisons_are_the_same_as_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
     let packed = ["--sequences", sequences.to_str().unwrap()];
-    let methods = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
-    is_the_same_as_ranges(
-        ppnpack,
-        &[&methods[..], &packed].concat(),
-        "--cases",
-        [0, 3],
-    );
+    let table = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
+    let pareto = ["pareto", "--grids", "coarse", "--shares", "5"];
+    for experiment in [&table[..], &pareto] {
+        is_the_same_as_ranges(&[experiment, &packed].concat(), "--cases", [0, 3]);
+    }
 }
 
 #[test]
@@ -305,81 +250,31 @@ fn a_value_is_the_same_as_learned_by_ranges() {
     let sequences = sequences(folder.path(), [110, 3], 90);
     let value = ["value", "--cell", "1cm", "--yaws", "4"];
     let packed = ["--sequences", sequences.to_str().unwrap()];
-    is_the_same_as_ranges(
-        ppnpack,
-        &[&value[..], &packed].concat(),
-        "--cases",
-        [100, 10],
-    );
+    is_the_same_as_ranges(&[&value[..], &packed].concat(), "--cases", [100, 10]);
 }
 
 #[test]
 fn fillings_loads_streams_and_boxes_are_the_same_as_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
-    let method = folder.path().join("method.json");
+    // Results are named by the file.
+    let method = folder.path().join("filling.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
     let [sequences, method, orders] =
         [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
     let packed = ["--sequences", sequences];
     let filling = ["filling", "--physics", "own,apart", "--methods", method];
-    is_the_same_as_ranges(
-        ppnpack,
-        &[&filling[..], &packed].concat(),
-        "--cases",
-        [0, 3],
-    );
+    is_the_same_as_ranges(&[&filling[..], &packed].concat(), "--cases", [0, 3]);
     let loads = ["loads", "--margins", "1.5", "--method", method];
-    is_the_same_as_ranges(ppnpack, &[&loads[..], &packed].concat(), "--cases", [0, 3]);
+    is_the_same_as_ranges(&[&loads[..], &packed].concat(), "--cases", [0, 3]);
     let streams = [
         "stream", "--open", "1", "--method", method, "--orders", orders,
     ];
-    is_the_same_as_ranges(ppnpack, &streams, "--streams", [0, 2]);
+    is_the_same_as_ranges(&streams, "--streams", [0, 2]);
     // Twenty instances are a run.
     let boxes = ["boxes", "--methods", "dbl,snug"];
-    is_the_same_as_ranges(ppnpack, &boxes, "--instances", [0, 40]);
-}
-
-#[test]
-fn comparisons_of_ways_grids_margins_and_values_are_kept_as_printed() {
-    let folder = tempfile::tempdir().unwrap();
-    // Nothing may be learned from the first hundred.
-    let sequences = sequences(folder.path(), [110, 5], 90);
-    // Results are named by the file.
-    let method = folder.path().join("filling.json");
-    std::fs::write(&method, UNTRIED).unwrap();
-    let method = method.to_str().unwrap();
-    let run = |options: &[&str]| {
-        let out = folder.path().join(options[0]);
-        let mut arguments = vec!["experiment"];
-        arguments.extend(options);
-        arguments.extend(["--sequences", sequences.to_str().unwrap(), "--json"]);
-        arguments.extend(["--out", out.to_str().unwrap()]);
-        let printed = json(&ppnpack(&arguments));
-        // What is printed is kept beside the document.
-        let kept = std::fs::read(out.join(options[0]).with_extension("json")).unwrap();
-        let kept: Value = serde_json::from_slice(&kept).unwrap();
-        assert_eq!(kept, printed, "{options:?}");
-    };
-    let few = |name, more: &[&'static str]| [&[name, "--cases", "2"][..], more].concat();
-    let pareto = few("pareto", &["--grids", "coarse", "--shares", "5"]);
-    run(&pareto);
-    let filling = [
-        &few("filling", &["--physics", "own", "--methods"])[..],
-        &[method],
-    ]
-    .concat();
-    run(&filling);
-    let loads = [
-        &few("loads", &["--margins", "1.5", "--method"])[..],
-        &[method],
-    ]
-    .concat();
-    run(&loads);
-    let coarse = ["--first", "100", "--cell", "1cm", "--yaws", "4"];
-    let value = ["value", "--cases", "10"];
-    run(&[&value[..], &coarse].concat());
+    is_the_same_as_ranges(&boxes, "--instances", [0, 40]);
 }
 
 #[test]
@@ -428,12 +323,7 @@ fn a_line_of_orders_that_is_wrong_is_named() {
     let orders = folder.path().join("orders.csv");
     std::fs::write(&orders, "order,item\na,mug\na,samovar\n").unwrap();
     let output = ppnpack(&["experiment", "stream", "--orders", orders.to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(2));
-    let error = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        error.contains("line 3") && error.contains("samovar"),
-        "{error}"
-    );
+    is_refused(&output, &["line 3", "samovar"]);
 }
 
 #[test]

@@ -1,17 +1,9 @@
 //! Datasets on disk: what is written comes back, whatever interrupts the writing.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    missing_docs,
-    reason = "a panic in a test is a failing test"
-)]
-
-mod support;
 
 use std::fs;
 
+use crate::support::{content, items, record, settings, write, writer};
 use ppnpack_dataset::{Dataset, DatasetError, DatasetWriter, Settings, Split, StepRecord};
-use support::{content, items, record, settings, write, writer};
 use tempfile::tempdir;
 
 const SECOND: &str = "sequence-00001.safetensors.zst";

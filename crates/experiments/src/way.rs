@@ -52,8 +52,11 @@ impl Way {
         }
     }
 
-    /// The only one of a file.
-    pub(crate) fn read_one(path: &Path) -> Outcome<Self> {
+    /// The only one of a file; without a file the default.
+    pub(crate) fn read_one(path: Option<&Path>) -> Outcome<Self> {
+        let Some(path) = path else {
+            return Ok(Self::default());
+        };
         let mut ways = read(path)?;
         match (ways.pop(), ways.is_empty()) {
             (Some(way), true) => Ok(way),
@@ -98,7 +101,7 @@ fn read(path: &Path) -> Outcome<Vec<Way>> {
 }
 
 /// The ways of a file, or the first of them and those of these names, where there are any.
-pub(super) fn chosen(path: &Path, only: &[String]) -> Outcome<Vec<Way>> {
+pub(crate) fn chosen(path: &Path, only: &[String]) -> Outcome<Vec<Way>> {
     let ways = read(path)?;
     let names: Vec<&str> = ways.iter().map(|way| way.name.as_str()).collect();
     if let Some(unknown) = only.iter().find(|name| !names.contains(&name.as_str())) {

@@ -1,33 +1,13 @@
-//! What packing streams came to.
+//! What packing streams came to, column by column.
 
 use std::collections::BTreeMap;
 
-use ppnpack_packing::orders::Sharing;
-use serde::Serialize;
-
 use super::packing::{Container, Run};
-use super::{Setting, StreamArguments};
-use crate::comparison::WIDENED;
-use crate::filling::Way;
-use crate::sheet::{Cell, Column, Lines};
+use crate::sheet::{Cell, Column};
 use crate::statistics::Mean;
 
 /// A column of this experiment's tables.
-type Measured<'a> = Column<'a, Run>;
-
-/// All that was found.
-#[derive(Debug, Serialize)]
-pub(super) struct Results<'a> {
-    workers: usize,
-    first_stream: u32,
-    streams: u32,
-    source: String,
-    has_orders: bool,
-    way: &'a Way,
-    lines: Lines<Run>,
-    #[serde(skip)]
-    pub(super) text: String,
-}
+type Measured = Column<'static, Run>;
 
 impl Run {
     /// The mean over the closed containers; over the others that were begun where none was closed.
@@ -47,16 +27,6 @@ impl Run {
     /// How many containers something was packed in.
     fn used(&self) -> f64 {
         self.all().filter(|container| container.placed > 0).count() as f64
-    }
-}
-
-impl Setting {
-    fn shown(self, has_orders: bool) -> String {
-        match self.sharing {
-            Sharing::OneOrder => format!("{}, one order at a time", self.open),
-            Sharing::Shared if has_orders => format!("{}, shared", self.open),
-            Sharing::Shared => self.open.to_string(),
-        }
     }
 }
 
@@ -93,7 +63,7 @@ fn closed(runs: &[Run]) -> impl Iterator<Item = &Container> {
 }
 
 /// What closed containers hold.
-fn volumes() -> [Measured<'static>; 13] {
+pub(super) fn volumes() -> [Measured; 13] {
     let of_all = |run: &Run, value: fn(&Container) -> usize| run.all().map(value).sum::<usize>();
     let unsteady = move |run: &Run| of_all(run, |it| it.unsteady);
     let placed = move |run: &Run| of_all(run, |it| it.placed);
@@ -114,8 +84,8 @@ fn volumes() -> [Measured<'static>; 13] {
         Measured::share("unsteady_percent", "unsteady", move |run| {
             [unsteady(run), placed(run)]
         }),
-        Measured::sum("unsteady", "", unsteady).shown_if(false),
-        Measured::sum("placed", "", placed).shown_if(false),
+        Measured::sum("unsteady", "", unsteady).hidden(),
+        Measured::sum("placed", "", placed).hidden(),
         Measured::sum("steps_widened", "steps widened", move |run| {
             of_all(run, |it| it.steps_widened)
         }),
@@ -128,14 +98,7 @@ fn volumes() -> [Measured<'static>; 13] {
 }
 
 /// How many containers orders take.
-fn orders() -> [Measured<'static>; 6] {
-    let percent = |key, head, of_run: fn(&Run) -> [usize; 2]| {
-        Measured::new(key, head, move |runs: &[Run], _| {
-            let counts = runs.iter().map(of_run);
-            let [part, whole] = counts.fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
-            Cell::percent(part, whole)
-        })
-    };
+pub(super) fn orders() -> [Measured; 6] {
     [
         Measured::mean("used", "containers used", 1, Run::used),
         Measured::difference("used_difference", "difference", 1, Run::used),
@@ -143,7 +106,7 @@ fn orders() -> [Measured<'static>; 6] {
         Measured::mean("containers_an_order", "containers an order", 2, |run| {
             Mean::of(run.containers_of_orders.iter().map(|of| *of as f64)).mean
         }),
-        percent(
+        Measured::share(
             "in_one_container_percent",
             "orders in one container",
             |run| {
@@ -152,108 +115,45 @@ fn orders() -> [Measured<'static>; 6] {
                 [in_one.count(), of_orders.len()]
             },
         ),
-        percent("complete_percent", "complete orders", |run| {
+        Measured::share("complete_percent", "complete orders", |run| {
             [run.complete_orders, run.orders]
         }),
     ]
 }
 
 /// The arm's planned time from one pick to the next, where there is an arm.
-fn cycles() -> [Measured<'static>; 2] {
+pub(super) fn cycles() -> [Measured; 2] {
     fn cycle_s(runs: &[Run]) -> Mean {
         let with_arm = runs.iter().filter(|run| !run.cycle_s.is_empty());
         Mean::of(with_arm.map(|run| Mean::of(run.cycle_s.iter().copied()).mean))
     }
     [
-        Measured::new("cycle_s", "cycle (s)", |runs: &[Run], _| {
+        Measured::new("cycle_s", "cycle (s)", |runs: &[Run]| {
             Cell::mean(cycle_s(runs), 2)
         }),
-        Measured::new("litres_an_hour", "litres an hour", |runs: &[Run], _| {
+        Measured::new("litres_an_hour", "litres an hour", |runs: &[Run]| {
             let meshes_m3: f64 = all(runs).map(|container| container.meshes_m3).sum();
             let items: usize = all(runs).map(|container| container.items).sum();
             let litres_an_item = meshes_m3 * 1e3 / items.max(1) as f64;
-            let litres = litres_an_item * 3600.0 / cycle_s(runs).mean;
-            Cell::new(format!("{litres:.0}"), litres)
+            Cell::number(litres_an_item * 3600.0 / cycle_s(runs).mean, 0)
         }),
     ]
 }
 
 /// Why containers were closed, of which sizes, and how much of their volume was filled.
-fn closings() -> [Measured<'static>; 3] {
+pub(super) fn closings() -> [Measured; 3] {
     [
-        Measured::new("closed_by", "by", |runs: &[Run], _| {
+        Measured::new("closed_by", "by", |runs: &[Run]| {
             counted(all(runs).filter_map(|container| container.closed_by.clone()))
         }),
-        Measured::new("closed_sizes", "sizes", |runs: &[Run], _| {
+        Measured::new("closed_sizes", "sizes", |runs: &[Run]| {
             counted(closed(runs).map(Container::size))
         }),
-        Measured::new("filled_percent", "filled", |runs: &[Run], _| {
+        Measured::new("filled_percent", "filled", |runs: &[Run]| {
             let filled_m3 = closed(runs).fold(0.0, |sum, container| sum + container.meshes_m3);
             let whole_m3: f64 = closed(runs).map(Container::volume_m3).sum();
             let percent = 100.0 * filled_m3 / whole_m3.max(f64::MIN_POSITIVE);
             Cell::new(format!("{percent:.1} %"), percent)
         }),
     ]
-}
-
-impl<'a> Results<'a> {
-    /// Of the runs by the settings of the lines.
-    pub(super) fn new(
-        arguments: &StreamArguments,
-        way: &'a Way,
-        runs: Vec<(Setting, Vec<Run>)>,
-    ) -> Self {
-        let has_orders = arguments.source.has_orders();
-        let workers = arguments.runs.workers();
-        let source = arguments.source.said(arguments.wanted());
-        let has_arm = runs
-            .iter()
-            .any(|(_, runs)| runs.iter().any(|run| !run.cycle_s.is_empty()));
-        let settings: Vec<Setting> = runs.iter().map(|(setting, _)| *setting).collect();
-        let runs = runs
-            .into_iter()
-            .map(|(setting, runs)| (setting.shown(has_orders), runs));
-        let mut lines = Lines::new("name", runs.collect());
-        lines.keep("setting", settings);
-        let mut text = format!(
-            "# Streams: several containers open\n\n\
-             {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into the fullest container in which an item of the buffer has a valid placement. Where nothing in the buffer \
-             has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. Volumes are of closed containers: the mean of \
-             each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
-             *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
-             {WIDENED} Decision times are of one step on one thread, {workers} streams at once.\n\n{}",
-            arguments.streams,
-            arguments.first,
-            way.name,
-            way.method.buffer,
-            lines.table("open", &volumes()),
-        );
-        if has_orders {
-            text += &format!(
-                "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-                 stream. *Complete* orders have all of their items in containers.\n\n{}",
-                lines.table("open", &orders())
-            );
-        }
-        if has_arm {
-            text += &format!(
-                "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n{}",
-                lines.table("open", &cycles())
-            );
-        }
-        text += &format!(
-            "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n{}",
-            lines.table("open", &closings())
-        );
-        Self {
-            workers,
-            first_stream: arguments.first,
-            streams: arguments.streams,
-            source,
-            has_orders,
-            way,
-            lines,
-            text,
-        }
-    }
 }

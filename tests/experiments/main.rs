@@ -1,0 +1,71 @@
+//! Experiments, data sets and documents, end to end.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod dataset;
+mod documents;
+mod experiment;
+mod physical;
+mod ranges;
+#[path = "../sequences.rs"]
+mod sequences;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// The program, with one cache for all tests: the objects are prepared once.
+fn program() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack-experiments"));
+    let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
+    command.env("XDG_CACHE_HOME", cache);
+    command
+}
+
+fn ppnpack(arguments: &[&str]) -> Output {
+    program().args(arguments).output().unwrap()
+}
+
+fn error(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn text(output: &Output) -> String {
+    assert!(output.status.success(), "{}", error(output));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_str(&text(output)).unwrap()
+}
+
+/// Whether a command is refused as wrong input, with all of these parts in its message.
+fn is_refused(output: &Output, parts: &[&str]) {
+    let error = error(output);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    for part in parts {
+        assert!(error.contains(part), "'{part}' is not in: {error}");
+    }
+}
+
+/// Writes a box of these sides, in metres, as a mesh file.
+fn write_box(folder: &Path, name: &str, sides_m: [f64; 3]) {
+    let mut text = String::new();
+    for corner in 0..8 {
+        let at = |axis: usize| sides_m[axis] * (f64::from(corner >> axis & 1) - 0.5);
+        text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+    }
+    for face in [
+        "1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6",
+    ] {
+        text += &format!("f {face}\n");
+    }
+    std::fs::write(folder.join(format!("{name}.obj")), text).unwrap();
+}
