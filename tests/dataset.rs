@@ -47,11 +47,10 @@ fn command(out: &Path, arguments: &[&str]) -> Command {
     command
         .args(["dataset", "--length", "3", "--buffer", "2", "--catalogue"])
         .arg(CATALOGUE.path())
-        .arg("--cache")
-        .arg(CATALOGUE.path().join("cache"))
         .arg("--out")
         .arg(out)
-        .args(arguments);
+        .args(arguments)
+        .env("XDG_CACHE_HOME", CATALOGUE.path().join("cache"));
     command
 }
 

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
-use crate::options::{CatalogueOptions, SensorOption, parse_region, parse_sensor};
+use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor};
 use crate::output;
 
 /// How far beyond the cloud its own region reaches, in metres.
@@ -41,7 +41,7 @@ pub(crate) struct RecogniseArguments {
 
     /// Where the sensor is: metres and a unit quaternion, or a file that `ppnpack calibrate` wrote
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
-    container_from_sensor: Option<SensorOption>,
+    container_from_sensor: Option<Sensor>,
 
     /// Where items may be, by the lowest and the highest corner; keep a tray's walls out [default: everywhere]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
@@ -89,9 +89,8 @@ struct Item {
 
 pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
     let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
-    let sensor = arguments.container_from_sensor.as_ref();
-    let sensor = sensor.map(SensorOption::sensor).transpose().or_input()?;
-    let container_from_sensor = sensor.unwrap_or_default().container_from_sensor;
+    let sensor = arguments.container_from_sensor.clone().unwrap_or_default();
+    let container_from_sensor = sensor.container_from_sensor;
     let points: Vec<Point3<f64>> = cloud
         .points_m()
         .iter()

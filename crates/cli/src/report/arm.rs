@@ -108,8 +108,9 @@ impl ArmSummary {
     }
 
     /// How many placements the arm refused, by reason.
-    pub(super) fn refused(&self) -> impl Iterator<Item = (&String, &u64)> {
-        self.asked.iter().flat_map(|asked| &asked.refused)
+    pub(super) fn refused(&self) -> impl Iterator<Item = (&str, u64)> {
+        let refused = self.asked.iter().flat_map(|asked| &asked.refused);
+        refused.map(|(why, count)| (why.as_str(), *count))
     }
 
     /// What the arm refused or could not pick, counted by reason, for people.

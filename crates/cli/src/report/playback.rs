@@ -11,8 +11,14 @@ use super::motion::{QuantisedPose, Shape, Shapes, Shift, disturbed, shifts};
 use super::simplified::QuantisedMesh;
 use super::{Packing, Settled};
 
-/// Draws a [`Playback`] in a page's `#playback`.
-const VIEWER: &str = include_str!("playback.js");
+/// What draws a [`Playback`] in a page's `#playback`: the modules of the operator's page that draw a container, and this page's own.
+const MODULES: [&str; 5] = [
+    include_str!("../../../services/console/page/vectors.js"),
+    include_str!("../../../services/console/page/gl.js"),
+    include_str!("../../../services/console/page/orbit.js"),
+    include_str!("../../../services/console/page/scene.js"),
+    include_str!("playback.js"),
+];
 
 /// More steps are not played: their page would be too large.
 const MOST_STEPS: usize = 1_000;
@@ -104,25 +110,19 @@ impl Playback {
         })
     }
 
-    /// The section of the page: the picture is shown where the viewer cannot be.
-    pub(super) fn section(&self) -> String {
-        let data = script_safe(&serde_json::to_string(self).unwrap_or_default());
-        // Two positions a step: as planned, and as everything lay after it.
-        let last = 2 * self.steps.len();
-        format!(
-            "<section id=playback hidden aria-labelledby=playback-title><h2 id=playback-title>Step by step</h2>\
-             <div class=player><div><canvas tabindex=0 role=application aria-label=\"The container in 3D. Arrow keys turn it, plus and \
-             minus zoom, page up and page down go through the steps, as planned and as everything lay then.\"></canvas>\
-             <p class=sub>Drag or arrow keys turn, pinch, plus and minus zoom. Each step is shown twice: its item where it was planned to lie, \
-             and then everything as it lay, with what moved in full colour.</p></div>\
-             <div><p class=controls><button type=button class=play>Play</button>\
-             <input type=range min=0 max={last} value={last} step=1 aria-label=\"Step\"></p>\
-             <div class=now aria-live=polite></div></div></div></section>\
-             <p id=no-playback class=sub>The packing can be played step by step in a browser with JavaScript and WebGL. This one does not \
-             run them; the picture above shows the end.</p>\
-             <script type=\"application/json\" id=playback-data>{data}</script><script>{VIEWER}</script>"
-        )
+    /// JSON that cannot end the script element that holds it.
+    pub(super) fn to_json(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
     }
+}
+
+/// The modules as one script, which imports nothing.
+pub(super) fn viewer() -> String {
+    let lines = MODULES.iter().flat_map(|module| module.lines());
+    let own = lines.filter(|line| !line.starts_with("import "));
+    let own = own.map(|line| line.strip_prefix("export ").unwrap_or(line));
+    let own: Vec<&str> = own.collect();
+    format!("'use strict';\n(() => {{\n{}\n}})();", own.join("\n"))
 }
 
 /// The shapes of what was placed, where they are known.
@@ -138,15 +138,11 @@ fn shapes(packing: &Packing) -> Shapes<'_> {
 
 /// What a step decided.
 fn decided(packing: &Packing, step: &Step) -> String {
-    let resolution = packing.settings.grid.resolution();
-    let at = step.choice.resting;
-    let cell_cm = resolution.cell_m() * 100.0;
-    let height_cm = f64::from(at.resting_height) * resolution.height_unit_m() * 100.0;
+    let [x_cm, y_cm, z_cm] = packing.planned_cm(step);
     let yaw_deg = packing.yaw_rad(step).unwrap_or_default().to_degrees();
     format!(
-        "Planned at x {:.1} cm, y {:.1} cm, {height_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, decided in {:.1} ms.",
-        at.placement.x as f64 * cell_cm,
-        at.placement.y as f64 * cell_cm,
+        "Planned at x {x_cm:.1} cm, y {y_cm:.1} cm, {z_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, \
+         decided in {:.1} ms.",
         step.choice.value,
         step.timings.total().as_secs_f64() * 1e3
     )
@@ -197,22 +193,9 @@ fn hex(colour: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// JSON that cannot end the script element that holds it.
-fn script_safe(json: &str) -> String {
-    json.replace('<', "\\u003c")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_name_ends_the_script_and_all_read_as_before() {
-        let name = "</script><script>alert(\"1\")//<!--";
-        let json = script_safe(&serde_json::to_string(name).unwrap());
-        assert!(!json.contains('<'), "{json}");
-        assert_eq!(serde_json::from_str::<String>(&json).unwrap(), name);
-    }
 
     #[test]
     fn all_meshes_together_keep_within_what_a_page_may_take() {
@@ -228,8 +211,9 @@ mod tests {
 
     #[test]
     fn the_viewer_fetches_nothing_and_does_not_end_its_script() {
-        for part in ["http", "import", "fetch(", "</", "innerHTML"] {
-            assert!(!VIEWER.contains(part), "{part}");
+        let viewer = viewer();
+        for part in ["http", "import ", "export ", "fetch(", "</", "innerHTML"] {
+            assert!(!viewer.contains(part), "{part}");
         }
     }
 }

@@ -23,9 +23,6 @@ pub(crate) struct Summary {
     pub(crate) items_unsteady: usize,
     /// Placed in another pose than that in which they were offered.
     pub(crate) items_in_other_pose: usize,
-    /// How long bringing them into it takes the robot, where that is known, in seconds.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) turning_s: Option<f64>,
     /// The placement that brought an item nearest to what it may carry, as estimated; absent where none loaded one with a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) nearest_limit: Option<NearestLimit>,
@@ -153,8 +150,8 @@ impl Spread {
 }
 
 impl Packing {
-    /// The figures. `turn_s` is how long it takes the robot to bring an item into another pose, where that is known.
-    pub(crate) fn summary(&self, turn_s: Option<f64>) -> Summary {
+    /// The figures.
+    pub(crate) fn summary(&self) -> Summary {
         let steps = &self.steps;
         let turned = steps.iter().filter(|step| step.candidate.pose > 0).count();
         let unit_m = self.settings.grid.resolution().height_unit_m();
@@ -173,7 +170,6 @@ impl Packing {
                 .filter(|placed| placed.is_unsteady())
                 .count(),
             items_in_other_pose: turned,
-            turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
             nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,

@@ -4,11 +4,9 @@ use ppnpack_packing::grid::Grid;
 
 use super::arm::ArmSummary;
 use super::summary::{EndingSummary, NearestLimit, Spread, Unplaceable};
+use super::words::MOST_NAMES;
 use super::{Packing, Summary};
 use crate::output;
-
-/// So many items are named in a line at most; the report names all.
-const MOST_NAMES: usize = 4;
 
 /// Seconds for people.
 pub(crate) fn duration(seconds: f64) -> String {
@@ -145,11 +143,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     }
     if settings.poses > 1 {
         let (turned, placed) = (summary.items_in_other_pose, summary.items_placed);
-        let mut text = format!("{turned} of {placed} items");
-        if let Some(turning_s) = summary.turning_s {
-            let an_item_s = turning_s / placed.max(1) as f64;
-            text += &format!("; turning takes {turning_s:.1} s, {an_item_s:.1} s an item packed");
-        }
+        let text = format!("{turned} of {placed} items");
         figures.push(("In another pose than offered", text));
     }
     figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));

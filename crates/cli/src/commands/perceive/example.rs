@@ -9,6 +9,8 @@ use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_clouds::{Cloud, to_pcd};
 use ppnpack_files::StagedFolder;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
+use ppnpack_perception::doubts::DoubtSettings;
+use ppnpack_perception::settings::MapperSettings;
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output::print_line;
@@ -34,19 +36,23 @@ pub(super) fn write(folder: &Path) -> Outcome {
     let content = content(ContainerSize::REFERENCE)?;
     let packed = seen(&[container, content].concat(), 2)?;
     files.add("packed.pcd", &to_pcd(&packed))?;
+    let mapper = MapperSettings {
+        doubts: DoubtSettings {
+            wall_thickness_m: WALL_M,
+            ..DoubtSettings::default()
+        },
+        ..MapperSettings::of_camera(NoiseModel::default().deviation_m)
+    };
+    let mapper = toml::to_string(&mapper).or_run()?;
+    files.add("mapper.toml", mapper.as_bytes())?;
     files.publish()?;
-    let name = |file: &str| folder.join(file).display().to_string();
-    let (empty, packed, calibration) = (
-        name("empty.pcd"),
-        name("packed.pcd"),
-        name("calibration.toml"),
-    );
+    let names = ["empty.pcd", "packed.pcd", "calibration.toml", "mapper.toml"];
+    let [empty, packed, calibration, mapper] =
+        names.map(|name| folder.join(name).display().to_string());
     print_line(&format!(
         "Clouds of a simulated camera with 1 mm of noise: {empty} and {packed}. Try\n\n  \
          ppnpack calibrate {empty} --out {calibration}\n  \
-         ppnpack perceive {packed} --container-from-sensor {calibration} --noise 1mm --point-radius 1mm \
-         --largest-hole 5mm --wall-margin 3mm --wall-thickness {}mm",
-        1000.0 * WALL_M
+         ppnpack perceive {packed} --container-from-sensor {calibration} --mapper {mapper}"
     ))?;
     Ok(())
 }
