@@ -41,7 +41,7 @@ pub(crate) struct CalibrateArguments {
     #[arg(long, value_name = "FILE", default_value = "out/calibration.toml")]
     out: PathBuf,
 
-    /// Print the result as JSON instead of a table
+    /// Print the result as JSON instead of the file that is written
     #[arg(long)]
     json: bool,
 }
@@ -79,8 +79,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
         out: &arguments.out,
     };
     Ok(output::print(&summary, arguments.json, || {
-        let out = arguments.out.display();
-        format!("{}\nCalibration: {out}", table(&summary))
+        format!("{file}\nCalibration: {}", arguments.out.display())
     })?)
 }
 
@@ -89,43 +88,4 @@ fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
     let [x_m, y_m, z_m] =
         [size.x_m, size.y_m, size.z_m].map(|side_m| (1000.0 * side_m).round() / 1000.0);
     ContainerSize { x_m, y_m, z_m }
-}
-
-fn table(summary: &Summary<'_>) -> String {
-    let millimetres = |metres: f64| format!("{:.2} mm", 1e3 * metres);
-    let degrees = |radians: f64| format!("{:.3} degrees", radians.to_degrees());
-    let Extrinsics {
-        position_m: [x, y, z],
-        orientation_xyzw: [qx, qy, qz, qw],
-    } = summary.container_from_sensor;
-    let ContainerSize { x_m, y_m, z_m } = summary.measured_container;
-    let [x_cm, y_cm, z_cm] = [x_m, y_m, z_m].map(|side_m| 100.0 * side_m);
-    let residuals = summary.residuals;
-    let walls = millimetres(residuals.walls_rms_m);
-    output::rows([
-        ("Sensor's position", format!("{x:.4}, {y:.4}, {z:.4} m")),
-        (
-            "Orientation (x, y, z, w)",
-            format!("{qx:.5}, {qy:.5}, {qz:.5}, {qw:.5}"),
-        ),
-        (
-            "Inner size, measured",
-            format!("{x_cm:.2} x {y_cm:.2} x {z_cm:.2} cm"),
-        ),
-        (
-            "Floor, root mean square",
-            millimetres(residuals.floor_rms_m),
-        ),
-        ("Rim", millimetres(residuals.rim_rms_m)),
-        (
-            "Walls",
-            format!("{walls}, {} of 4 seen", residuals.walls_seen),
-        ),
-        ("Walls plane within", millimetres(residuals.bow_m)),
-        ("Sides square within", degrees(residuals.squareness_rad)),
-        (
-            "Floor and rim parallel within",
-            degrees(residuals.parallelism_rad),
-        ),
-    ])
 }

@@ -194,8 +194,7 @@ fn reason(reason: UnknownReason) -> &'static str {
 
 impl Found {
     fn table(&self) -> String {
-        let mut table = output::table();
-        table.set_header([
+        let header = [
             "object",
             "position (cm)",
             "seen (cm)",
@@ -203,33 +202,26 @@ impl Found {
             "fitness",
             "next",
             "ms",
-        ]);
-        for item in &self.items {
-            let centimetres = |lengths_m: [f64; 3]| {
-                lengths_m
-                    .map(|length_m| format!("{:.1}", length_m * 100.0))
-                    .join(", ")
-            };
-            let object = match (&item.object, item.unknown) {
-                (Some(object), _) => object.clone(),
-                (None, reason) => format!("unknown: {}", reason.unwrap_or_default()),
-            };
-            let next = match (&item.runner_up, item.margin) {
-                (Some(other), Some(margin)) => format!("{other}, {margin:.3} less"),
-                _ => String::new(),
-            };
-            let pose = item.pose.as_ref();
-            table.add_row([
-                object,
-                pose.map_or_else(String::new, |pose| centimetres(pose.position_m)),
+        ];
+        let centimetres =
+            |lengths_m: [f64; 3]| lengths_m.map(|m| format!("{:.1}", m * 100.0)).join(", ");
+        let lines = self.items.iter().map(|item| {
+            let unknown = || format!("unknown: {}", item.unknown.unwrap_or_default());
+            let runner_up = item.runner_up.as_ref().zip(item.margin);
+            let next = runner_up.map(|(other, margin)| format!("{other}, {margin:.3} less"));
+            let pose = item.pose.as_ref().map(|pose| centimetres(pose.position_m));
+            let fitness = item.fitness.map(|fitness| format!("{fitness:.3}"));
+            [
+                item.object.clone().unwrap_or_else(unknown),
+                pose.unwrap_or_default(),
                 centimetres(item.size_m),
                 item.points.to_string(),
-                item.fitness
-                    .map_or_else(String::new, |fitness| format!("{fitness:.3}")),
-                next,
+                fitness.unwrap_or_default(),
+                next.unwrap_or_default(),
                 format!("{:.0}", item.took_s * 1e3),
-            ]);
-        }
+            ]
+        });
+        let table = output::columns(header, lines);
         format!(
             "{table}\n{} items and {} specks in {} points, found in {:.0} ms",
             self.items.len(),

@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use ppnpack_service::actor::{self, LatestValues};
 use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ItemState};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert};
 use prost::{Message, Name};
 
 use crate::failure::{OrRun, Outcome};
@@ -18,12 +18,6 @@ use crate::stack::connect::ConnectOptions;
 
 /// How often the picture is drawn at most.
 const FRAME: Duration = Duration::from_millis(200);
-
-/// Columns and rows that a heightmap is drawn in at most.
-const PICTURE: (usize, usize) = (48, 16);
-
-/// From empty to the rim.
-const SHADES: [char; 5] = [' ', '░', '▒', '▓', '█'];
 
 /// Shows the cells as they work, until Ctrl-C.
 #[derive(Debug, Args)]
@@ -141,7 +135,6 @@ fn picture(cell: &Cell, view: &CellView) -> String {
     if let Some(heightmap) = &view.heightmap {
         let doubts = heightmap.quality.iter().flat_map(|quality| &quality.doubts);
         lines.extend(doubts.map(|doubt| format!("doubtful {}", doubt.message)));
-        lines.extend(heights(heightmap));
     }
     lines.join("\n") + "\n"
 }
@@ -233,31 +226,6 @@ fn last_decision(decision: &v1::Decision) -> String {
         decision.value,
         total_ns as f64 / 1e6
     )
-}
-
-/// The heightmap, x to the right and y upwards; `?` where it is not known.
-fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
-    let read = convert::scene::read_required("scene", heightmap.scene.as_ref());
-    let Ok((grid, scene)) = read else {
-        return vec!["heightmap cannot be read".to_owned()];
-    };
-    let (columns, rows) = (PICTURE.0.min(grid.nx()), PICTURE.1.min(grid.ny()));
-    let shade = |column: usize, row: usize| {
-        let x = column * grid.nx() / columns;
-        let y = (rows - 1 - row) * grid.ny() / rows;
-        let height = scene.heightmap().get(x, y).unwrap_or(0);
-        if height > grid.rim() {
-            return '?';
-        }
-        let index = usize::try_from(height).unwrap_or(0) * (SHADES.len() - 1);
-        let index = index.div_ceil(usize::try_from(grid.rim()).unwrap_or(1).max(1));
-        SHADES.get(index).copied().unwrap_or('?')
-    };
-    let line = |row: usize| {
-        let shades: String = (0..columns).map(|column| shade(column, row)).collect();
-        format!("  │{shades}│")
-    };
-    (0..rows).map(line).collect()
 }
 
 #[cfg(test)]

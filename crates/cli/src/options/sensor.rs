@@ -9,6 +9,7 @@ use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Deserialize;
 
 use super::file;
+use crate::length::centimetres;
 
 /// Where a sensor is, and how large the container is where that was calibrated too. By default, the sensor's frame is
 /// the container's.
@@ -60,10 +61,12 @@ pub(crate) fn calibration_file(source: &Path, calibration: &Calibration) -> anyh
         orientation_xyzw: [qx, qy, qz, qw],
     } = Extrinsics::from(&calibration.container_from_sensor);
     let ContainerSize { x_m, y_m, z_m } = calibration.size;
+    let measured = calibration.measured_size;
+    let measured = centimetres([measured.x_m, measured.y_m, measured.z_m]);
     let source = source.display().to_string().replace(char::is_control, " ");
     let residuals = toml::to_string(&calibration.residuals)?;
     Ok(format!(
-        "# Calibrated on {source}. Metres and radians; the quaternion's real part is last.
+        "# Calibrated on {source}. Metres and radians; the quaternion's real part is last. Measured: {measured}.
 container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?} }}
 container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw = [{qx:?}, {qy:?}, {qz:?}, {qw:?}] }}
 

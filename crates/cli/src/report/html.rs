@@ -9,8 +9,7 @@ use ppnpack_packing::episode::Step;
 use ppnpack_packing::grid::ContainerSize;
 use serde::Serialize;
 
-use super::arm::ArmSummary;
-use super::pictures::Pictures;
+use super::arm::ArmWork;
 use super::playback::{self, Playback};
 use super::summary::{EndingSummary, Unplaceable};
 use super::table::{duration, figures, percent};
@@ -33,8 +32,7 @@ struct Page<'a> {
     tiles: Vec<(&'static str, String)>,
     packed_png: String,
     heightmap_png: String,
-    utilisation_svg: &'a str,
-    decisions_svg: &'a str,
+    charts: [Chart; 2],
     /// JSON that cannot end the script element that holds it; none where there is nothing to play, or too much.
     playback: Option<String>,
     /// The last position of the viewer's slider: there are two a step, as planned and as everything lay after it.
@@ -52,6 +50,36 @@ struct Page<'a> {
     settings: String,
 }
 
+/// A line over the items, from zero to its greatest value.
+#[derive(Serialize)]
+struct Chart {
+    title: &'static str,
+    /// The greatest value, with its unit.
+    top: String,
+    /// Places in a picture of [`Chart::SIZE`], y downwards.
+    points: String,
+}
+
+impl Chart {
+    /// The width and the height of the line's picture.
+    const SIZE: [f64; 2] = [640.0, 260.0];
+
+    fn new(title: &'static str, values: &[f64], told: fn(f64) -> String) -> Self {
+        let top = values.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+        let [width, height] = Self::SIZE;
+        let step = width / values.len().saturating_sub(1).max(1) as f64;
+        let points = values.iter().enumerate().map(|(index, value)| {
+            let (x, y) = (step * index as f64, height * (1.0 - value / top));
+            format!("{x:.1},{y:.1}")
+        });
+        Self {
+            title,
+            top: told(top),
+            points: points.collect::<Vec<_>>().join(" "),
+        }
+    }
+}
+
 /// A step: what compares between steps in columns, the rest where the item is opened.
 #[derive(Serialize)]
 struct Row<'a> {
@@ -67,7 +95,7 @@ struct Row<'a> {
 pub(super) fn page(
     packing: &Packing,
     summary: &Summary,
-    pictures: &Pictures,
+    [packed_png, heightmap_png]: [&[u8]; 2],
 ) -> anyhow::Result<String> {
     let settings = &packing.settings;
     let ContainerSize { x_m, y_m, z_m } = settings.grid.container();
@@ -87,10 +115,9 @@ pub(super) fn page(
             settings.grid.ny(),
         ),
         tiles: tiles(summary),
-        packed_png: STANDARD.encode(&pictures.packed_png),
-        heightmap_png: STANDARD.encode(&pictures.heightmap_png),
-        utilisation_svg: &pictures.utilisation_svg,
-        decisions_svg: &pictures.decisions_svg,
+        packed_png: STANDARD.encode(packed_png),
+        heightmap_png: STANDARD.encode(heightmap_png),
+        charts: charts(packing),
         playback: playback.transpose()?,
         last: 2 * packing.steps.len(),
         figures: figures(packing, summary),
@@ -100,7 +127,7 @@ pub(super) fn page(
             EndingSummary::NothingFits { items } => items,
             _ => &[],
         },
-        refused: arm.into_iter().flat_map(ArmSummary::refused).collect(),
+        refused: arm.into_iter().flat_map(ArmWork::refused).collect(),
         arm_set_aside: arm.map_or(&[], |arm| &arm.set_aside),
         turned: (settings.poses > 1).then_some(summary.items_in_other_pose),
         steps: steps
@@ -113,6 +140,28 @@ pub(super) fn page(
     templates.add_template(name, text)?;
     let rendered = templates.get_template(name)?.render(Serde(page));
     rendered.context("the page cannot be made")
+}
+
+/// How the container fills, by the items' meshes, and how long each step took to decide.
+fn charts(packing: &Packing) -> [Chart; 2] {
+    let ContainerSize { x_m, y_m, z_m } = packing.settings.grid.container();
+    let mut filled = vec![0.0];
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+        let volume_m3 = f64::from(u8::from(settled.inside)) * step.candidate.item.mesh_volume_m3();
+        filled.push(filled.last().copied().unwrap_or_default() + volume_m3 / (x_m * y_m * z_m));
+    }
+    let steps = packing.steps.iter();
+    let decisions: Vec<f64> = steps
+        .map(|step| step.timings.total().as_secs_f64())
+        .collect();
+    [
+        Chart::new(
+            "Container filled by meshes, over the items placed",
+            &filled,
+            percent,
+        ),
+        Chart::new("Decision time, over the items placed", &decisions, duration),
+    ]
 }
 
 fn tiles(summary: &Summary) -> Vec<(&'static str, String)> {

@@ -4,7 +4,6 @@ mod arm;
 mod csv;
 mod html;
 mod motion;
-mod pictures;
 mod playback;
 mod simplified;
 mod summary;
@@ -26,9 +25,11 @@ use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
 use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::{self, BodyState};
+use ppnpack_picture::Size;
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
+use crate::drawing;
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
@@ -163,12 +164,18 @@ impl Packing {
 
 /// Writes all files of the report, or none.
 pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
-    let pictures = pictures::draw(packing)?;
+    let grid = &packing.settings.grid;
+    let packed = drawing::packed(grid, packing.contents.iter(), Size::new(1600, 1200)?);
+    let packed = packed.and_then(|image| image.to_png());
+    let packed = packed.context("packed.png cannot be drawn")?;
+    let title = "Heightmap of the packed container";
+    let heights = drawing::heights(title, grid, packing.scene.heightmap(), None);
+    let heights = heights.context("heightmap.png cannot be drawn")?;
     let mut files = StagedFolder::new(folder)?;
-    files.add("packed.png", &pictures.packed_png)?;
-    files.add("heightmap.png", &pictures.heightmap_png)?;
+    files.add("packed.png", &packed)?;
+    files.add("heightmap.png", &heights)?;
     files.add("placements.csv", &csv::placements(packing)?)?;
-    let page = html::page(packing, summary, &pictures)?;
+    let page = html::page(packing, summary, [&packed, &heights])?;
     files.add(PAGE_FILE, page.as_bytes())?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;

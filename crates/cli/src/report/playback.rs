@@ -7,9 +7,9 @@ use ppnpack_packing::episode::Step;
 use ppnpack_picture::Colour;
 use serde::Serialize;
 
-use super::motion::{QuantisedPose, Shape, Shapes, Shift, disturbed, shifts};
+use super::Packing;
+use super::motion::{QuantisedPose, Shape, Shapes, Shift, shifts};
 use super::simplified::QuantisedMesh;
-use super::{Packing, Settled};
 
 /// What draws a [`Playback`] in a page's `#playback`: the modules of the operator's page that draw a container, and this page's own.
 const MODULES: [&str; 5] = [
@@ -32,12 +32,6 @@ const BYTES_PER_VERTEX: usize = 6 + 2 * 6;
 /// Even if there is room, no mesh has more vertices: enough to recognise it by.
 const MOST_VERTICES: usize = 1_200;
 
-/// What a step moved by less is not named, in metres.
-const NOTICEABLE_M: f64 = 2e-3;
-
-/// So many items that a step moved are named at most.
-const MOST_NAMES: usize = 3;
-
 /// A packing as the viewer needs it.
 #[derive(Debug, Serialize)]
 pub(super) struct Playback {
@@ -54,7 +48,7 @@ struct PlayedStep {
     item: String,
     /// What was decided, for people.
     decided: String,
-    /// What became of it and of the others.
+    /// What became of it.
     became: String,
     /// `#rrggbb`, as in the picture.
     colour: String,
@@ -80,17 +74,18 @@ impl Playback {
         let mut models: Vec<&Arc<Model>> = Vec::new();
         let steps = packing.steps.iter().zip(&packing.settled);
         let further = shifts(&packing.moves, &shapes).into_iter();
-        let further = further.zip(disturbed(&packing.moves, &shapes));
-        let further = further.zip(&packing.moves);
-        let steps = steps.zip(further);
-        let steps = steps.map(|((step, settled), ((shifts, disturbed), moves))| {
+        let steps = steps.zip(further.zip(&packing.moves));
+        let steps = steps.map(|((step, settled), (shifts, moves))| {
             let shape = shapes.get(&step.candidate.arrival);
             let shape = shape.map(|(_, shape)| shape);
             let number = |arrival: &usize| shapes.get(arrival).map(|(number, _)| *number);
             PlayedStep {
                 item: step.candidate.item.name().to_string(),
                 decided: decided(packing, step),
-                became: became(packing, *settled, &disturbed),
+                became: match settled.unsteadiness() {
+                    Some(what) => format!("It {what}."),
+                    None => "It stayed where it was placed.".to_owned(),
+                },
                 colour: hex(Colour::of_item(step.candidate.arrival)),
                 model: shape.map(|shape| index_of(&mut models, shape.model)),
                 planned: shape.and_then(|shape| shape.planned(step, &packing.settings.grid)),
@@ -146,32 +141,6 @@ fn decided(packing: &Packing, step: &Step) -> String {
         step.choice.value,
         step.timings.total().as_secs_f64() * 1e3
     )
-}
-
-/// What became of a placed item, and of those that it moved: the steps that placed them, and how far.
-fn became(packing: &Packing, settled: Settled, disturbed: &[(usize, f64)]) -> String {
-    let own = match settled.unsteadiness() {
-        Some(what) => format!("It {what}."),
-        None => "It stayed where it was placed.".to_owned(),
-    };
-    let noticeable = disturbed
-        .iter()
-        .filter(|(_, moved_m)| *moved_m >= NOTICEABLE_M);
-    let mut moved: Vec<(usize, f64)> = noticeable.copied().collect();
-    moved.sort_by(|(_, one), (_, other)| other.total_cmp(one));
-    let named = moved
-        .iter()
-        .take(MOST_NAMES)
-        .filter_map(|(number, moved_m)| {
-            let name = packing.steps.get(*number)?.candidate.item.name();
-            Some(format!("{name} by {:.1} cm", moved_m * 100.0))
-        });
-    let named: Vec<String> = named.collect();
-    match (named.is_empty(), moved.len().saturating_sub(MOST_NAMES)) {
-        (true, _) => own,
-        (false, 0) => format!("{own} It moved {}.", named.join(", ")),
-        (false, more) => format!("{own} It moved {} and {more} more.", named.join(", ")),
-    }
 }
 
 /// The place of a model among those, which it joins if it is new.

@@ -8,7 +8,7 @@ use ppnpack_packing::metrics::Metrics;
 use ppnpack_packing::plan::{Candidate, Timings};
 use serde::Serialize;
 
-use super::arm::ArmSummary;
+use super::arm::ArmWork;
 use super::{Packing, Settings};
 
 /// What `summary.json` holds.
@@ -39,7 +39,7 @@ pub(crate) struct Summary {
     pub(crate) took_s: f64,
     /// The arm's part, where there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) arm: Option<ArmSummary>,
+    pub(crate) arm: Option<ArmWork>,
     /// Items that were set aside for the next container, in this order.
     pub(crate) set_aside: Vec<Unplaceable>,
     pub(crate) ending: EndingSummary,
@@ -182,7 +182,7 @@ impl Packing {
             steps_widened: steps_widened(steps),
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
-            arm: self.arm.as_ref().map(|arm| arm.summary(steps)),
+            arm: self.arm.as_ref().map(|arm| arm.with_cycles(steps)),
             set_aside: self.set_aside.clone(),
             ending: self.ending.clone(),
             settings: self.settings.clone(),

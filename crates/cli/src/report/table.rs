@@ -2,7 +2,7 @@
 
 use ppnpack_packing::grid::Grid;
 
-use super::arm::ArmSummary;
+use super::arm::ArmWork;
 use super::summary::{EndingSummary, NearestLimit, Spread, Unplaceable};
 use super::words::MOST_NAMES;
 use super::{Packing, Summary};
@@ -25,7 +25,7 @@ pub(super) fn percent(share: f64) -> String {
 /// The summary of a packing.
 pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
     let mut rows = figures(packing, summary);
-    rows.extend(summary.arm.iter().flat_map(ArmSummary::refusals));
+    rows.extend(summary.arm.iter().flat_map(ArmWork::refusals));
     rows.extend(summary.degraded.iter().map(|degraded| {
         let text = format!("{} steps: {}", degraded.steps, degraded.reason);
         ("not as asked for", text)
@@ -146,7 +146,7 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
         let text = format!("{turned} of {placed} items");
         figures.push(("In another pose than offered", text));
     }
-    figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));
+    figures.extend(summary.arm.iter().flat_map(ArmWork::figures));
     figures
 }
 
