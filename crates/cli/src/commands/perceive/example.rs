@@ -15,6 +15,9 @@ use ppnpack_perception::settings::MapperSettings;
 use crate::failure::{OrRun, Outcome};
 use crate::output::print_line;
 
+/// The standard deviation of the camera's usual noise, in metres.
+const NOISE_M: f64 = 0.001;
+
 /// The thickness of walls and bottom, in metres.
 const WALL_M: f64 = 0.008;
 
@@ -41,7 +44,7 @@ pub(super) fn write(folder: &Path) -> Outcome {
             wall_thickness_m: WALL_M,
             ..DoubtSettings::default()
         },
-        ..MapperSettings::of_camera(NoiseModel::default().deviation_m)
+        ..MapperSettings::of_camera(NOISE_M)
     };
     let mapper = toml::to_string(&mapper).or_run()?;
     files.add("mapper.toml", mapper.as_bytes())?;
