@@ -131,15 +131,18 @@ impl Drop for Running {
 impl Running {
     pub(crate) fn start(mut command: Command, ready: &str) -> Self {
         let command = command.stdout(Stdio::piped()).stderr(Stdio::inherit());
-        let mut child = command.spawn().unwrap();
-        let mut lines = Vec::new();
-        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-            lines.push(line.unwrap());
-            if lines.last().unwrap().starts_with(ready) {
-                return Self { child, lines };
+        let mut running = Self {
+            child: command.spawn().unwrap(),
+            lines: Vec::new(),
+        };
+        let printed = running.child.stdout.take().unwrap();
+        for line in BufReader::new(printed).lines() {
+            running.lines.push(line.unwrap());
+            if running.lines.last().unwrap().starts_with(ready) {
+                return running;
             }
         }
-        panic!("it ended before it was ready: {lines:?}");
+        panic!("it ended before it was ready: {:?}", running.lines);
     }
 
     /// A stack with these options.
