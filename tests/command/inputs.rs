@@ -75,7 +75,7 @@ fn wrong_options_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("settings.toml");
     for (option, text, named) in [
-        ("physics", "settle_time_s = -1.0", "settle_time_s"),
+        ("physics", "settle_time_s = -1.0", "settling phase"),
         ("physics", "settle_s = 1.0", "settle_s"),
         ("view", "cameras = 3", "camera.cameras"),
         ("view", "camera = 1", "line 1"),
