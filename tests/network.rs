@@ -272,7 +272,7 @@ fn the_shipped_network_packs_on_its_own_grid_and_on_others() {
 fn packing_with_the_network_repeats_itself() {
     let folder = tempfile::tempdir().unwrap();
     let packed = || {
-        let mut summary = pack(folder.path(), &["--k", "3"]);
+        let mut summary = pack(folder.path(), &["--proposals", "network:3"]);
         for timed in ["decision_s", "stages_s", "took_s"] {
             summary.as_object_mut().unwrap().remove(timed);
         }
@@ -312,7 +312,13 @@ fn cuda_that_is_not_there_gives_way_to_the_exhaustive_search_with_the_reason() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let summary = pack(folder.path(), &["--device", "cuda"]);
+    let out = folder.path().join("packed");
+    let output = ppnpack(&["pack", "--random", "4", "--json", "--proposals", "network"])
+        .args(["--out", out.to_str().unwrap()])
+        .env("PPNPACK_TORCH", folder.path())
+        .output()
+        .unwrap();
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
     let degraded = summary["degraded"].as_array().unwrap();
     let reason = degraded.first().unwrap()["reason"].as_str().unwrap();
     assert!(reason.contains("CUDA"), "{reason}");

@@ -6,7 +6,7 @@
 //! reason is kept and given to whoever asks for a network.
 
 use std::convert::Infallible;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -26,7 +26,7 @@ use crate::network::{Backend, Proposing};
 const WITH_NETWORK: &str = "ppnpack-torch";
 const WITH_EXPERIMENTS: &str = "ppnpack-experiments";
 /// Names a full installation of torch, for CUDA: the folder that has `lib/libtorch_cuda.so`.
-const TORCH_FOLDER: &str = "PPNPACK_TORCH";
+pub(crate) const TORCH_FOLDER: &str = "PPNPACK_TORCH";
 
 /// The commands of `ppnpack-experiments`, for which this process turns into it.
 #[derive(Debug, Subcommand)]
@@ -124,21 +124,12 @@ fn beside_this_one(name: &str) -> Result<PathBuf> {
     let own = std::env::current_exe().context("this program's own path is not known")?;
     let program = own.with_file_name(name);
     if !program.exists() {
-        let (missing, profile) = (program.display(), profile(&own));
-        bail!("there is no {missing}; `cargo build {profile}--bin {name}` makes it");
+        bail!(
+            "there is no {}; `cargo build --bin {name}` makes it, with the profile that made this program",
+            program.display()
+        );
     }
     Ok(program)
-}
-
-/// The option with which cargo builds into the folder of a program: below `target`, each profile has one of its own.
-fn profile(program: &Path) -> String {
-    let is_of_cargo = |folder: &&Path| folder.parent().is_some_and(|all| all.ends_with("target"));
-    let folder = program.parent().filter(is_of_cargo);
-    match folder.and_then(Path::file_name).and_then(OsStr::to_str) {
-        Some("debug") => String::new(),
-        Some("release") | None => "--release ".to_owned(),
-        Some(name) => format!("--profile {name} "),
-    }
 }
 
 /// The program, with the full installation of torch where one is named: its libraries come first, and CUDA's part,
@@ -167,23 +158,4 @@ fn become_program(command: &mut Command) -> Result<Infallible> {
 #[cfg(not(unix))]
 fn become_program(_command: &mut Command) -> Result<Infallible> {
     bail!("experiments and the network run on Unix alone")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_missing_is_built_into_the_folder_where_it_is_looked_for() {
-        for (program, option) in [
-            ("/work/target/debug/ppnpack", ""),
-            ("/work/target/release/ppnpack", "--release "),
-            ("/work/target/quick/ppnpack", "--profile quick "),
-            ("/usr/local/bin/ppnpack", "--release "),
-            ("/work/target/ppnpack", "--release "),
-            ("ppnpack", "--release "),
-        ] {
-            assert_eq!(profile(Path::new(program)), option, "{program}");
-        }
-    }
 }

@@ -2,8 +2,6 @@
 
 use ppnpack_packing::grid::ContainerSize;
 
-use crate::unit::split_unit;
-
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
 ///
 /// # Errors
@@ -75,6 +73,13 @@ pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number and the letters of its unit, which may be none; neither is checked.
+pub(crate) fn split_unit(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    (number, text.get(number.len()..).unwrap_or_default())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,7 +87,8 @@ mod tests {
     #[test]
     fn lengths_have_units() {
         assert_eq!(parse_length("2.5mm"), Ok(0.0025));
-        assert_eq!(parse_length("1cm"), Ok(0.01));
+        assert_eq!(parse_length(" 1cm "), Ok(0.01));
+        assert_eq!(parse_coordinate("-35cm"), Ok(-0.35));
         assert_eq!(parse_length("0.2cm"), Ok(0.002));
         assert_eq!(parse_length("0.3"), Ok(0.3));
         assert_eq!(parse_size("32x32x30cm"), Ok(ContainerSize::REFERENCE));

@@ -15,8 +15,8 @@ pub mod report;
 pub mod sequence;
 pub mod simulation;
 pub mod stack;
-mod unit;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -81,7 +81,9 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
     // Wrong use ends here, with exit code 2.
     let arguments = Arguments::<More>::parse();
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new("warn"));
-    let lines = tracing_subscriber::fmt::layer().with_writer(std::io::stderr);
+    let lines = tracing_subscriber::fmt::layer()
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal());
     tracing_subscriber::registry()
         .with(lines.with_filter(filter))
         .init();

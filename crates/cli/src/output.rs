@@ -6,20 +6,32 @@ use anyhow::Context;
 use comfy_table::Table;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 
-/// A table for the terminal.
-pub(crate) fn table() -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table
+/// Rows under a header as a table for the terminal.
+pub(crate) fn columns<const N: usize>(
+    header: [&str; N],
+    rows: impl IntoIterator<Item = [String; N]>,
+) -> String {
+    let mut table = table();
+    table.set_header(header);
+    for row in rows {
+        table.add_row(row);
+    }
+    table.to_string()
 }
 
-/// Names and values as a table.
+/// Names and values as a table for the terminal.
 pub(crate) fn rows<Name: Into<String>>(rows: impl IntoIterator<Item = (Name, String)>) -> String {
     let mut table = table();
     for (name, value) in rows {
         table.add_row([name.into(), value]);
     }
     table.to_string()
+}
+
+fn table() -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table
 }
 
 /// Prints a value as JSON where that is asked for, and as text for people otherwise.

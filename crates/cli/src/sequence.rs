@@ -21,18 +21,9 @@ use crate::report::Unplaceable;
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sequence")]
 pub(crate) struct SequenceOptions {
-    /// A .npy file of sequences, int64 [sequences, length], of object indices
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["items", "random"])]
-    pub(crate) sequence: Option<PathBuf>,
-
-    /// Which sequence of the file, from 0
-    #[arg(
-        long,
-        value_name = "NUMBER",
-        default_value_t = 0,
-        requires = "sequence"
-    )]
-    pub(crate) index: usize,
+    /// A .npy file of sequences, int64 [sequences, length], of object indices, and which one, from 0 [default: the first]
+    #[arg(long, value_name = "FILE[:NUMBER]", value_parser = parse_numbered, conflicts_with_all = ["items", "random"])]
+    sequence: Option<(PathBuf, usize)>,
 
     /// The objects by name or index, separated by commas
     #[arg(
@@ -41,11 +32,11 @@ pub(crate) struct SequenceOptions {
         value_delimiter = ',',
         conflicts_with = "random"
     )]
-    pub(crate) items: Vec<String>,
+    items: Vec<String>,
 
     /// How many objects to draw at random, see --seed [default: 80]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    pub(crate) random: Option<u32>,
+    random: Option<u32>,
 }
 
 /// Object indices in the order of arrival, and where they come from.
@@ -59,9 +50,8 @@ pub struct Sequence {
 
 impl SequenceOptions {
     pub(crate) fn sequence(&self, catalogue: &Catalogue, seed: u64) -> Outcome<Sequence> {
-        if let Some(path) = &self.sequence {
-            let sequences = SequenceFile::read(path, catalogue)?;
-            return sequences.get(self.index);
+        if let Some((path, number)) = &self.sequence {
+            return SequenceFile::read(path, catalogue)?.get(*number);
         }
         if !self.items.is_empty() {
             let objects = self.items.iter().map(|item| find(catalogue, item));
@@ -183,7 +173,7 @@ impl SequenceFile {
     pub fn get(&self, index: usize) -> Outcome<Sequence> {
         if index >= self.count() {
             return Err(Failure::input(format_args!(
-                "--index {index}: {} has sequences 0 to {}",
+                "there is no sequence {index}: {} has 0 to {}",
                 self.path.display(),
                 self.count().saturating_sub(1)
             )));
@@ -195,6 +185,13 @@ impl SequenceFile {
             objects: objects.filter_map(Result::ok).collect(),
         })
     }
+}
+
+/// The name of a file, and the number behind it.
+fn parse_numbered(text: &str) -> Result<(PathBuf, usize), std::convert::Infallible> {
+    let numbered = text.rsplit_once(':');
+    let numbered = numbered.and_then(|(file, number)| Some((file.into(), number.parse().ok()?)));
+    Ok(numbered.unwrap_or_else(|| (text.into(), 0)))
 }
 
 fn find(catalogue: &Catalogue, name: &str) -> Outcome<usize> {

@@ -10,8 +10,8 @@ use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::length::{parse_length, parse_size};
-use crate::options::calibration_file;
+use crate::length::parse_size;
+use crate::options::{calibration_file, file};
 use crate::output;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
@@ -28,31 +28,20 @@ pub(crate) struct CalibrateArguments {
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
     container: Option<ContainerSize>,
 
-    /// How far the measured size may be from the known one
-    #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
-    size_tolerance: f64,
-
     /// Turn the x axis from the side nearest to the sensor's by so many quarter turns, counter-clockwise from above
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     quarter_turns: u8,
 
-    /// The greatest root mean square of floor, rim and walls, the sensor's noise included
-    #[arg(long, value_name = "LENGTH", default_value = "4mm", value_parser = parse_length, allow_hyphen_values = true)]
-    largest_rms: f64,
-
-    /// How far walls may be from plane and upright
-    #[arg(long, value_name = "LENGTH", default_value = "3mm", value_parser = parse_length, allow_hyphen_values = true)]
-    largest_bow: f64,
-
-    /// The seed of the random choices
-    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    seed: u64,
+    /// How well the cloud has to fit, where that is not as usual: a TOML file with `size_tolerance_m`, `largest_rms_m`,
+    /// `largest_bow_m` or other settings of docs/perception.md
+    #[arg(long, value_name = "FILE", value_parser = file::settings::<CalibrationSettings>)]
+    limits: Option<CalibrationSettings>,
 
     /// The file to write
     #[arg(long, value_name = "FILE", default_value = "out/calibration.toml")]
     out: PathBuf,
 
-    /// Print the result as JSON instead of a table
+    /// Print the result as JSON instead of the file that is written
     #[arg(long)]
     json: bool,
 }
@@ -70,12 +59,8 @@ struct Summary<'a> {
 pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     let settings = CalibrationSettings {
         size: arguments.container,
-        size_tolerance_m: arguments.size_tolerance,
         quarter_turns: arguments.quarter_turns,
-        largest_rms_m: arguments.largest_rms,
-        largest_bow_m: arguments.largest_bow,
-        seed: arguments.seed,
-        ..CalibrationSettings::default()
+        ..arguments.limits.clone().unwrap_or_default()
     };
     settings.validate().or_input()?;
     let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
@@ -84,7 +69,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     if arguments.container.is_none() {
         calibration.size = in_whole_millimetres(calibration.size);
     }
-    let file = calibration_file(&arguments.cloud, &calibration);
+    let file = calibration_file(&arguments.cloud, &calibration)?;
     write_whole(&arguments.out, file.as_bytes())?;
     let summary = Summary {
         container_from_sensor: Extrinsics::from(&calibration.container_from_sensor),
@@ -94,64 +79,13 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
         out: &arguments.out,
     };
     Ok(output::print(&summary, arguments.json, || {
-        let out = arguments.out.display();
-        format!("{}\nCalibration: {out}", table(&summary))
+        format!("{file}\nCalibration: {}", arguments.out.display())
     })?)
 }
 
 /// The size as exactly as it is measured. A hair less than a multiple of the cell would cost a row of cells.
 fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
-    let whole = |side_m: f64| (1000.0 * side_m).round() / 1000.0;
-    ContainerSize {
-        x_m: whole(size.x_m),
-        y_m: whole(size.y_m),
-        z_m: whole(size.z_m),
-    }
-}
-
-fn table(summary: &Summary<'_>) -> String {
-    let millimetres = |metres: f64| format!("{:.2} mm", 1e3 * metres);
-    let degrees = |radians: f64| format!("{:.3} degrees", radians.to_degrees());
-    let Extrinsics {
-        position_m: [x, y, z],
-        orientation_xyzw: [qx, qy, qz, qw],
-    } = summary.container_from_sensor;
-    let measured = summary.measured_container;
-    let residuals = summary.residuals;
-    let rows = [
-        ("Sensor's position", format!("{x:.4}, {y:.4}, {z:.4} m")),
-        (
-            "Orientation (x, y, z, w)",
-            format!("{qx:.5}, {qy:.5}, {qz:.5}, {qw:.5}"),
-        ),
-        (
-            "Inner size, measured",
-            format!(
-                "{:.2} x {:.2} x {:.2} cm",
-                100.0 * measured.x_m,
-                100.0 * measured.y_m,
-                100.0 * measured.z_m
-            ),
-        ),
-        (
-            "Floor, root mean square",
-            millimetres(residuals.floor_rms_m),
-        ),
-        ("Rim", millimetres(residuals.rim_rms_m)),
-        (
-            "Walls",
-            format!(
-                "{}, {} of 4 seen",
-                millimetres(residuals.walls_rms_m),
-                residuals.walls_seen
-            ),
-        ),
-        ("Walls plane within", millimetres(residuals.bow_m)),
-        ("Sides square within", degrees(residuals.squareness_rad)),
-        (
-            "Floor and rim parallel within",
-            degrees(residuals.parallelism_rad),
-        ),
-    ];
-    output::rows(rows)
+    let [x_m, y_m, z_m] =
+        [size.x_m, size.y_m, size.z_m].map(|side_m| (1000.0 * side_m).round() / 1000.0);
+    ContainerSize { x_m, y_m, z_m }
 }

@@ -130,13 +130,6 @@ impl ListedObject {
             poses: ListedPose::all(object),
         }
     }
-
-    fn carries(&self) -> String {
-        match self.carries_kg {
-            Some(carries_kg) => format!("{:.0} g", carries_kg * 1e3),
-            None => "anything".to_owned(),
-        }
-    }
 }
 
 fn extents_m(model: &Model) -> [f64; 3] {
@@ -160,50 +153,51 @@ fn list(listing: &Listing, grid: &GridOptions) -> Outcome {
 
 /// A line per pose of each object.
 fn pose_table(objects: &[ListedObject]) -> String {
-    let mut table = output::table();
-    table.set_header([
+    let header = [
         "Index",
         "Name",
         "Pose",
         "Probability",
         "Up in its own frame",
         "Size",
-    ]);
-    for object in objects {
-        for posed in &object.poses {
+    ];
+    let lines = objects.iter().flat_map(|object| {
+        object.poses.iter().map(move |posed| {
             // No minus before what rounds to 0.
             let [x, y, z] = posed.up.map(|along| (along * 100.0).round() / 100.0 + 0.0);
-            table.add_row([
+            [
                 object.index.to_string(),
                 object.name.clone(),
                 posed.pose.to_string(),
                 format!("{:.0} %", posed.probability * 100.0),
                 format!("{x:.2} {y:.2} {z:.2}"),
                 centimetres(posed.extents_m),
-            ]);
-        }
-    }
-    table.to_string()
+            ]
+        })
+    });
+    output::columns(header, lines)
 }
 
 fn table(objects: &[ListedObject]) -> String {
-    let mut table = output::table();
-    table.set_header([
+    let header = [
         "Index", "Name", "Size", "Volume", "Mass", "Carries", "Pieces", "Poses",
-    ]);
-    for object in objects {
-        table.add_row([
+    ];
+    let lines = objects.iter().map(|object| {
+        let carries = object
+            .carries_kg
+            .map(|carries_kg| format!("{:.0} g", carries_kg * 1e3));
+        [
             object.index.to_string(),
             object.name.clone(),
             centimetres(object.extents_m),
             format!("{:.0} cm³", object.volume_m3 * 1e6),
             format!("{:.0} g", object.mass_kg * 1e3),
-            object.carries(),
+            carries.unwrap_or_else(|| "anything".to_owned()),
             object.convex_pieces.to_string(),
             object.resting_poses.to_string(),
-        ]);
-    }
-    table.to_string()
+        ]
+    });
+    output::columns(header, lines)
 }
 
 fn check(listing: &Listing) -> Outcome {

@@ -61,17 +61,16 @@ fn told(contents: &Contents) -> String {
         ),
         ("end", end(contents)),
     ]);
-    let mut table = output::table();
-    table.set_header(["channel", "messages", "MB", "dropped", "schema"]);
-    for (topic, of) in &contents.topics {
-        table.add_row([
+    let lines = contents.topics.iter().map(|(topic, of)| {
+        [
             topic.clone(),
             of.messages.to_string(),
             format!("{:.2}", of.bytes as f64 / 1e6),
             of.dropped.to_string(),
             of.schema.clone(),
-        ]);
-    }
+        ]
+    });
+    let table = output::columns(["channel", "messages", "MB", "dropped", "schema"], lines);
     format!("{summary}\n{table}")
 }
 

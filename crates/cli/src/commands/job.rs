@@ -1,61 +1,154 @@
-//! What `pack` and `up --pack` have in common: how much is kept of a packing, and where it goes.
+//! What `pack` and `up` have in common: what is packed how, how much is kept of a packing, and where it goes.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_model::weights::Model;
+use ppnpack_packing::grid::Grid;
+use ppnpack_packing::method::Method;
+use ppnpack_robot::station::{ArmStation, StationSettings};
 
 use crate::failure::Outcome;
-use crate::options::Conditions;
+use crate::network::Backend;
+use crate::options::{
+    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated,
+};
 use crate::output;
-use crate::quantity::parse_time;
-use crate::report::{self, PAGE_FILE, Packing};
+use crate::report::{self, ArmWork, MethodWithArm, PAGE_FILE, Packing, Settings};
+use crate::sequence::{Sequence, SequenceOptions};
 
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
 
-/// What becomes of items that fit nowhere.
+/// What is packed into what, how, and in which simulated cell.
+#[derive(Debug, Args)]
+pub(super) struct CellOptions {
+    #[command(flatten)]
+    pub(super) catalogue: CatalogueOptions,
+
+    #[command(flatten)]
+    grid: GridOptions,
+
+    #[command(flatten)]
+    pub(super) method: MethodOptions,
+
+    #[command(flatten)]
+    physics: PhysicsOptions,
+}
+
+/// The same, checked and prepared.
+pub(super) struct CellSetUp {
+    conditions: Conditions,
+    pub(super) grid: Grid,
+    pub(super) method: Method,
+    pub(super) arm: Option<StationSettings>,
+    pub(super) station: Option<ArmStation>,
+    pub(super) simulated: Simulated,
+    pub(super) model: Option<Model>,
+}
+
+impl CellOptions {
+    /// Checks what was asked for; before a network is needed, `backend` prepares for it where it runs here.
+    pub(super) fn set_up(&self, backend: &dyn Backend, runs_here: bool) -> Outcome<CellSetUp> {
+        let conditions = self.physics.conditions(Conditions::Robot);
+        let grid = self.grid.grid(conditions)?;
+        let proposals = &self.method.proposals;
+        if proposals.uses_network() && runs_here {
+            backend.prepare();
+        }
+        let model = proposals.read_model()?;
+        let source = proposals.source(&grid, model.as_ref());
+        let method = self
+            .method
+            .method(source, conditions, self.catalogue.poses)?;
+        let (arm, station) = self.method.arm.station()?.unzip();
+        Ok(CellSetUp {
+            conditions,
+            simulated: self.physics.simulated(&grid, method.seed, conditions)?,
+            grid,
+            method,
+            arm,
+            station,
+            model,
+        })
+    }
+
+    /// The objects, on the cell's grid.
+    pub(super) fn load(&self, cell: &CellSetUp) -> Outcome<Arc<Catalogue>> {
+        Ok(Arc::new(self.catalogue.load(cell.grid.resolution())?))
+    }
+}
+
+/// The sequence to pack.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Sequence")]
-pub(super) struct SettingAsideOptions {
+pub(super) struct JobOptions {
+    #[command(flatten)]
+    sequence: SequenceOptions,
+
     /// How many items that fit nowhere may be set aside for the next container; the packing then goes on with the next
     /// ones [default: 20 under robot conditions, 0 under the reference's]
     #[arg(long, value_name = "COUNT")]
     set_aside: Option<u32>,
+
+    #[command(flatten)]
+    results: ResultOptions,
 }
 
-impl SettingAsideOptions {
-    /// How many items may be set aside, by default as suits the conditions.
-    pub(super) fn limit(&self, conditions: Conditions) -> usize {
-        let usual = conditions.set_aside();
-        self.set_aside.map_or(usual, |limit| limit as usize)
+impl JobOptions {
+    /// Everything that the packing depends on, and the arm's part in it: what the arm cannot hold or lift is no longer in the
+    /// sequence.
+    pub(super) fn settings(
+        &self,
+        options: &CellOptions,
+        cell: &CellSetUp,
+        catalogue: &Catalogue,
+    ) -> Outcome<(Settings, Option<ArmWork>)> {
+        let mut sequence: Sequence = self.sequence.sequence(catalogue, cell.method.seed)?;
+        let station = cell.station.as_ref();
+        let arm = station.map(|station| ArmWork::new(station, &mut sequence, catalogue));
+        let usual = cell.conditions.set_aside();
+        let settings = Settings {
+            catalogue: options.catalogue.catalogue.clone(),
+            catalogue_hash: catalogue.content_hash(),
+            objects: catalogue.len(),
+            poses: options.catalogue.poses,
+            sequence,
+            set_aside: self.set_aside.map_or(usual, |limit| limit as usize),
+            grid: cell.grid.clone(),
+            method: MethodWithArm {
+                method: cell.method.clone(),
+                arm: cell.arm.clone(),
+            },
+            simulated: cell.simulated.clone(),
+        };
+        Ok((settings, arm))
+    }
+
+    /// Writes the report and prints the summary.
+    pub(super) fn publish(&self, packing: &Packing) -> Outcome {
+        let ResultOptions { out, json } = &self.results;
+        let summary = packing.summary();
+        report::write(packing, &summary, out)?;
+        let page = out.join(PAGE_FILE);
+        Ok(output::print(&summary, *json, || {
+            let table = report::table::summary(packing, &summary);
+            format!("{table}\nReport: {}", page.display())
+        })?)
     }
 }
 
 /// Where the results of a packed sequence go.
 #[derive(Debug, Args)]
-pub(super) struct ResultOptions {
+#[command(next_help_heading = "Results")]
+struct ResultOptions {
     /// Where the results are written
     #[arg(long, value_name = "DIR", default_value = "out/pack")]
     out: PathBuf,
 
-    /// How long it takes the robot to bring an item into another resting pose, such as 4s: the report adds it up
-    #[arg(long, value_name = "TIME", value_parser = parse_time)]
-    turn_time: Option<f64>,
-
     /// Print the summary as JSON instead of a table
     #[arg(long)]
     json: bool,
-}
-
-impl ResultOptions {
-    /// Writes the report and prints the summary.
-    pub(super) fn publish(&self, packing: &Packing) -> Outcome {
-        let summary = packing.summary(self.turn_time);
-        report::write(packing, &summary, &self.out)?;
-        let page = self.out.join(PAGE_FILE);
-        Ok(output::print(&summary, self.json, || {
-            let table = report::table::summary(packing, &summary);
-            format!("{table}\nReport: {}", page.display())
-        })?)
-    }
 }

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::length::parse_distance;
-use crate::options::{CatalogueOptions, SensorOption, parse_region, parse_sensor};
+use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor};
 use crate::output;
 
 /// How far beyond the cloud its own region reaches, in metres.
@@ -41,7 +41,7 @@ pub(crate) struct RecogniseArguments {
 
     /// Where the sensor is: metres and a unit quaternion, or a file that `ppnpack calibrate` wrote
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
-    container_from_sensor: Option<SensorOption>,
+    container_from_sensor: Option<Sensor>,
 
     /// Where items may be, by the lowest and the highest corner; keep a tray's walls out [default: everywhere]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
@@ -89,9 +89,8 @@ struct Item {
 
 pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
     let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
-    let sensor = arguments.container_from_sensor.as_ref();
-    let sensor = sensor.map(SensorOption::sensor).transpose().or_input()?;
-    let container_from_sensor = sensor.unwrap_or_default().container_from_sensor;
+    let sensor = arguments.container_from_sensor.clone().unwrap_or_default();
+    let container_from_sensor = sensor.container_from_sensor;
     let points: Vec<Point3<f64>> = cloud
         .points_m()
         .iter()
@@ -195,8 +194,7 @@ fn reason(reason: UnknownReason) -> &'static str {
 
 impl Found {
     fn table(&self) -> String {
-        let mut table = output::table();
-        table.set_header([
+        let header = [
             "object",
             "position (cm)",
             "seen (cm)",
@@ -204,33 +202,26 @@ impl Found {
             "fitness",
             "next",
             "ms",
-        ]);
-        for item in &self.items {
-            let centimetres = |lengths_m: [f64; 3]| {
-                lengths_m
-                    .map(|length_m| format!("{:.1}", length_m * 100.0))
-                    .join(", ")
-            };
-            let object = match (&item.object, item.unknown) {
-                (Some(object), _) => object.clone(),
-                (None, reason) => format!("unknown: {}", reason.unwrap_or_default()),
-            };
-            let next = match (&item.runner_up, item.margin) {
-                (Some(other), Some(margin)) => format!("{other}, {margin:.3} less"),
-                _ => String::new(),
-            };
-            let pose = item.pose.as_ref();
-            table.add_row([
-                object,
-                pose.map_or_else(String::new, |pose| centimetres(pose.position_m)),
+        ];
+        let centimetres =
+            |lengths_m: [f64; 3]| lengths_m.map(|m| format!("{:.1}", m * 100.0)).join(", ");
+        let lines = self.items.iter().map(|item| {
+            let unknown = || format!("unknown: {}", item.unknown.unwrap_or_default());
+            let runner_up = item.runner_up.as_ref().zip(item.margin);
+            let next = runner_up.map(|(other, margin)| format!("{other}, {margin:.3} less"));
+            let pose = item.pose.as_ref().map(|pose| centimetres(pose.position_m));
+            let fitness = item.fitness.map(|fitness| format!("{fitness:.3}"));
+            [
+                item.object.clone().unwrap_or_else(unknown),
+                pose.unwrap_or_default(),
                 centimetres(item.size_m),
                 item.points.to_string(),
-                item.fitness
-                    .map_or_else(String::new, |fitness| format!("{fitness:.3}")),
-                next,
+                fitness.unwrap_or_default(),
+                next.unwrap_or_default(),
                 format!("{:.0}", item.took_s * 1e3),
-            ]);
-        }
+            ]
+        });
+        let table = output::columns(header, lines);
         format!(
             "{table}\n{} items and {} specks in {} points, found in {:.0} ms",
             self.items.len(),

@@ -5,13 +5,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use ppnpack_recording::{RecordSettings, Recorded, Recorder, Rotation, Topic};
 use ppnpack_service::Shutdown;
 use ppnpack_wire::keys::{Cell, Stream};
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output::print_line;
-use crate::quantity::{parse_age, parse_size};
+use crate::quantity::{parse_size, parse_time};
 use crate::stack::connect::ConnectOptions;
 
 /// How often it is looked whether the recording still goes on.
@@ -29,16 +30,16 @@ pub(crate) struct RecordArguments {
     #[arg(long, value_name = "NAME", value_parser = |text: &str| Cell::new(text))]
     cell: Vec<Cell>,
 
-    /// What is left out: a stream such as cloud, or health (may be repeated)
-    #[arg(long, value_name = "STREAM", value_parser = part)]
-    without: Vec<Part>,
+    /// What is left out (may be repeated)
+    #[arg(long, value_name = "STREAM", value_parser = PossibleValuesParser::new(parts()))]
+    without: Vec<String>,
 
     /// Go on in another file where one has this size
     #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = parse_size)]
     rotate_size: u64,
 
     /// Go on in another file where one was begun so long ago, such as 1h
-    #[arg(long, value_name = "TIME", value_parser = parse_age)]
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
     rotate_age: Option<Duration>,
 
     /// Keep no more than so many recordings in the folder: the oldest are deleted [default: all]
@@ -50,7 +51,7 @@ pub(crate) struct RecordArguments {
     queue: u64,
 
     /// End after so long [default: with Ctrl-C]
-    #[arg(long, value_name = "TIME", value_parser = parse_age)]
+    #[arg(long, value_name = "TIME", value_parser = parse_time)]
     time: Option<Duration>,
 
     #[command(flatten)]
@@ -58,33 +59,9 @@ pub(crate) struct RecordArguments {
 }
 
 /// What can be left out of a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
-    Stream(Stream),
-    Health,
-}
-
-impl Part {
-    fn all() -> impl Iterator<Item = Self> {
-        let streams = Stream::ALL.iter().copied().map(Self::Stream);
-        streams.chain(std::iter::once(Self::Health))
-    }
-
-    fn as_str(self) -> &'static str {
-        match self {
-            Self::Stream(stream) => stream.as_str(),
-            Self::Health => Topic::HEALTH,
-        }
-    }
-}
-
-fn part(text: &str) -> Result<Part, String> {
-    Part::all()
-        .find(|known| known.as_str() == text)
-        .ok_or_else(|| {
-            let names: Vec<&str> = Part::all().map(Part::as_str).collect();
-            format!("one of {} is possible", names.join(", "))
-        })
+fn parts() -> impl Iterator<Item = &'static str> {
+    let streams = Stream::ALL.iter().map(|stream| stream.as_str());
+    streams.chain([Topic::HEALTH])
 }
 
 pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
@@ -115,15 +92,13 @@ pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
 
 impl RecordArguments {
     fn settings(&self) -> RecordSettings {
-        let has = |part| !self.without.contains(&part);
+        let has = |part: &str| self.without.iter().all(|left_out| left_out != part);
         let streams = Stream::ALL.iter().copied();
         RecordSettings {
             folder: self.out.clone(),
             cells: self.cell.clone(),
-            streams: streams
-                .filter(|stream| has(Part::Stream(*stream)))
-                .collect(),
-            has_health: has(Part::Health),
+            streams: streams.filter(|stream| has(stream.as_str())).collect(),
+            has_health: has(Topic::HEALTH),
             rotation: Rotation {
                 size_bytes: self.rotate_size,
                 age: self.rotate_age,

@@ -87,8 +87,7 @@ impl Line {
 }
 
 fn table(lines: &[Line]) -> String {
-    let mut table = output::table();
-    table.set_header([
+    let header = [
         "service",
         "instance",
         "cells",
@@ -96,22 +95,21 @@ fn table(lines: &[Line]) -> String {
         "version",
         "up",
         "what is wrong",
-    ]);
-    for line in lines {
+    ];
+    let lines = lines.iter().map(|line| {
         let cells = match line.cells.is_empty() {
             true => "any".to_owned(),
             false => line.cells.join(", "),
         };
-        let ready = if line.ready { "yes" } else { "no" };
-        table.add_row([
+        [
             line.service.clone(),
             line.instance.clone(),
             cells,
-            ready.to_owned(),
+            if line.ready { "yes" } else { "no" }.to_owned(),
             line.version.clone(),
             format!("{:.0} s", line.uptime_s),
             line.failing.join("; "),
-        ]);
-    }
-    table.to_string()
+        ]
+    });
+    output::columns(header, lines)
 }

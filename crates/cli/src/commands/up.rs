@@ -20,18 +20,14 @@ use ppnpack_view::View;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
-use super::job::{ALTERNATIVES, ResultOptions, SettingAsideOptions};
+use super::job::{ALTERNATIVES, CellOptions, JobOptions};
 use super::view::{self, DEFAULT_ADDRESS};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::network::Backend;
-use crate::options::{
-    CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated,
-    parse_region,
-};
+use crate::options::{Simulated, parse_region};
 use crate::output::print_line;
 use crate::progress;
-use crate::report::{ArmWork, MethodWithArm, Packing, Settings};
-use crate::sequence::SequenceOptions;
+use crate::report::{ArmWork, Packing, Settings};
 use crate::stack::controller::{Controller, Job};
 use crate::stack::{self, Containers, Stack, connect};
 
@@ -46,17 +42,19 @@ const CONSOLE_TOKEN_VARIABLE: &str = "PPNPACK_CONSOLE_TOKEN";
 #[derive(Debug, Args)]
 pub(crate) struct UpArguments {
     #[command(flatten)]
-    catalogue: CatalogueOptions,
+    cell: CellOptions,
 
     #[command(flatten)]
-    grid: GridOptions,
+    services: ServiceOptions,
 
     #[command(flatten)]
-    method: MethodOptions,
+    packing: PackingOptions,
+}
 
-    #[command(flatten)]
-    physics: PhysicsOptions,
-
+/// The cells, and what serves them.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Services")]
+struct ServiceOptions {
     /// How many cells there are: cell-1, cell-2 and so on
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     cells: u32,
@@ -95,27 +93,18 @@ pub(crate) struct UpArguments {
     /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
     console: Option<SocketAddr>,
-
-    #[command(flatten)]
-    job: JobOptions,
 }
 
 /// One sequence to pack.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Packing one sequence")]
-struct JobOptions {
+struct PackingOptions {
     /// Pack one sequence through the services, write a report, and end
     #[arg(long)]
     pack: bool,
 
     #[command(flatten)]
-    sequence: SequenceOptions,
-
-    #[command(flatten)]
-    setting_aside: SettingAsideOptions,
-
-    #[command(flatten)]
-    results: ResultOptions,
+    job: JobOptions,
 
     /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
     /// Catalogue, grid and method must be what that stack is configured with; of these, only the grid is checked
@@ -128,114 +117,84 @@ struct JobOptions {
 }
 
 pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
-    if arguments.method.arm.listed()? {
+    let UpArguments {
+        cell: options,
+        services,
+        packing,
+    } = arguments;
+    if options.method.arm.listed()? {
         return Ok(());
     }
-    let conditions = arguments.physics.conditions(Conditions::Robot);
-    let grid = arguments.grid.grid(conditions)?;
-    let proposals = &arguments.method.proposals;
-    let is_elsewhere = arguments.job.connect.is_some();
-    if proposals.uses_network() && !is_elsewhere {
-        backend.prepare();
-    }
-    if arguments.method.threads.is_some_and(|threads| threads > 1) {
-        return Err(Failure::input(
-            "--threads is for `ppnpack pack`; here more heuristic services share a step",
-        ));
-    }
-    let model = proposals.read_model()?;
-    let source = proposals.source(&grid, model.as_ref())?;
-    let poses = arguments.catalogue.poses;
-    let method = arguments.method.method(source, conditions, poses)?;
-    if method.proposals.gives_up_early() {
+    let cell = options.set_up(backend, packing.connect.is_none())?;
+    if cell.method.proposals.gives_up_early() {
         return Err(Failure::input(
             "--method: proposals of random tries are for `ppnpack pack` and comparisons; a stack gives no item up that has a \
              valid placement",
         ));
     }
-    let (arm, station) = arguments.method.arm.station()?.unzip();
-    let simulated = arguments
-        .physics
-        .simulated(&grid, method.seed, Conditions::Robot)?;
-    if simulated.scan != Sampling::Greatest {
+    if cell.simulated.scan != Sampling::Greatest {
         return Err(Failure::input(
-            "--scan camera is for `ppnpack pack`; the services see every cell exactly",
+            "--view middles is for `ppnpack pack`; the services see every cell exactly",
         ));
     }
-    let catalogue = Arc::new(arguments.catalogue.load(grid.resolution())?);
-    let items = catalogue.items();
-    let network = proposals.network(backend, model.as_ref(), &items);
-    let settings = |sequence| Settings {
-        catalogue: arguments.catalogue.catalogue.clone(),
-        catalogue_hash: catalogue.content_hash(),
-        objects: catalogue.len(),
-        poses: arguments.catalogue.poses,
-        sequence,
-        set_aside: arguments.job.setting_aside.limit(conditions),
-        grid: grid.clone(),
-        method: MethodWithArm {
-            method: method.clone(),
-            arm: arm.clone(),
-        },
-        threads: 1,
-        simulated: simulated.clone(),
+    let catalogue = options.load(&cell)?;
+    let pack = |controller: &Controller| -> Outcome<Packing> {
+        let (settings, arm) = packing.job.settings(options, &cell, &catalogue)?;
+        packed(controller, &catalogue, settings, arm)
     };
-    let job = |controller: &Controller| -> Outcome<Packing> {
-        let mut sequence = arguments.job.sequence.sequence(&catalogue, method.seed)?;
-        let arm = station
-            .as_ref()
-            .map(|station| ArmWork::new(station, &mut sequence, &catalogue));
-        job(controller, &catalogue, settings(sequence), arm)
-    };
-    if let Some(endpoint) = &arguments.job.connect {
-        let session = connect::open(endpoint, arguments.job.zenoh_config.as_deref())?;
+    if let Some(endpoint) = &packing.connect {
+        let session = connect::open(endpoint, packing.zenoh_config.as_deref())?;
         let controller = Controller::new(Client::new(&session), Cell::new("cell-1").or_input()?);
         controller.renew()?;
-        let packing = job(&controller)?;
-        return arguments.job.results.publish(&packing);
+        return packing.job.publish(&pack(&controller)?);
     }
-    let is_network = method.proposals.is_network();
-    let cells = (1..=arguments.cells).map(|number| Cell::new(&format!("cell-{number}")));
+    let items = catalogue.items();
+    let network = options
+        .method
+        .proposals
+        .network(backend, cell.model.as_ref(), &items);
+    let cells = (1..=services.cells).map(|number| Cell::new(&format!("cell-{number}")));
     let plan = stack::Plan {
         cells: cells.collect::<Result<_, _>>().or_input()?,
-        containers: arguments.containers(),
-        grid: &grid,
-        method: &method,
-        poses: arguments.catalogue.poses as usize,
+        containers: Containers {
+            count: services.containers,
+            renews: services.renew,
+        },
+        grid: &cell.grid,
+        method: &cell.method,
+        poses: options.catalogue.poses as usize,
         // Who looks on compares them.
-        alternatives: match arguments.console {
+        alternatives: match services.console {
             Some(_) => ALTERNATIVES.into(),
             None => 0,
         },
-        arm: arm.as_ref(),
-        simulated: &simulated,
-        sensing: &arguments.sensing(&simulated, &catalogue)?,
+        arm: cell.arm.as_ref(),
+        simulated: &cell.simulated,
+        sensing: &arguments.sensing(&cell.simulated, &catalogue)?,
         catalogue: Arc::clone(&catalogue),
-        source: &arguments.catalogue.catalogue,
-        network: network.filter(|_| is_network),
-        store: arguments.store.as_deref(),
+        source: &options.catalogue.catalogue,
+        network: network.filter(|_| cell.method.proposals.is_network()),
+        store: services.store.as_deref(),
         listen: arguments.listen(),
-        ros: arguments.ros,
+        ros: services.ros,
     };
     // What is wrong with it is said before anything is started.
-    let console = arguments.console.map(console_settings).transpose()?;
+    let console = services.console.map(console_settings).transpose()?;
     let mut stack = Stack::start(&plan)?;
     let console = console.map(|settings| stack.serve_console(&settings));
     let console = console.transpose()?;
-    let view = arguments
-        .viewers
-        .map(|address| View::start(stack.session(), address));
+    let view = services.viewers;
+    let view = view.map(|address| View::start(stack.session(), address));
     let view = view.transpose().or_run()?;
-    if !arguments.job.pack {
+    if !packing.pack {
         return serve(stack, &plan, view, console);
     }
-    let cell = plan.cells.first().cloned();
-    let cell = cell.ok_or_else(|| Failure::input("--pack needs a cell"))?;
-    let controller = Controller::new(stack.client(), cell);
-    let packing = job(&controller)?;
+    let first = plan.cells.first().cloned();
+    let first = first.ok_or_else(|| Failure::input("--pack needs a cell"))?;
+    let done = pack(&Controller::new(stack.client(), first))?;
     view.map_or(Ok(()), View::finish).or_run()?;
     stack.finish()?;
-    arguments.job.results.publish(&packing)
+    packing.job.publish(&done)
 }
 
 impl UpArguments {
@@ -243,14 +202,14 @@ impl UpArguments {
     fn sensing(&self, simulated: &Simulated, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
         let mut sensing = stack::Sensing {
             // A packing of its own is done as soon as can be; a cell that others watch moves in time.
-            motion_speed: if self.job.pack { 0.0 } else { 1.0 },
+            motion_speed: if self.packing.pack { 0.0 } else { 1.0 },
             ..stack::Sensing::default()
         };
         if let Some(camera) = simulated.camera {
             sensing.camera = Some(camera);
             sensing.mapper = MapperSettings::of_camera(camera.noise.sigma_m);
         }
-        if let Some(region) = self.tray {
+        if let Some(region) = self.services.tray {
             let library = Library::new(&catalogue.models(), LibrarySettings::default());
             let segmentation = SegmentationSettings::of(region);
             segmentation.validate().or_input()?;
@@ -263,21 +222,12 @@ impl UpArguments {
         Ok(sensing)
     }
 
-    /// The containers of a cell.
-    fn containers(&self) -> Containers {
-        Containers {
-            count: self.containers,
-            renews: self.renew,
-        }
-    }
-
     fn listen(&self) -> Vec<String> {
         // Nodes of ROS have to find a packing, too.
-        let is_found = !self.job.pack || self.ros.is_some();
-        if self.listen.is_empty() && is_found {
-            vec![connect::default_endpoint()]
-        } else {
-            self.listen.clone()
+        let is_found = !self.packing.pack || self.services.ros.is_some();
+        match &self.services.listen {
+            none if none.is_empty() && is_found => vec![connect::default_endpoint()],
+            given => given.clone(),
         }
     }
 }
@@ -327,7 +277,7 @@ fn serve(
 }
 
 /// Packs one sequence through the services of a cell.
-fn job(
+fn packed(
     controller: &Controller,
     catalogue: &Catalogue,
     settings: Settings,

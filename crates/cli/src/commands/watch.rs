@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use ppnpack_service::actor::{self, LatestValues};
 use ppnpack_service::stream::{self, Subscription};
+use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ItemState};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert};
 use prost::{Message, Name};
 
 use crate::failure::{OrRun, Outcome};
@@ -18,12 +18,6 @@ use crate::stack::connect::ConnectOptions;
 
 /// How often the picture is drawn at most.
 const FRAME: Duration = Duration::from_millis(200);
-
-/// Columns and rows that a heightmap is drawn in at most.
-const PICTURE: (usize, usize) = (48, 16);
-
-/// From empty to the rim.
-const SHADES: [char; 5] = [' ', '░', '▒', '▓', '█'];
 
 /// Shows the cells as they work, until Ctrl-C.
 #[derive(Debug, Args)]
@@ -84,7 +78,7 @@ fn take(news: &News, cells: &mut BTreeMap<Cell, CellView>) {
     }
 }
 
-/// Notes the messages of a stream of every cell.
+/// Keeps the newest message of a stream of every cell: however long drawing takes, no more is kept.
 fn follow<M: Message + Name + Default + 'static>(
     session: &zenoh::Session,
     news: &News,
@@ -92,19 +86,11 @@ fn follow<M: Message + Name + Default + 'static>(
     place: fn(&mut CellView) -> &mut Option<M>,
 ) -> Outcome<Subscription> {
     let news = news.clone();
-    let on_message = move |cell, message| note(&news, (cell, stream), place, message);
+    let on_message = move |cell, message| {
+        let change = move |view: &mut CellView| *place(view) = Some(message);
+        news.put((cell, stream), Box::new(change));
+    };
     stream::subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message).or_run()
-}
-
-/// Notes a message in the place of the one before: however long drawing takes, no more is kept.
-fn note<M: Message + 'static>(
-    news: &News,
-    of: (Cell, Stream),
-    place: fn(&mut CellView) -> &mut Option<M>,
-    message: M,
-) {
-    let change = move |view: &mut CellView| *place(view) = Some(message);
-    news.put(of, Box::new(change));
 }
 
 fn draw(cells: &BTreeMap<Cell, CellView>) -> Outcome {
@@ -149,7 +135,6 @@ fn picture(cell: &Cell, view: &CellView) -> String {
     if let Some(heightmap) = &view.heightmap {
         let doubts = heightmap.quality.iter().flat_map(|quality| &quality.doubts);
         lines.extend(doubts.map(|doubt| format!("doubtful {}", doubt.message)));
-        lines.extend(heights(heightmap));
     }
     lines.join("\n") + "\n"
 }
@@ -243,64 +228,21 @@ fn last_decision(decision: &v1::Decision) -> String {
     )
 }
 
-/// The heightmap, x to the right and y upwards; `?` where it is not known.
-fn heights(heightmap: &v1::Heightmap) -> Vec<String> {
-    let read = convert::scene::read_required("scene", heightmap.scene.as_ref());
-    let Ok((grid, scene)) = read else {
-        return vec!["heightmap cannot be read".to_owned()];
-    };
-    let (columns, rows) = (PICTURE.0.min(grid.nx()), PICTURE.1.min(grid.ny()));
-    let shade = |column: usize, row: usize| {
-        let x = column * grid.nx() / columns;
-        let y = (rows - 1 - row) * grid.ny() / rows;
-        let height = scene.heightmap().get(x, y).unwrap_or(0);
-        if height > grid.rim() {
-            return '?';
-        }
-        let index = usize::try_from(height).unwrap_or(0) * (SHADES.len() - 1);
-        let index = index.div_ceil(usize::try_from(grid.rim()).unwrap_or(1).max(1));
-        SHADES.get(index).copied().unwrap_or('?')
-    };
-    let line = |row: usize| {
-        let shades: String = (0..columns).map(|column| shade(column, row)).collect();
-        format!("  │{shades}│")
-    };
-    (0..rows).map(line).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_session_is_shown_with_what_was_set_aside() {
-        let item = |state: ItemState| v1::SessionItem {
+    fn item(state: ItemState, container_sequence: u64) -> v1::SessionItem {
+        v1::SessionItem {
             state: state.into(),
+            container: "left".to_owned(),
+            container_sequence,
             ..v1::SessionItem::default()
-        };
-        let mut session = v1::Session {
-            session_id: "s".to_owned(),
-            items: vec![item(ItemState::Packed), item(ItemState::SetAside)],
-            ..v1::Session::default()
-        };
-        let shown = "session  s: 1 packed, 0 waiting, 1 set aside, 0 gone";
-        assert_eq!(progress(&session), shown);
-        session.set_end(v1::SessionEnd::OthersSetAside);
-        let ended = format!("{shown}, all packed but 1 set aside");
-        assert_eq!(progress(&session), ended);
+        }
     }
 
     #[test]
-    fn several_containers_are_shown_with_what_they_hold() {
-        let only = v1::SessionContainer {
-            is_open: true,
-            ..v1::SessionContainer::default()
-        };
-        let mut session = v1::Session {
-            containers: vec![only],
-            ..v1::Session::default()
-        };
-        assert!(containers(&session).is_empty());
+    fn a_session_is_shown_with_its_containers_and_what_was_set_aside() {
         let container = |name: &str, is_open, renewal_id: &str| v1::SessionContainer {
             container: name.to_owned(),
             sequence: 1,
@@ -308,14 +250,18 @@ mod tests {
             renewal_id: renewal_id.to_owned(),
             ..v1::SessionContainer::default()
         };
-        session.containers = vec![container("left", true, ""), container("right", false, "r")];
-        let item = |container_sequence| v1::SessionItem {
-            state: ItemState::Packed.into(),
-            container: "left".to_owned(),
-            container_sequence,
-            ..v1::SessionItem::default()
+        let mut session = v1::Session {
+            session_id: "s".to_owned(),
+            items: vec![item(ItemState::Packed, 1), item(ItemState::SetAside, 0)],
+            containers: vec![container("left", true, "")],
+            ..v1::Session::default()
         };
-        session.items = vec![item(0), item(1)];
+        session.set_end(v1::SessionEnd::OthersSetAside);
+        let shown =
+            "session  s: 1 packed, 0 waiting, 1 set aside, 0 gone, all packed but 1 set aside";
+        assert_eq!(progress(&session), shown);
+        assert!(containers(&session).is_empty());
+        session.containers.push(container("right", false, "r"));
         session.closed = vec![v1::ClosedContainer {
             container: "right".to_owned(),
             items: 7,
@@ -348,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decision_is_shown_with_its_pose_where_the_item_is_turned() {
+    fn a_decision_is_shown_with_its_pose_and_with_what_it_loads() {
         let mut decision = v1::Decision {
             item_id: "i".to_owned(),
             object: "mug".to_owned(),
@@ -356,51 +302,17 @@ mod tests {
         };
         assert!(last_decision(&decision).contains("i (mug) at yaw 0"));
         decision.pose = 2;
-        assert!(last_decision(&decision).contains("i (mug) in pose 2 at yaw 0"));
-    }
-
-    #[test]
-    fn a_decision_is_shown_with_what_it_loads() {
-        let load = v1::Load {
+        decision.load = Some(Box::new(v1::Load {
             item_id: "base".to_owned(),
             estimated_kg: 0.15,
             carries_kg: 0.2,
-        };
-        let decision = v1::Decision {
-            load: Some(Box::new(load)),
-            ..v1::Decision::default()
-        };
+        }));
         let line = last_decision(&decision);
-        assert!(
-            line.contains("value 0.00, on base with 0.15 of 0.20 kg, "),
-            "{line}"
-        );
-    }
-
-    #[test]
-    fn of_each_cell_and_stream_the_newest_message_alone_is_kept() {
-        let (address, _mailbox) = actor::mailbox::<Infallible>(1);
-        let news = News::new(&address);
-        let [first, second] = ["c1", "c2"].map(|name| Cell::new(name).unwrap());
-        let states = |cell: &Cell| {
-            for state_number in 1..=1000 {
-                let state = v1::CellState {
-                    state_number,
-                    ..v1::CellState::default()
-                };
-                let of = (cell.clone(), Stream::State);
-                note(&news, of, |view| &mut view.state, state);
-            }
-        };
-        states(&first);
-        states(&second);
-        assert_eq!(news.take().len(), 2);
-        states(&first);
-        let mut cells = BTreeMap::new();
-        take(&news, &mut cells);
-        let numbers = cells
-            .values()
-            .map(|view| view.state.as_ref().unwrap().state_number);
-        assert_eq!(numbers.collect::<Vec<_>>(), [1000]);
+        for part in [
+            "i (mug) in pose 2 at yaw 0",
+            "value 0.00, on base with 0.15 of 0.20 kg, ",
+        ] {
+            assert!(line.contains(part), "{line}");
+        }
     }
 }

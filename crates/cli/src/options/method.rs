@@ -1,7 +1,5 @@
 //! Options for how placements are found and judged.
 
-use std::path::{Path, PathBuf};
-
 use clap::Args;
 use clap::builder::TypedValueParser;
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
@@ -10,6 +8,7 @@ use serde_json::{Map, Value};
 use super::arm::ArmOptions;
 use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
+use super::file;
 use super::proposals::ProposalOptions;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 
@@ -19,8 +18,8 @@ use crate::failure::{Failure, OrInput, OrRun, Outcome};
 pub(crate) struct MethodOptions {
     /// A TOML or JSON file that says more of it: heuristic, order, stability, trial, loads, weights, scene_value and others, as in
     /// the planner's configuration. Options win over it
-    #[arg(long, value_name = "FILE")]
-    method: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = parse_method)]
+    method: Option<Map<String, Value>>,
 
     #[command(flatten)]
     pub(crate) proposals: ProposalOptions,
@@ -30,9 +29,6 @@ pub(crate) struct MethodOptions {
     #[arg(long, value_name = "COUNT")]
     tries: Option<usize>,
 
-    #[command(flatten)]
-    pub(crate) arm: ArmOptions,
-
     /// How many items the robot may choose among [default: 5]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1000))]
     buffer: Option<u32>,
@@ -41,10 +37,8 @@ pub(crate) struct MethodOptions {
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
 
-    /// Threads for one step; the result is the same with any number. The bounded search runs on one
-    /// [default: one to search, one per core to try placements]
-    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub(crate) threads: Option<u32>,
+    #[command(flatten)]
+    pub(crate) arm: ArmOptions,
 }
 
 const STABILITIES: [Choice<Stability>; 3] = [
@@ -62,6 +56,13 @@ pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
     one_of(&STABILITIES)
 }
 
+/// Parses the keys of a method's file, which is refused as it stands there, with its line.
+fn parse_method(path: &str) -> Result<Map<String, Value>, String> {
+    let alone: Method = file::settings(path)?;
+    alone.validate().map_err(|error| error.to_string())?;
+    file::settings(path)
+}
+
 impl MethodOptions {
     /// The method that suits the conditions and items in so many poses, but for what file and options say; `proposals` are those
     /// of the options.
@@ -74,11 +75,13 @@ impl MethodOptions {
         conditions: Conditions,
         poses: u32,
     ) -> Outcome<Method> {
-        let usual = conditions.method();
-        let mut method = match &self.method {
-            Some(path) => overlaid(&usual, path)?,
-            None => usual,
-        };
+        let mut method = conditions.method();
+        if let Some(own) = &self.method {
+            let usual = serde_json::to_value(&method).or_run()?;
+            let mut keys: Map<String, Value> = serde_json::from_value(usual).or_run()?;
+            keys.extend(own.clone());
+            method = serde_json::from_value(Value::Object(keys)).or_input()?;
+        }
         if let Some(proposals) = proposals {
             method.proposals = proposals;
         } else if method.proposals.is_network() {
@@ -96,34 +99,4 @@ impl MethodOptions {
         method.validate().or_input()?;
         Ok(method.for_poses(poses as usize))
     }
-}
-
-/// A method with the keys of a file in place of its own.
-fn overlaid(usual: &Method, path: &Path) -> Outcome<Method> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        Failure::input(format_args!("--method {}: {error}", path.display()))
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
-    let is_json = path.extension().is_some_and(|it| it == "json");
-    // As it stands there, it is refused with its line; merged, it no longer has one.
-    let alone: Method = read(&text, is_json).map_err(|error| wrong(&error))?;
-    alone.validate().map_err(|error| wrong(&error))?;
-    let own: Map<String, Value> = read(&text, is_json).map_err(|error| wrong(&error))?;
-    let usual = serde_json::to_value(usual).or_run()?;
-    let mut keys: Map<String, Value> = serde_json::from_value(usual).or_run()?;
-    keys.extend(own);
-    let method = serde_json::from_value(Value::Object(keys));
-    method.map_err(|error| wrong(&error))
-}
-
-/// Reads JSON or TOML; what is wrong is said in one line, with its place.
-fn read<T: serde::de::DeserializeOwned>(text: &str, is_json: bool) -> Result<T, String> {
-    if is_json {
-        return serde_json::from_str(text).map_err(|error| error.to_string());
-    }
-    toml::from_str(text).map_err(|error| {
-        let place = error.to_string();
-        let place = place.lines().next().unwrap_or_default();
-        format!("{place}: {}", error.message().replace('\n', " "))
-    })
 }

@@ -3,15 +3,13 @@
 mod arm;
 mod choice;
 mod conditions;
-mod mapper;
+pub(crate) mod file;
 mod method;
 mod physics;
 mod proposals;
 mod region;
 mod sensor;
 mod view;
-
-use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_catalogue::build::Pose;
@@ -26,13 +24,12 @@ use crate::progress;
 pub use arm::ArmOptions;
 pub use choice::{Choice, one_of};
 pub use conditions::Conditions;
-pub(crate) use mapper::MapperOptions;
 pub(crate) use method::MethodOptions;
 pub use method::parse_stability;
 pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, at_least_one, parse_device, read_model};
 pub(crate) use region::parse_region;
-pub(crate) use sensor::{Sensor, SensorOption, calibration_file, parse_sensor};
+pub(crate) use sensor::{Sensor, calibration_file, parse_sensor};
 pub use view::ViewOptions;
 
 /// Which objects there are.
@@ -59,10 +56,6 @@ pub struct CatalogueOptions {
     /// pose with the place
     #[arg(long, value_name = "COUNT", default_value_t = 1, overrides_with = "poses", value_parser = clap::value_parser!(u32).range(1..=6))]
     pub(crate) poses: u32,
-
-    /// Where processed meshes are kept between runs (default: the user's cache folder)
-    #[arg(long, value_name = "DIR")]
-    pub(crate) cache: Option<PathBuf>,
 }
 
 const POSES: [Choice<Pose>; 2] = [
@@ -87,12 +80,8 @@ impl CatalogueOptions {
             density_kg_m3: self.density,
             pose: self.pose,
             poses: self.poses as usize,
-            cache: self.cache(),
+            cache: CacheDir::User,
         }
-    }
-
-    fn cache(&self) -> CacheDir {
-        self.cache.clone().map_or(CacheDir::User, CacheDir::At)
     }
 
     /// Loads the catalogue, with a progress bar.

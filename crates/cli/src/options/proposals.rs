@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::Args;
 use clap::builder::TypedValueParser;
-use clap::{Args, ValueEnum};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
@@ -15,6 +15,7 @@ use ppnpack_packing::step::StageError;
 
 use super::choice::{Choice, one_of};
 use crate::failure::{OrInput, Outcome};
+use crate::launcher::TORCH_FOLDER;
 use crate::network::{Backend, Proposing};
 
 /// The yaws that proposals are made for on grids with more.
@@ -22,42 +23,50 @@ pub const PROPOSAL_YAWS: usize = 4;
 
 /// Where proposals come from.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Proposals")]
+#[command(next_help_heading = "Method")]
 pub(crate) struct ProposalOptions {
-    /// Which placements are evaluated
-    /// [default: bounded under robot conditions, all under the reference's]
-    #[arg(long = "proposals", value_enum)]
-    from: Option<ProposalsOption>,
-
-    /// The share of placements that is proposed, in percent
-    #[arg(
-        long = "k",
-        value_name = "PERCENT",
-        default_value_t = 5.0,
-        allow_hyphen_values = true
-    )]
-    percent: f64,
+    /// Which placements are evaluated: `bounded`, every one that a bound does not rule out; `all`, which chooses the same in
+    /// more time; `random`, a share of them; `network`, those that the placement proposal network scores best. K is the
+    /// share in percent, 5 where it is left out [default: bounded under robot conditions, all under the reference's]
+    #[arg(long = "proposals", value_name = "bounded|all|random[:K]|network[:K]", value_parser = parse_source)]
+    source: Option<Source>,
 
     /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
-
-    /// Where the network runs
-    #[arg(long, value_parser = parse_device(), default_value = "cpu")]
-    device: Device,
 }
 
 /// Where proposals come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum ProposalsOption {
-    /// Every placement: the exhaustive search
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Source {
     All,
-    /// Every placement that a bound does not rule out: the choices of `all`, in less time; on one thread
     Bounded,
-    /// A random share of them, see --k
-    Random,
-    /// Those that the placement proposal network scores best, see --k and --model
-    Network,
+    Random(Percent),
+    Network(Percent),
+}
+
+/// The share that is proposed where none is said, in percent.
+const USUAL_PERCENT: f64 = 5.0;
+
+fn parse_source(text: &str) -> Result<Source, String> {
+    let (name, percent) = match text.split_once(':') {
+        Some((name, percent)) => (name, Some(percent)),
+        None => (text, None),
+    };
+    let given = percent.map(|percent| {
+        percent
+            .parse()
+            .map_err(|_| format!("'{percent}' is no number of percent"))
+    });
+    let given = given.transpose()?;
+    let share = Percent::new(given.unwrap_or(USUAL_PERCENT)).map_err(|error| error.to_string())?;
+    match (name, given) {
+        ("all", None) => Ok(Source::All),
+        ("bounded", None) => Ok(Source::Bounded),
+        ("random", _) => Ok(Source::Random(share)),
+        ("network", _) => Ok(Source::Network(share)),
+        _ => Err("bounded, all, random and network are possible, the last two with a share, such as random:20".to_owned()),
+    }
 }
 
 const DEVICES: [Choice<Device>; 2] = [
@@ -72,6 +81,14 @@ const DEVICES: [Choice<Device>; 2] = [
 /// Parses the name of a device that networks run on.
 pub fn parse_device() -> impl TypedValueParser<Value = Device> {
     one_of(&DEVICES)
+}
+
+/// CUDA where a full installation of torch is named for it, else the processor.
+fn usual_device() -> Device {
+    match std::env::var_os(TORCH_FOLDER) {
+        Some(_) => Device::Cuda,
+        None => Device::Cpu,
+    }
 }
 
 /// Parses a number of yaws.
@@ -130,7 +147,7 @@ pub fn read_model(file: Option<&Path>) -> Outcome<Model> {
 impl ProposalOptions {
     /// Whether a network may be used.
     pub(crate) fn uses_network(&self) -> bool {
-        self.from == Some(ProposalsOption::Network)
+        matches!(self.source, Some(Source::Network(_)))
     }
 
     /// The model to propose with, where a network may be used.
@@ -152,28 +169,23 @@ impl ProposalOptions {
         Some(Network {
             backend,
             model: model?,
-            device: self.device,
+            device: usual_device(),
             items,
         })
     }
 
     /// Where proposals come from, where that is said; `model` is what [`Self::read_model`] gave.
-    pub(crate) fn source(
-        &self,
-        grid: &Grid,
-        model: Option<&Model>,
-    ) -> Outcome<Option<ProposalSource>> {
-        let percent = Percent::new(self.percent).or_input()?.percent();
-        let network = model.map(|model| {
-            let weights = &model.card().weights_blake3;
-            ProposalSource::network(grid, percent, None, PROPOSAL_YAWS, weights)
-        });
-        Ok(match self.from {
-            None => None,
-            Some(ProposalsOption::All) => Some(ProposalSource::All),
-            Some(ProposalsOption::Bounded) => Some(ProposalSource::Bounded),
-            Some(ProposalsOption::Random) => Some(ProposalSource::Random { percent }),
-            Some(ProposalsOption::Network) => network,
+    pub(crate) fn source(&self, grid: &Grid, model: Option<&Model>) -> Option<ProposalSource> {
+        Some(match self.source? {
+            Source::All => ProposalSource::All,
+            Source::Bounded => ProposalSource::Bounded,
+            Source::Random(share) => ProposalSource::Random {
+                percent: share.percent(),
+            },
+            Source::Network(share) => {
+                let weights = &model?.card().weights_blake3;
+                ProposalSource::network(grid, share.percent(), None, PROPOSAL_YAWS, weights)
+            }
         })
     }
 }

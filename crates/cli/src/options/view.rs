@@ -1,70 +1,55 @@
-//! Options of what sees a simulated cell.
+//! The option of what sees a simulated cell.
 
 use clap::Args;
-use ppnpack_physics::view::{CameraSettings, NoiseModel};
+use ppnpack_physics::packing_cell::Sampling;
+use ppnpack_physics::view::CameraSettings;
 
-use super::choice::{Choice, one_of};
-use crate::length::{parse_distance, parse_length};
+use super::file;
 
 /// What sees the container of a simulated cell.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "View of the container")]
+#[command(next_help_heading = "Simulated cell")]
 pub struct ViewOptions {
-    /// What sees the container
-    #[arg(long, value_parser = one_of(&VIEWS), default_value = "exact")]
-    view: View,
-
-    /// With --view camera: one above the middle of the container, or two beside it
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
-    cameras: u8,
-
-    /// With --view camera: how far above the floor
-    #[arg(long, value_name = "LENGTH", default_value = "90cm", value_parser = parse_length, allow_hyphen_values = true)]
-    camera_height: f64,
-
-    /// With --view camera: the standard deviation of its noise
-    #[arg(long, value_name = "LENGTH", default_value = "1mm", value_parser = parse_distance, allow_hyphen_values = true)]
-    camera_noise: f64,
-
-    /// With --view camera: the share of pixels that measure nothing, from 0 to 1
-    #[arg(
-        long,
-        value_name = "SHARE",
-        default_value_t = 0.05,
-        allow_hyphen_values = true
-    )]
-    dropouts: f64,
+    /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
+    /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
+    /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
+    /// `noise = { sigma_m, dropout, step_m }` [default: that of the conditions]
+    #[arg(long, value_name = "VIEW|FILE", value_parser = parse_view)]
+    view: Option<View>,
 }
 
 /// What sees the container.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
-    Exact,
-    Camera,
+    Scan(Sampling),
+    Cameras(CameraSettings),
 }
 
-const VIEWS: [Choice<View>; 2] = [
-    ("exact", View::Exact, "An exact scan from above"),
-    (
-        "camera",
-        View::Camera,
-        "Depth cameras above, with noise and dropouts",
-    ),
-];
+fn parse_view(text: &str) -> Result<View, String> {
+    Ok(match text {
+        "exact" => View::Scan(Sampling::Greatest),
+        "middles" => View::Scan(Sampling::Middle),
+        "camera" => View::Cameras(CameraSettings::default()),
+        file => View::Cameras(file::settings(file).map_err(|error| {
+            format!("none of exact, middles and camera, and no file of cameras: {error}")
+        })?),
+    })
+}
 
 impl ViewOptions {
-    /// The cameras that are asked for; without any the container is scanned exactly.
+    /// The cameras that are asked for; without any the container is scanned.
     pub fn camera(&self, seed: u64) -> Option<CameraSettings> {
-        (self.view == View::Camera).then(|| CameraSettings {
-            cameras: self.cameras.into(),
-            height_m: self.camera_height,
-            noise: NoiseModel {
-                sigma_m: self.camera_noise,
-                dropout: self.dropouts,
-                ..NoiseModel::default()
-            },
-            seed,
-            ..CameraSettings::default()
-        })
+        match self.view {
+            Some(View::Cameras(camera)) => Some(CameraSettings { seed, ..camera }),
+            _ => None,
+        }
+    }
+
+    /// The scan that is asked for.
+    pub(super) fn scan(&self) -> Option<Sampling> {
+        match self.view {
+            Some(View::Scan(scan)) => Some(scan),
+            _ => None,
+        }
     }
 }

@@ -13,14 +13,18 @@ use serde::Serialize;
 use super::summary::{Spread, Unplaceable, counted};
 use crate::sequence::Sequence;
 
-/// The arm's part in a packing.
-#[derive(Debug, Clone)]
+/// The arm's part in a packing, as `summary.json` has it.
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct ArmWork {
-    pub(crate) parameters: ArmParameters,
+    /// The planned time from one pick to the next, in seconds; zeros before there are steps.
+    pub(crate) cycle_s: Spread,
+    /// What its check was asked; none where it ran in a service.
+    #[serde(flatten)]
+    pub(crate) asked: Option<ArmAsked>,
     /// Items of the sequence that it cannot hold or lift: they were not there to be packed.
     pub(crate) set_aside: Vec<Unplaceable>,
-    /// What its check was asked; none where it ran in a service.
-    pub(crate) asked: Option<ArmAsked>,
+    /// The arm, where it stands, and its gripper.
+    pub(crate) parameters: ArmParameters,
 }
 
 /// What an arm's check was asked.
@@ -51,19 +55,6 @@ impl ArmAsked {
     }
 }
 
-/// What `summary.json` says of the arm.
-#[derive(Debug, Clone, Serialize)]
-pub(crate) struct ArmSummary {
-    /// The planned time from one pick to the next, in seconds.
-    pub(crate) cycle_s: Spread,
-    #[serde(flatten)]
-    asked: Option<ArmAsked>,
-    /// Items of the sequence that the arm cannot hold or lift: they were not there to be packed.
-    pub(crate) set_aside: Vec<Unplaceable>,
-    /// The arm, where it stands, and its gripper.
-    pub(crate) parameters: ArmParameters,
-}
-
 impl ArmWork {
     /// An arm that has not packed anything yet; what it cannot hold or lift is taken out of its sequence.
     pub(crate) fn new(
@@ -72,25 +63,22 @@ impl ArmWork {
         catalogue: &Catalogue,
     ) -> Self {
         Self {
-            parameters: station.parameters().clone(),
-            set_aside: sequence.set_aside(catalogue, station),
+            cycle_s: Spread::default(),
             asked: None,
+            set_aside: sequence.set_aside(catalogue, station),
+            parameters: station.parameters().clone(),
         }
     }
 
-    /// Its part in these steps.
-    pub(crate) fn summary(&self, steps: &[Step]) -> ArmSummary {
+    /// The same with the cycles of these steps.
+    pub(super) fn with_cycles(&self, steps: &[Step]) -> Self {
         let cycles_s = steps.iter().filter_map(Step::cycle_s);
-        ArmSummary {
+        Self {
             cycle_s: Spread::of(cycles_s.map(Duration::from_secs_f64)),
-            asked: self.asked.clone(),
-            set_aside: self.set_aside.clone(),
-            parameters: self.parameters.clone(),
+            ..self.clone()
         }
     }
-}
 
-impl ArmSummary {
     /// Named figures for people.
     pub(super) fn figures(&self) -> Vec<(&'static str, String)> {
         let Spread { mean, median, max } = self.cycle_s;
@@ -108,8 +96,9 @@ impl ArmSummary {
     }
 
     /// How many placements the arm refused, by reason.
-    pub(super) fn refused(&self) -> impl Iterator<Item = (&String, &u64)> {
-        self.asked.iter().flat_map(|asked| &asked.refused)
+    pub(super) fn refused(&self) -> impl Iterator<Item = (&str, u64)> {
+        let refused = self.asked.iter().flat_map(|asked| &asked.refused);
+        refused.map(|(why, count)| (why.as_str(), *count))
     }
 
     /// What the arm refused or could not pick, counted by reason, for people.

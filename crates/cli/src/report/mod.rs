@@ -4,10 +4,8 @@ mod arm;
 mod csv;
 mod html;
 mod motion;
-mod pictures;
 mod playback;
 mod simplified;
-mod steps;
 mod summary;
 pub(crate) mod table;
 mod words;
@@ -27,9 +25,11 @@ use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
 use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::{self, BodyState};
+use ppnpack_picture::Size;
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
 
+use crate::drawing;
 use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
@@ -51,7 +51,6 @@ pub(crate) struct Settings {
     pub(crate) set_aside: usize,
     pub(crate) grid: Grid,
     pub(crate) method: MethodWithArm,
-    pub(crate) threads: u32,
     pub(crate) simulated: Simulated,
 }
 
@@ -143,6 +142,19 @@ impl Packing {
         found.map(|(_, content)| content)
     }
 
+    /// Where a step planned the lower corner of an item's box to be, in centimetres.
+    fn planned_cm(&self, step: &Step) -> [f64; 3] {
+        let resolution = self.settings.grid.resolution();
+        let at = step.choice.resting;
+        let [cell_cm, unit_cm] =
+            [resolution.cell_m(), resolution.height_unit_m()].map(|m| m * 100.0);
+        [
+            at.placement.x as f64 * cell_cm,
+            at.placement.y as f64 * cell_cm,
+            f64::from(at.resting_height) * unit_cm,
+        ]
+    }
+
     /// The yaw of a step's placement.
     fn yaw_rad(&self, step: &Step) -> Option<f64> {
         let yaws = self.settings.grid.resolution().yaws().radians();
@@ -152,12 +164,18 @@ impl Packing {
 
 /// Writes all files of the report, or none.
 pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
-    let pictures = pictures::draw(packing)?;
+    let grid = &packing.settings.grid;
+    let packed = drawing::packed(grid, packing.contents.iter(), Size::new(1600, 1200)?);
+    let packed = packed.and_then(|image| image.to_png());
+    let packed = packed.context("packed.png cannot be drawn")?;
+    let title = "Heightmap of the packed container";
+    let heights = drawing::heights(title, grid, packing.scene.heightmap(), None);
+    let heights = heights.context("heightmap.png cannot be drawn")?;
     let mut files = StagedFolder::new(folder)?;
-    files.add("packed.png", &pictures.packed_png)?;
-    files.add("heightmap.png", &pictures.heightmap_png)?;
+    files.add("packed.png", &packed)?;
+    files.add("heightmap.png", &heights)?;
     files.add("placements.csv", &csv::placements(packing)?)?;
-    let page = html::page(packing, summary, &pictures);
+    let page = html::page(packing, summary, [&packed, &heights])?;
     files.add(PAGE_FILE, page.as_bytes())?;
     let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
     files.add("summary.json", &json)?;
@@ -170,27 +188,19 @@ mod tests {
 
     #[test]
     fn what_did_not_stay_is_said_once() {
-        let stayed = Settled {
-            slide_m: 0.001,
-            tilt_rad: 0.0,
-            toppled: false,
-            inside: true,
-        };
-        assert_eq!(stayed.unsteadiness(), None);
-        let slid = Settled {
-            slide_m: 0.031,
-            ..stayed
-        };
-        assert_eq!(slid.unsteadiness().as_deref(), Some("slid by 3.1 cm"));
-        let toppled = Settled {
-            toppled: true,
-            ..slid
-        };
-        assert_eq!(toppled.unsteadiness().as_deref(), Some("toppled"));
-        let out = Settled {
-            inside: false,
-            ..toppled
-        };
-        assert_eq!(out.unsteadiness().as_deref(), Some("fell out"));
+        for (slide_m, toppled, inside, said) in [
+            (0.001, false, true, None),
+            (0.031, false, true, Some("slid by 3.1 cm")),
+            (0.031, true, true, Some("toppled")),
+            (0.031, true, false, Some("fell out")),
+        ] {
+            let settled = Settled {
+                slide_m,
+                tilt_rad: 0.0,
+                toppled,
+                inside,
+            };
+            assert_eq!(settled.unsteadiness().as_deref(), said);
+        }
     }
 }

@@ -133,20 +133,6 @@ fn shifts_above(moves: &[Moves], shapes: &Shapes<'_>, least_m: f64) -> Vec<Vec<S
     moves.iter().map(of_step).collect()
 }
 
-/// What each step moved beside the placed item: the steps that placed it, and how far it moved, in metres.
-pub(super) fn disturbed(moves: &[Moves], shapes: &Shapes<'_>) -> Vec<Vec<(usize, f64)>> {
-    let mut before: BTreeMap<usize, Isometry3<f64>> = BTreeMap::new();
-    let of_step = |moves: &Moves| {
-        let moved = moves.lies.iter().filter_map(|(arrival, pose)| {
-            let (item, shape) = shapes.get(arrival)?;
-            let before = before.insert(*arrival, *pose)?;
-            Some((*item, shape.apart_m(&before, pose)))
-        });
-        moved.collect()
-    };
-    moves.iter().map(of_step).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use ppnpack_catalogue::build::{ModelSettings, model};
@@ -211,17 +197,5 @@ mod tests {
         for (step, shifts) in shifts.iter().enumerate() {
             assert!(shifts.iter().any(|shift| shift.item == step), "{step}");
         }
-    }
-
-    #[test]
-    fn what_a_step_moves_is_told_but_not_what_it_places() {
-        let cube = cube();
-        let steps = [moved(&[(0, 0.1)]), moved(&[(0, 0.12), (1, 0.3)])];
-        let disturbed = disturbed(&steps, &shapes(&cube, 2));
-        assert!(disturbed[0].is_empty());
-        let [(item, moved_m)] = disturbed[1][..] else {
-            panic!("{disturbed:?}");
-        };
-        assert!(item == 0 && (moved_m - 0.02).abs() < 1e-12);
     }
 }

@@ -7,12 +7,18 @@ use ppnpack_packing::episode::Step;
 use ppnpack_picture::Colour;
 use serde::Serialize;
 
-use super::motion::{QuantisedPose, Shape, Shapes, Shift, disturbed, shifts};
+use super::Packing;
+use super::motion::{QuantisedPose, Shape, Shapes, Shift, shifts};
 use super::simplified::QuantisedMesh;
-use super::{Packing, Settled};
 
-/// Draws a [`Playback`] in a page's `#playback`.
-const VIEWER: &str = include_str!("playback.js");
+/// What draws a [`Playback`] in a page's `#playback`: the modules of the operator's page that draw a container, and this page's own.
+const MODULES: [&str; 5] = [
+    include_str!("../../../services/console/page/vectors.js"),
+    include_str!("../../../services/console/page/gl.js"),
+    include_str!("../../../services/console/page/orbit.js"),
+    include_str!("../../../services/console/page/scene.js"),
+    include_str!("playback.js"),
+];
 
 /// More steps are not played: their page would be too large.
 const MOST_STEPS: usize = 1_000;
@@ -25,12 +31,6 @@ const BYTES_PER_VERTEX: usize = 6 + 2 * 6;
 
 /// Even if there is room, no mesh has more vertices: enough to recognise it by.
 const MOST_VERTICES: usize = 1_200;
-
-/// What a step moved by less is not named, in metres.
-const NOTICEABLE_M: f64 = 2e-3;
-
-/// So many items that a step moved are named at most.
-const MOST_NAMES: usize = 3;
 
 /// A packing as the viewer needs it.
 #[derive(Debug, Serialize)]
@@ -48,7 +48,7 @@ struct PlayedStep {
     item: String,
     /// What was decided, for people.
     decided: String,
-    /// What became of it and of the others.
+    /// What became of it.
     became: String,
     /// `#rrggbb`, as in the picture.
     colour: String,
@@ -74,17 +74,18 @@ impl Playback {
         let mut models: Vec<&Arc<Model>> = Vec::new();
         let steps = packing.steps.iter().zip(&packing.settled);
         let further = shifts(&packing.moves, &shapes).into_iter();
-        let further = further.zip(disturbed(&packing.moves, &shapes));
-        let further = further.zip(&packing.moves);
-        let steps = steps.zip(further);
-        let steps = steps.map(|((step, settled), ((shifts, disturbed), moves))| {
+        let steps = steps.zip(further.zip(&packing.moves));
+        let steps = steps.map(|((step, settled), (shifts, moves))| {
             let shape = shapes.get(&step.candidate.arrival);
             let shape = shape.map(|(_, shape)| shape);
             let number = |arrival: &usize| shapes.get(arrival).map(|(number, _)| *number);
             PlayedStep {
                 item: step.candidate.item.name().to_string(),
                 decided: decided(packing, step),
-                became: became(packing, *settled, &disturbed),
+                became: match settled.unsteadiness() {
+                    Some(what) => format!("It {what}."),
+                    None => "It stayed where it was placed.".to_owned(),
+                },
                 colour: hex(Colour::of_item(step.candidate.arrival)),
                 model: shape.map(|shape| index_of(&mut models, shape.model)),
                 planned: shape.and_then(|shape| shape.planned(step, &packing.settings.grid)),
@@ -104,25 +105,19 @@ impl Playback {
         })
     }
 
-    /// The section of the page: the picture is shown where the viewer cannot be.
-    pub(super) fn section(&self) -> String {
-        let data = script_safe(&serde_json::to_string(self).unwrap_or_default());
-        // Two positions a step: as planned, and as everything lay after it.
-        let last = 2 * self.steps.len();
-        format!(
-            "<section id=playback hidden aria-labelledby=playback-title><h2 id=playback-title>Step by step</h2>\
-             <div class=player><div><canvas tabindex=0 role=application aria-label=\"The container in 3D. Arrow keys turn it, plus and \
-             minus zoom, page up and page down go through the steps, as planned and as everything lay then.\"></canvas>\
-             <p class=sub>Drag or arrow keys turn, pinch, plus and minus zoom. Each step is shown twice: its item where it was planned to lie, \
-             and then everything as it lay, with what moved in full colour.</p></div>\
-             <div><p class=controls><button type=button class=play>Play</button>\
-             <input type=range min=0 max={last} value={last} step=1 aria-label=\"Step\"></p>\
-             <div class=now aria-live=polite></div></div></div></section>\
-             <p id=no-playback class=sub>The packing can be played step by step in a browser with JavaScript and WebGL. This one does not \
-             run them; the picture above shows the end.</p>\
-             <script type=\"application/json\" id=playback-data>{data}</script><script>{VIEWER}</script>"
-        )
+    /// JSON that cannot end the script element that holds it.
+    pub(super) fn to_json(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
     }
+}
+
+/// The modules as one script, which imports nothing.
+pub(super) fn viewer() -> String {
+    let lines = MODULES.iter().flat_map(|module| module.lines());
+    let own = lines.filter(|line| !line.starts_with("import "));
+    let own = own.map(|line| line.strip_prefix("export ").unwrap_or(line));
+    let own: Vec<&str> = own.collect();
+    format!("'use strict';\n(() => {{\n{}\n}})();", own.join("\n"))
 }
 
 /// The shapes of what was placed, where they are known.
@@ -138,44 +133,14 @@ fn shapes(packing: &Packing) -> Shapes<'_> {
 
 /// What a step decided.
 fn decided(packing: &Packing, step: &Step) -> String {
-    let resolution = packing.settings.grid.resolution();
-    let at = step.choice.resting;
-    let cell_cm = resolution.cell_m() * 100.0;
-    let height_cm = f64::from(at.resting_height) * resolution.height_unit_m() * 100.0;
+    let [x_cm, y_cm, z_cm] = packing.planned_cm(step);
     let yaw_deg = packing.yaw_rad(step).unwrap_or_default().to_degrees();
     format!(
-        "Planned at x {:.1} cm, y {:.1} cm, {height_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, decided in {:.1} ms.",
-        at.placement.x as f64 * cell_cm,
-        at.placement.y as f64 * cell_cm,
+        "Planned at x {x_cm:.1} cm, y {y_cm:.1} cm, {z_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, \
+         decided in {:.1} ms.",
         step.choice.value,
         step.timings.total().as_secs_f64() * 1e3
     )
-}
-
-/// What became of a placed item, and of those that it moved: the steps that placed them, and how far.
-fn became(packing: &Packing, settled: Settled, disturbed: &[(usize, f64)]) -> String {
-    let own = match settled.unsteadiness() {
-        Some(what) => format!("It {what}."),
-        None => "It stayed where it was placed.".to_owned(),
-    };
-    let noticeable = disturbed
-        .iter()
-        .filter(|(_, moved_m)| *moved_m >= NOTICEABLE_M);
-    let mut moved: Vec<(usize, f64)> = noticeable.copied().collect();
-    moved.sort_by(|(_, one), (_, other)| other.total_cmp(one));
-    let named = moved
-        .iter()
-        .take(MOST_NAMES)
-        .filter_map(|(number, moved_m)| {
-            let name = packing.steps.get(*number)?.candidate.item.name();
-            Some(format!("{name} by {:.1} cm", moved_m * 100.0))
-        });
-    let named: Vec<String> = named.collect();
-    match (named.is_empty(), moved.len().saturating_sub(MOST_NAMES)) {
-        (true, _) => own,
-        (false, 0) => format!("{own} It moved {}.", named.join(", ")),
-        (false, more) => format!("{own} It moved {} and {more} more.", named.join(", ")),
-    }
 }
 
 /// The place of a model among those, which it joins if it is new.
@@ -197,22 +162,9 @@ fn hex(colour: Colour) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// JSON that cannot end the script element that holds it.
-fn script_safe(json: &str) -> String {
-    json.replace('<', "\\u003c")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn no_name_ends_the_script_and_all_read_as_before() {
-        let name = "</script><script>alert(\"1\")//<!--";
-        let json = script_safe(&serde_json::to_string(name).unwrap());
-        assert!(!json.contains('<'), "{json}");
-        assert_eq!(serde_json::from_str::<String>(&json).unwrap(), name);
-    }
 
     #[test]
     fn all_meshes_together_keep_within_what_a_page_may_take() {
@@ -228,8 +180,9 @@ mod tests {
 
     #[test]
     fn the_viewer_fetches_nothing_and_does_not_end_its_script() {
-        for part in ["http", "import", "fetch(", "</", "innerHTML"] {
-            assert!(!VIEWER.contains(part), "{part}");
+        let viewer = viewer();
+        for part in ["http", "import ", "export ", "fetch(", "</", "innerHTML"] {
+            assert!(!viewer.contains(part), "{part}");
         }
     }
 }

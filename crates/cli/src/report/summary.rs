@@ -8,7 +8,7 @@ use ppnpack_packing::metrics::Metrics;
 use ppnpack_packing::plan::{Candidate, Timings};
 use serde::Serialize;
 
-use super::arm::ArmSummary;
+use super::arm::ArmWork;
 use super::{Packing, Settings};
 
 /// What `summary.json` holds.
@@ -23,9 +23,6 @@ pub(crate) struct Summary {
     pub(crate) items_unsteady: usize,
     /// Placed in another pose than that in which they were offered.
     pub(crate) items_in_other_pose: usize,
-    /// How long bringing them into it takes the robot, where that is known, in seconds.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) turning_s: Option<f64>,
     /// The placement that brought an item nearest to what it may carry, as estimated; absent where none loaded one with a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) nearest_limit: Option<NearestLimit>,
@@ -42,7 +39,7 @@ pub(crate) struct Summary {
     pub(crate) took_s: f64,
     /// The arm's part, where there was one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) arm: Option<ArmSummary>,
+    pub(crate) arm: Option<ArmWork>,
     /// Items that were set aside for the next container, in this order.
     pub(crate) set_aside: Vec<Unplaceable>,
     pub(crate) ending: EndingSummary,
@@ -153,8 +150,8 @@ impl Spread {
 }
 
 impl Packing {
-    /// The figures. `turn_s` is how long it takes the robot to bring an item into another pose, where that is known.
-    pub(crate) fn summary(&self, turn_s: Option<f64>) -> Summary {
+    /// The figures.
+    pub(crate) fn summary(&self) -> Summary {
         let steps = &self.steps;
         let turned = steps.iter().filter(|step| step.candidate.pose > 0).count();
         let unit_m = self.settings.grid.resolution().height_unit_m();
@@ -173,7 +170,6 @@ impl Packing {
                 .filter(|placed| placed.is_unsteady())
                 .count(),
             items_in_other_pose: turned,
-            turning_s: turn_s.map(|turn_s| turn_s * turned as f64),
             nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
             height_m: f64::from(self.scene.heightmap().max()) * unit_m,
@@ -186,7 +182,7 @@ impl Packing {
             steps_widened: steps_widened(steps),
             degraded: self.degraded(),
             took_s: self.took.as_secs_f64(),
-            arm: self.arm.as_ref().map(|arm| arm.summary(steps)),
+            arm: self.arm.as_ref().map(|arm| arm.with_cycles(steps)),
             set_aside: self.set_aside.clone(),
             ending: self.ending.clone(),
             settings: self.settings.clone(),

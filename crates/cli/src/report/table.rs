@@ -2,13 +2,11 @@
 
 use ppnpack_packing::grid::Grid;
 
-use super::arm::ArmSummary;
+use super::arm::ArmWork;
 use super::summary::{EndingSummary, NearestLimit, Spread, Unplaceable};
+use super::words::MOST_NAMES;
 use super::{Packing, Summary};
 use crate::output;
-
-/// So many items are named in a line at most; the report names all.
-const MOST_NAMES: usize = 4;
 
 /// Seconds for people.
 pub(crate) fn duration(seconds: f64) -> String {
@@ -27,7 +25,7 @@ pub(super) fn percent(share: f64) -> String {
 /// The summary of a packing.
 pub(crate) fn summary(packing: &Packing, summary: &Summary) -> String {
     let mut rows = figures(packing, summary);
-    rows.extend(summary.arm.iter().flat_map(ArmSummary::refusals));
+    rows.extend(summary.arm.iter().flat_map(ArmWork::refusals));
     rows.extend(summary.degraded.iter().map(|degraded| {
         let text = format!("{} steps: {}", degraded.steps, degraded.reason);
         ("not as asked for", text)
@@ -145,14 +143,10 @@ pub(crate) fn figures(packing: &Packing, summary: &Summary) -> Vec<(&'static str
     }
     if settings.poses > 1 {
         let (turned, placed) = (summary.items_in_other_pose, summary.items_placed);
-        let mut text = format!("{turned} of {placed} items");
-        if let Some(turning_s) = summary.turning_s {
-            let an_item_s = turning_s / placed.max(1) as f64;
-            text += &format!("; turning takes {turning_s:.1} s, {an_item_s:.1} s an item packed");
-        }
+        let text = format!("{turned} of {placed} items");
         figures.push(("In another pose than offered", text));
     }
-    figures.extend(summary.arm.iter().flat_map(ArmSummary::figures));
+    figures.extend(summary.arm.iter().flat_map(ArmWork::figures));
     figures
 }
 

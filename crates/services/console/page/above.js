@@ -2,7 +2,8 @@
 
 import { byId, setText } from './dom.js';
 import { centimetres } from './format.js';
-import { CHOSEN, css } from './shapes.js';
+import { CHOSEN } from './scene.js';
+import { css } from './shapes.js';
 import { hull, transform } from './vectors.js';
 
 // Dark to light, in equal steps for the eye; told apart without colours too.

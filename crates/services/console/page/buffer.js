@@ -4,7 +4,8 @@ import { tell } from './dialogs.js';
 import { byId, make, redraw, setText } from './dom.js';
 import { centimetres, items, kilograms, named } from './format.js';
 import { camera, corners, Renderer } from './gl.js';
-import { CHOSEN, colourOf } from './shapes.js';
+import { CHOSEN } from './scene.js';
+import { colourOf } from './shapes.js';
 
 const WIDTH = 240;
 const HEIGHT = 180;

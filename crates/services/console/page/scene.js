@@ -2,9 +2,10 @@
 
 import { camera, corners, flat, Renderer } from './gl.js';
 import { firstView, orbit } from './orbit.js';
-import { CHOSEN } from './shapes.js';
 import { cross, dot, subtract, transform } from './vectors.js';
 
+/** The choice: no item has this colour. */
+export const CHOSEN = [0.95, 0.56, 0.12];
 const EDGE = [0.5, 0.55, 0.6, 1];
 const FLOOR = [0.55, 0.6, 0.66, 0.3];
 const RUNNER_UP = [0.2, 0.5, 0.9];

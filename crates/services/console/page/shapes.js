@@ -90,7 +90,6 @@ const PALETTE = [
   [0.36, 0.58, 0.84], [0.42, 0.70, 0.46], [0.80, 0.44, 0.56], [0.56, 0.48, 0.80], [0.28, 0.68, 0.70],
   [0.72, 0.66, 0.34], [0.72, 0.50, 0.76], [0.50, 0.60, 0.66], [0.62, 0.72, 0.40], [0.40, 0.50, 0.72],
 ];
-export const CHOSEN = [0.95, 0.56, 0.12];
 
 /** The colour of an item, always the same: red, green and blue. */
 export const colourOf = (itemId) => {

@@ -1,6 +1,7 @@
 // What stands in the picture of the container, from what is known of it.
 
-import { CHOSEN, colourOf } from './shapes.js';
+import { CHOSEN } from './scene.js';
+import { colourOf } from './shapes.js';
 import { bounds, fromPose, turnedAndMoved } from './vectors.js';
 
 /** Where a shape lies that is turned about z, with the lowest corner of its box at a place. */

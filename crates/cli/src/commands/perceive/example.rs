@@ -4,25 +4,30 @@ use std::path::Path;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
-use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_catalogue::mesh::{Bounds, Mesh};
+use ppnpack_catalogue::catalogue::NamedMesh;
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_clouds::{Cloud, to_pcd};
 use ppnpack_files::StagedFolder;
-use ppnpack_packing::grid::{ContainerSize, Resolution};
+use ppnpack_packing::grid::ContainerSize;
+use ppnpack_perception::doubts::DoubtSettings;
+use ppnpack_perception::settings::MapperSettings;
 
-use crate::failure::{OrInput, OrRun, Outcome};
+use crate::failure::{OrRun, Outcome};
 use crate::output::print_line;
+
+/// The standard deviation of the camera's usual noise, in metres.
+const NOISE_M: f64 = 0.001;
 
 /// The thickness of walls and bottom, in metres.
 const WALL_M: f64 = 0.008;
 
-/// Where the middles of objects are, as shares of the floor.
-const PLACES: [[f64; 2]; 5] = [
-    [0.22, 0.22],
-    [0.75, 0.25],
-    [0.5, 0.55],
-    [0.2, 0.8],
-    [0.8, 0.8],
+/// Objects of the built-in set, and where their middles are, as shares of the floor.
+const CONTENT: [(&str, [f64; 2]); 5] = [
+    ("mug", [0.22, 0.22]),
+    ("tuna_can", [0.75, 0.25]),
+    ("puzzle_cube", [0.5, 0.55]),
+    ("soda_can", [0.2, 0.8]),
+    ("tennis_ball", [0.8, 0.8]),
 ];
 
 /// Writes the clouds, and says what to do with them.
@@ -31,22 +36,26 @@ pub(super) fn write(folder: &Path) -> Outcome {
     let mut files = StagedFolder::new(folder)?;
     let empty = seen(&container, 1)?;
     files.add("empty.pcd", &to_pcd(&empty))?;
-    let content = content(ContainerSize::REFERENCE)?;
+    let content = content(ContainerSize::REFERENCE);
     let packed = seen(&[container, content].concat(), 2)?;
     files.add("packed.pcd", &to_pcd(&packed))?;
+    let mapper = MapperSettings {
+        doubts: DoubtSettings {
+            wall_thickness_m: WALL_M,
+            ..DoubtSettings::default()
+        },
+        ..MapperSettings::of_camera(NOISE_M)
+    };
+    let mapper = toml::to_string(&mapper).or_run()?;
+    files.add("mapper.toml", mapper.as_bytes())?;
     files.publish()?;
-    let name = |file: &str| folder.join(file).display().to_string();
-    let (empty, packed, calibration) = (
-        name("empty.pcd"),
-        name("packed.pcd"),
-        name("calibration.toml"),
-    );
+    let names = ["empty.pcd", "packed.pcd", "calibration.toml", "mapper.toml"];
+    let [empty, packed, calibration, mapper] =
+        names.map(|name| folder.join(name).display().to_string());
     print_line(&format!(
         "Clouds of a simulated camera with 1 mm of noise: {empty} and {packed}. Try\n\n  \
          ppnpack calibrate {empty} --out {calibration}\n  \
-         ppnpack perceive {packed} --container-from-sensor {calibration} --noise 1mm --point-radius 1mm \
-         --largest-hole 5mm --wall-margin 3mm --wall-thickness {}mm",
-        1000.0 * WALL_M
+         ppnpack perceive {packed} --container-from-sensor {calibration} --mapper {mapper}"
     ))?;
     Ok(())
 }
@@ -87,30 +96,16 @@ fn container(size: ContainerSize) -> Vec<Mesh> {
     .into()
 }
 
-/// Objects of the built-in set on the floor.
-fn content(size: ContainerSize) -> Outcome<Vec<Mesh>> {
-    let settings = Settings::default();
-    let catalogue = Catalogue::load(
-        &ppnpack_household::builtin(),
-        &settings,
-        &Resolution::reference(),
-        &|_, _| {},
-    )
-    .or_input()?;
-    let is_small = |mesh: &&Mesh| {
-        let extents = mesh.bounds().map(|bounds| bounds.extents_m());
-        extents.is_some_and(|extents| {
-            let wide_m = extents.x.max(extents.y);
-            (0.04..0.10).contains(&wide_m) && extents.z < 0.2
-        })
+/// Objects on the floor.
+fn content(size: ContainerSize) -> Vec<Mesh> {
+    let place = |object: &NamedMesh| {
+        let (_, [x, y]) = CONTENT.iter().find(|(name, _)| *name == object.name)?;
+        // They stand on the ground, in the middle.
+        let to = Isometry3::translation(x * size.x_m, y * size.y_m, 0.0);
+        Some(object.mesh.transformed(&to))
     };
-    let meshes = catalogue.objects.iter().map(|object| &object.model.mesh);
-    let small = meshes.filter(is_small).step_by(2);
-    let placed = small.zip(PLACES).filter_map(|(mesh, [x, y])| {
-        let Bounds { lowest, highest } = mesh.bounds()?;
-        let middle = nalgebra::center(&lowest, &highest);
-        let to = Vector3::new(x * size.x_m - middle.x, y * size.y_m - middle.y, -lowest.z);
-        Some(mesh.transformed(&Isometry3::translation(to.x, to.y, to.z)))
-    });
-    Ok(placed.collect())
+    ppnpack_household::OBJECTS
+        .iter()
+        .filter_map(place)
+        .collect()
 }

@@ -1,22 +1,24 @@
 //! `ppnpack perceive`: point cloud files of one scene to a heightmap.
 
 mod example;
-mod pictures;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::Context;
 use clap::Args;
 use ppnpack_clouds::Cloud;
 use ppnpack_files::StagedFolder;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
+use ppnpack_picture::HeightField;
 use serde::Serialize;
 
+use crate::drawing;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::length::{centimetres, parse_length, parse_size};
-use crate::options::{MapperOptions, Sensor, SensorOption, parse_sensor};
+use crate::options::{Sensor, file, parse_sensor};
 use crate::output;
 
 /// Sensors may disagree on the container's size by this, in metres.
@@ -39,7 +41,7 @@ pub(crate) struct PerceiveArguments {
     /// Where each cloud's sensor is, in the order of the clouds: metres and a unit quaternion, or a file that
     /// `ppnpack calibrate` wrote
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
-    container_from_sensor: Vec<SensorOption>,
+    container_from_sensor: Vec<Sensor>,
 
     /// The container's inner size (default: that of the calibration, else 32x32x30cm)
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
@@ -53,8 +55,10 @@ pub(crate) struct PerceiveArguments {
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     height_unit: f64,
 
-    #[command(flatten)]
-    mapper: MapperOptions,
+    /// How points become heights: a TOML file with the keys of the section `mapper` in the perception service's
+    /// configuration [default: as suits a sensor without noise]
+    #[arg(long, value_name = "FILE", value_parser = file::settings::<MapperSettings>)]
+    mapper: Option<MapperSettings>,
 
     /// Where the results are written
     #[arg(long, value_name = "DIR", default_value = "out/perceive")]
@@ -105,7 +109,7 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
     }
     let sensors = arguments.sensors()?;
     let grid = arguments.grid(&sensors)?;
-    let settings = arguments.mapper.settings();
+    let settings = arguments.mapper.clone().unwrap_or_default();
     let mut mapper = Mapper::new(&grid, settings.clone()).or_input()?;
     let paths = arguments.clouds.iter();
     let clouds = paths.map(|path| ppnpack_clouds::read(path));
@@ -145,8 +149,7 @@ impl PerceiveArguments {
                 "--container-from-sensor is given {given} times for {clouds} clouds: give it once for each, in their order"
             )));
         }
-        let sensors = self.container_from_sensor.iter().map(SensorOption::sensor);
-        sensors.collect::<Result<_, _>>().or_input()
+        Ok(self.container_from_sensor.clone())
     }
 
     fn grid(&self, sensors: &[Sensor]) -> Outcome<Grid> {
@@ -254,11 +257,42 @@ impl Summary {
 /// Writes the pictures and the summary, or nothing.
 fn write(grid: &Grid, mapped: &Mapped, summary: &Summary, folder: &Path) -> Outcome {
     let mut files = StagedFolder::new(folder)?;
-    files.add("heightmap.png", &pictures::heightmap(grid, mapped)?)?;
-    files.add("surface.png", &pictures::surface(grid, mapped)?)?;
+    let heightmap = mapped.scene.heightmap();
+    let heightmap = drawing::perceived("Heightmap (grey: unknown)", grid, heightmap)?;
+    files.add("heightmap.png", &heightmap)?;
+    files.add("surface.png", &surface(grid, mapped)?)?;
     files.add(
         "summary.json",
         &serde_json::to_vec_pretty(summary).or_run()?,
     )?;
     Ok(files.publish()?)
+}
+
+/// The surface that the heightmap was made of, as a PNG. What is hidden is grey.
+fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
+    let surface = mapped.scene.surface().context("the scene has no surface")?;
+    // What is unknown without any line of sight is above the rim by less than a unit.
+    let rim_m = grid.container().z_m;
+    let unit_m = grid.resolution().height_unit_m();
+    let samples = surface.heights_m().iter().zip(surface.support_m());
+    let heights_m = samples.map(|(height_m, held_m)| {
+        let is_bound = held_m < height_m;
+        let height_m = f64::from(*height_m);
+        let is_unknown = height_m > rim_m && height_m < rim_m + unit_m;
+        if is_bound || is_unknown {
+            f64::NAN
+        } else {
+            height_m
+        }
+    });
+    let heights_m: Vec<f64> = heights_m.collect();
+    let field = HeightField {
+        nx: surface.nx(),
+        ny: surface.ny(),
+        cell_m: surface.pitch_m(),
+        heights_m: &heights_m,
+        scale_top_m: Some(rim_m),
+    };
+    let image = ppnpack_picture::heightmap("Surface (grey: hidden)", &field);
+    Ok(image.context("the heightmap cannot be drawn")?.to_png()?)
 }

@@ -1,114 +1,66 @@
 //! Recordings, made by the program as a running stack works: read by others, inspected, planned again.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Output;
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{Signal, kill};
-use nix::unistd::Pid;
+use nix::sys::signal::Signal;
 use ppnpack_wire::v1;
 use prost::Message;
 use prost_reflect::{DescriptorPool, DynamicMessage};
 use serde_json::Value;
+use tempfile::TempDir;
 
-fn ppnpack(arguments: &[&str]) -> Command {
-    let cache: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
-    command.args(arguments).env("XDG_CACHE_HOME", cache);
-    command
+use crate::support::{Running, command, errors, names, packed, ppnpack};
+
+/// What is planned on.
+const GRID: &str = "--cell 1cm --yaws 4";
+
+/// A stack that is recorded into a folder.
+struct Recorded {
+    up: Running,
+    recorder: Running,
+    folder: TempDir,
 }
 
-/// A program that runs until it is told to end, and was waited for until it had printed a line that begins so.
-struct Running {
-    child: Child,
-    lines: Vec<String>,
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        drop(self.child.kill());
-        drop(self.child.wait());
-    }
-}
-
-impl Running {
-    fn start(mut command: Command, ready: &str) -> Self {
-        let command = command.stdout(Stdio::piped()).stderr(Stdio::inherit());
-        let mut child = command.spawn().unwrap();
-        let mut lines = Vec::new();
-        for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-            lines.push(line.unwrap());
-            if lines.last().unwrap().starts_with(ready) {
-                break;
-            }
+impl Recorded {
+    fn start(options: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let up = Running::up(GRID);
+        let mut command = command(&format!("record --connect {} {options}", up.endpoint()));
+        command.arg("--out").arg(folder.path().join("recordings"));
+        let recorder = Running::start(command, "Recording");
+        Self {
+            up,
+            recorder,
+            folder,
         }
-        assert!(
-            lines.last().is_some_and(|line| line.starts_with(ready)),
-            "{lines:?}"
-        );
-        Self { child, lines }
     }
 
-    fn signal(&mut self, signal: Signal) -> Option<i32> {
-        kill(Pid::from_raw(self.child.id().try_into().unwrap()), signal).unwrap();
-        self.child.wait().unwrap().code()
+    /// Packs some items through the stack.
+    fn pack(&self, options: &str) {
+        packed(&format!(
+            "up --pack --connect {} {GRID} {options}",
+            self.up.endpoint()
+        ));
     }
-}
 
-/// A running stack, and where it listens.
-fn up(options: &[&str]) -> (Running, String) {
-    let mut command = ppnpack(&["up", "--listen", "tcp/127.0.0.1:0"]);
-    command.args(options);
-    let up = Running::start(command, "Ready");
-    let endpoint = up
-        .lines
-        .iter()
-        .find_map(|line| line.strip_prefix("Zenoh: "));
-    let endpoint = endpoint.unwrap().to_owned();
-    (up, endpoint)
-}
-
-fn record(endpoint: &str, folder: &Path, options: &[&str]) -> Running {
-    let mut command = ppnpack(&["record", "--connect", endpoint, "--out"]);
-    command.arg(folder).args(options);
-    Running::start(command, "Recording")
-}
-
-/// Packs some items through a running stack.
-fn pack(endpoint: &str, options: &[&str], out: &Path) {
-    let mut command = ppnpack(&["up", "--pack", "--connect", endpoint, "--json", "--out"]);
-    let output = command.arg(out).args(options).output().unwrap();
-    assert!(
-        output.status.success(),
-        "{}",
-        String::from_utf8_lossy(&output.stderr)
-    );
-}
-
-fn files(folder: &Path) -> Vec<PathBuf> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
-    files.sort();
-    files
+    fn files(&self) -> Vec<PathBuf> {
+        let recordings = self.folder.path().join("recordings");
+        let files = names(&recordings).into_iter();
+        files.map(|name| recordings.join(name)).collect()
+    }
 }
 
 fn asked(command: &str, file: &Path) -> Output {
-    ppnpack(&[command, "--json"]).arg(file).output().unwrap()
+    ppnpack(&format!("{command} --json {}", file.display()))
 }
 
+/// What a command printed, whether it succeeded or not.
 fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
-        let errors = String::from_utf8_lossy(&output.stderr);
-        panic!("{error}: {errors}")
-    })
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", errors(output)))
 }
 
 /// How often each channel has a message that its own schema decodes to its end, by the reader of the format's own library.
@@ -157,16 +109,11 @@ fn changed(file: &Path, to: &Path, change: impl Fn(&mut v1::Decision), of_step: 
 
 #[test]
 fn what_a_stack_does_is_recorded_and_decided_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let grid = ["--cell", "1cm", "--yaws", "4"];
-    let (_up, endpoint) = up(&grid);
-    let recordings = folder.path().join("recordings");
-    let mut recorder = record(&endpoint, &recordings, &[]);
+    let mut recorded = Recorded::start("");
     // Eight that all find a place: a step that sets an item aside is a record without a plan.
-    let options = [&grid[..], &["--random", "8", "--seed", "1"]].concat();
-    pack(&endpoint, &options, &folder.path().join("out"));
-    assert_eq!(recorder.signal(Signal::SIGINT), Some(0));
-    let files = files(&recordings);
+    recorded.pack("--random 8 --seed 1");
+    assert_eq!(recorded.recorder.signal(Signal::SIGINT), Some(0));
+    let files = recorded.files();
     assert_eq!(files.len(), 1, "{files:?}");
     let file = &files[0];
 
@@ -208,8 +155,8 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     assert_eq!(again["not_replayed"], serde_json::json!({}), "{again}");
     assert!(replayed.status.success());
 
-    is_found_where_it_was_changed(file, folder.path());
-    is_said_to_be_damaged(file, folder.path());
+    is_found_where_it_was_changed(file, recorded.folder.path());
+    is_said_to_be_damaged(file, recorded.folder.path());
 }
 
 fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
@@ -228,8 +175,8 @@ fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
     assert_eq!(different["step"], 3, "{again}");
     assert_eq!(different["field"], "value", "{again}");
     assert_ne!(different["recorded"], different["replayed"], "{again}");
-    let errors = String::from_utf8_lossy(&replayed.stderr);
-    assert!(errors.contains("step 3: value is recorded as"), "{errors}");
+    let error = errors(&replayed);
+    assert!(error.contains("step 3: value is recorded as"), "{error}");
 }
 
 /// The largest record of a file that is a chunk: an opcode and a length are before each record.
@@ -261,28 +208,23 @@ fn is_said_to_be_damaged(file: &Path, folder: &Path) {
     std::fs::write(&damaged, &bytes).unwrap();
     for command in ["inspect", "replay"] {
         let output = asked(command, &damaged);
-        let errors = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{command}: {errors}");
-        assert!(errors.contains("damaged at byte"), "{command}: {errors}");
+        let error = errors(&output);
+        assert_eq!(output.status.code(), Some(1), "{command}: {error}");
+        assert!(error.contains("damaged at byte"), "{command}: {error}");
     }
     let other = folder.join("other.mcap");
     std::fs::write(&other, "no recording").unwrap();
     let output = asked("inspect", &other);
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{errors}");
-    assert!(errors.contains("is no MCAP file"), "{errors}");
+    let error = errors(&output);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains("is no MCAP file"), "{error}");
 }
 
 #[test]
 fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
-    let folder = tempfile::tempdir().unwrap();
-    let grid = ["--cell", "1cm", "--yaws", "4"];
-    let (_up, endpoint) = up(&grid);
-    let recordings = folder.path().join("recordings");
-    let mut recorder = record(&endpoint, &recordings, &["--without", "cloud"]);
-    let options = [&grid[..], &["--random", "3"]].concat();
-    pack(&endpoint, &options, &folder.path().join("out"));
-    let file = files(&recordings)[0].clone();
+    let mut recorded = Recorded::start("--without cloud");
+    recorded.pack("--random 3");
+    let file = recorded.files()[0].clone();
     // The recorder flushes every second.
     let deadline = Instant::now() + Duration::from_secs(20);
     let decided = loop {
@@ -296,7 +238,7 @@ fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
         std::thread::sleep(Duration::from_millis(50));
     };
     // The cell goes on to publish its state: the recorder is killed as it writes.
-    recorder.signal(Signal::SIGKILL);
+    recorded.recorder.signal(Signal::SIGKILL);
     let contents = json(&asked("inspect", &file));
     assert_eq!(contents["is_whole"], false, "{contents}");
     assert_eq!(contents["decisions"]["decided"], decided, "{contents}");
@@ -313,16 +255,10 @@ fn a_recorder_that_is_killed_leaves_what_it_had_flushed() {
 
 #[test]
 fn recordings_go_on_in_other_files_and_the_oldest_are_deleted() {
-    let folder = tempfile::tempdir().unwrap();
-    let grid = ["--cell", "1cm", "--yaws", "4"];
-    let (_up, endpoint) = up(&grid);
-    let recordings = folder.path().join("recordings");
-    let rotation = ["--rotate-size", "1B", "--keep", "2"];
-    let mut recorder = record(&endpoint, &recordings, &rotation);
-    let options = [&grid[..], &["--random", "2"]].concat();
-    pack(&endpoint, &options, &folder.path().join("out"));
-    assert_eq!(recorder.signal(Signal::SIGINT), Some(0));
-    let files = files(&recordings);
+    let mut recorded = Recorded::start("--rotate-size 1B --keep 2");
+    recorded.pack("--random 2");
+    assert_eq!(recorded.recorder.signal(Signal::SIGINT), Some(0));
+    let files = recorded.files();
     assert_eq!(files.len(), 2, "{files:?}");
     for file in &files {
         let contents = json(&asked("inspect", file));

@@ -1,49 +1,20 @@
 //! What a packing leaves in its folder: figures, pictures and a page that plays it.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
-#[allow(dead_code, reason = "nothing is refused here")]
-mod command;
-mod cube;
-
-use command::{json, ppnpack};
-use cube::cube_ply;
+use crate::cube::cube_ply;
+use crate::support::{Packed, names, packed};
 
 #[test]
 fn packing_the_builtin_set_writes_a_whole_report() {
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("result");
-    let arguments = [
-        "pack",
-        "--random",
-        "12",
-        "--seed",
-        "3",
-        "--json",
-        "--out",
-        out.to_str().unwrap(),
-    ];
-    let summary = json(&ppnpack(&arguments));
+    let packed = packed("pack --random 12 --seed 3");
+    let summary = &packed.summary;
     assert_eq!(summary["items_in_sequence"], 12);
-    assert!(
-        summary["packed"]["items"].as_u64().unwrap() >= 8,
-        "{summary}"
-    );
+    let count = summary["packed"]["items"].as_u64().unwrap();
+    assert!(count >= 8, "{summary}");
     assert!(summary["floor_compactness"].as_f64().unwrap() > 0.1);
-    let mut names: Vec<_> = out
-        .read_dir()
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
     let files = [
         "heightmap.png",
         "packed.png",
@@ -51,38 +22,32 @@ fn packing_the_builtin_set_writes_a_whole_report() {
         "report.html",
         "summary.json",
     ];
-    assert_eq!(names, files);
-    let written: Value =
-        serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(names(packed.folder.path()), files);
+    let written = std::fs::read(packed.folder.path().join("summary.json")).unwrap();
+    let written: Value = serde_json::from_slice(&written).unwrap();
     assert_eq!(written["packed"], summary["packed"]);
-    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
-    assert!(page.contains("data:image/png;base64,") && page.contains("<svg"));
-    assert!(
-        !page.contains("src=\"http") && !page.contains("href=\"http"),
-        "the page opens offline"
-    );
-    let lines = std::fs::read_to_string(out.join("placements.csv"))
-        .unwrap()
-        .lines()
-        .count();
-    assert_eq!(lines as u64, summary["items_placed"].as_u64().unwrap() + 1);
+    let page = packed.page();
+    for part in [
+        "data:image/png;base64,",
+        "<svg",
+        "prefers-color-scheme: dark",
+        "@media print",
+        &format!("{count} of 12 items are packed"),
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    for foreign in ["src=\"http", "href=\"http", "url("] {
+        assert!(!page.contains(foreign), "the page opens offline: {foreign}");
+    }
     assert!(page.len() < 3_000_000, "{} bytes", page.len());
-    let answer = format!("{} of 12 items are packed", summary["packed"]["items"]);
-    assert!(page.contains(&answer), "{answer}");
-    plays_every_step(&page, lines - 1);
-}
-
-/// The data of the page's viewer.
-fn playback(page: &str) -> Value {
-    let begin = "<script type=\"application/json\" id=playback-data>";
-    let (_, data) = page.split_once(begin).unwrap();
-    let (data, _) = data.split_once("</script>").unwrap();
-    serde_json::from_str(data).unwrap()
+    let placed = summary["items_placed"].as_u64().unwrap() as usize;
+    assert_eq!(packed.placements().len(), placed + 1);
+    plays_every_step(&packed, placed);
 }
 
 /// The page's viewer has as many steps, with shapes that can be drawn, where each was planned and what each moved.
-fn plays_every_step(page: &str, steps: usize) {
-    let playback = playback(page);
+fn plays_every_step(packed: &Packed, steps: usize) {
+    let playback = packed.playback();
     let models = playback["models"].as_array().unwrap();
     for model in models {
         let [vertices, triangles] = ["vertices", "triangles"].map(|of| numbers(&model[of]));
@@ -96,7 +61,11 @@ fn plays_every_step(page: &str, steps: usize) {
     }
     let played = playback["steps"].as_array().unwrap();
     assert_eq!(played.len(), steps);
-    assert!(page.contains(&format!("max={0} value={0}", 2 * steps)));
+    assert!(
+        packed
+            .page()
+            .contains(&format!("max={0} value={0}", 2 * steps))
+    );
     for (number, step) in played.iter().enumerate() {
         assert!((step["model"].as_u64().unwrap() as usize) < models.len());
         let container_m = &playback["container_m"];
@@ -141,16 +110,15 @@ fn names_of_items_are_text_in_the_report() {
     let name = "<img src=x onerror='a()'>&\"b\"";
     let file = folder.path().join(format!("{name}.ply"));
     std::fs::write(file, cube_ply(&[])).unwrap();
-    let out = folder.path().join("out");
-    let mut arguments = vec!["pack", "--random", "2", "--cell", "1cm", "--yaws", "4"];
-    arguments.extend(["--tries", "0", "--json"]);
-    arguments.extend(["--catalogue", folder.path().to_str().unwrap()]);
-    arguments.extend(["--out", out.to_str().unwrap()]);
-    let summary = json(&ppnpack(&arguments));
-    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let grid = "--random 2 --cell 1cm --yaws 4 --tries 0";
+    let packed = packed(&format!(
+        "pack {grid} --catalogue {}",
+        folder.path().display()
+    ));
+    let page = packed.page();
     assert!(!page.contains("<img src=x"));
-    assert!(page.contains("1 &lt;img src=x onerror=&#39;a()&#39;&gt;&amp;&quot;b&quot;"));
-    let steps = summary["items_placed"].as_u64().unwrap() as usize;
-    plays_every_step(&page, steps);
-    assert_eq!(playback(&page)["steps"][0]["item"], name);
+    assert!(page.contains("1 &lt;img src=x onerror=&#x27;a()&#x27;&gt;&amp;&quot;b&quot;"));
+    let steps = packed.summary["items_placed"].as_u64().unwrap() as usize;
+    plays_every_step(&packed, steps);
+    assert_eq!(packed.playback()["steps"][0]["item"], name);
 }

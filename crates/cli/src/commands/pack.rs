@@ -1,0 +1,109 @@
+//! `ppnpack pack`: packs one sequence in the simulated cell and reports on it.
+
+use std::time::Instant;
+
+use clap::Args;
+use indicatif::ProgressBar;
+use ppnpack_packing::check::BoxedCheck;
+use ppnpack_packing::episode::{Observer, Play, Step};
+use ppnpack_packing::method::OpenNetwork;
+use ppnpack_packing::step::StepInput;
+use ppnpack_physics::packing_cell::Placed;
+use ppnpack_physics::trial;
+use ppnpack_physics::twin::TwinSettings;
+
+use super::job::{ALTERNATIVES, CellOptions, JobOptions};
+use crate::failure::{OrInput, OrRun, Outcome};
+use crate::network::Backend;
+use crate::progress;
+use crate::report::{ArmAsked, EndingSummary, Packing, Settled, Unplaceable};
+use crate::simulation::{empty_cell, simulate};
+
+/// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with pictures.
+#[derive(Debug, Args)]
+pub(crate) struct PackArguments {
+    #[command(flatten)]
+    cell: CellOptions,
+
+    #[command(flatten)]
+    job: JobOptions,
+}
+
+pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
+    let options = &arguments.cell;
+    if options.method.arm.listed()? {
+        return Ok(());
+    }
+    let cell = options.set_up(backend, true)?;
+    let catalogue = options.load(&cell)?;
+    let (settings, mut arm) = arguments.job.settings(options, &cell, &catalogue)?;
+    let (grid, method, simulated) = (&cell.grid, &cell.method, &cell.simulated);
+    let items = settings.sequence.items(&catalogue);
+    let proposals = &options.method.proposals;
+    let network = proposals.network(backend, cell.model.as_ref(), &items);
+    let network = network.as_ref().map(|network| network as &dyn OpenNetwork);
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let pool = trial::pool(cores).or_run()?;
+    let started = Instant::now();
+    let proposer = method.proposer_or_exhaustive(grid, network)?;
+    let arm_check = cell.station.as_ref();
+    let arm_check = arm_check.map(|station| Box::new(station.check()) as BoxedCheck);
+    let twin = TwinSettings::of(&simulated.cell);
+    let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
+    let checks = arm_check.into_iter().chain(trial);
+    let mut planner = method.build_with(grid, proposer, checks, 1)?;
+    let objects = settings.sequence.objects.len() as u64;
+    let mut watch = Watch(progress::bar("Packing", objects));
+    let (episode, done) = simulate(
+        &catalogue,
+        grid,
+        &settings.sequence,
+        empty_cell(&catalogue, grid, simulated)?,
+        &mut planner,
+        Play {
+            buffer: method.buffer,
+            set_aside: settings.set_aside,
+            alternatives: ALTERNATIVES.into(),
+        },
+        &mut watch,
+    )?;
+    watch.0.finish_and_clear();
+    if let Some(arm) = &mut arm {
+        arm.asked = Some(ArmAsked::of(&episode));
+    }
+    let placed = done.placed().iter();
+    let contents = done.contents().into_iter();
+    arguments.job.publish(&Packing {
+        settings,
+        ending: EndingSummary::new(&episode.ending),
+        set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
+        steps: episode.steps,
+        scene: episode.scene,
+        metrics: episode.metrics,
+        settled: placed.clone().map(settled).collect(),
+        moves: placed.map(|placed| placed.moves.clone()).collect(),
+        contents: contents
+            .map(|(arrival, body)| (arrival, body.into()))
+            .collect(),
+        took: started.elapsed(),
+        arm,
+    })
+}
+
+fn settled(placed: &Placed) -> Settled {
+    Settled {
+        slide_m: placed.report.slide_m,
+        tilt_rad: placed.report.tilt_rad,
+        toppled: placed.report.toppled,
+        inside: placed.report.inside,
+    }
+}
+
+/// Shows how far the packing is.
+struct Watch(ProgressBar);
+
+impl Observer for Watch {
+    fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {
+        self.0.inc(1);
+    }
+}

@@ -1,0 +1,17 @@
+//! The command end to end, as a user runs it.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod cube;
+mod inputs;
+mod pack;
+mod perceive;
+mod recording;
+mod report;
+mod support;
+mod up;
