@@ -11,6 +11,26 @@ import ppnpack
 REPOSITORY = pathlib.Path(__file__).resolve().parents[3]
 
 
+def _fail_what_is_skipped(report):
+    """What cannot be tested is a failure where CI is set."""
+    if report.skipped and os.environ.get("CI"):
+        report.outcome = "failed"
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    report = yield
+    _fail_what_is_skipped(report)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector):
+    report = yield
+    _fail_what_is_skipped(report)
+    return report
+
+
 @pytest.fixture(scope="session")
 def grid():
     return ppnpack.Grid.reference()
