@@ -88,7 +88,6 @@ pub struct Finding {
     /// What went wrong, for people; empty where the item was placed.
     pub failure: String,
     /// Where the item's own frame is now, where that is known.
-    #[serde(with = "written")]
     pub container_from_item: Option<KnownPose>,
     /// Whether the item's centre of mass is inside the container.
     pub is_inside: bool,
@@ -123,43 +122,4 @@ pub struct Body {
     pub container_from_item: KnownPose,
     /// Whether its centre of mass is inside the container.
     pub is_inside: bool,
-}
-
-/// How journals have the pose of a finding. In older ones, which do not say how it is known, it is
-/// assumed.
-mod written {
-    use nalgebra::Isometry3;
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::KnownPose;
-
-    /// In a journal, the first two are written as an `Option` of a pose is, which older ones have.
-    #[derive(Serialize, Deserialize)]
-    enum Written {
-        Unknown,
-        Assumed(Isometry3<f64>),
-        Found(Isometry3<f64>),
-    }
-
-    pub(super) fn serialize<S: Serializer>(
-        pose: &Option<KnownPose>,
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        let written = match *pose {
-            None => Written::Unknown,
-            Some(KnownPose::Assumed(pose)) => Written::Assumed(pose),
-            Some(KnownPose::Found(pose)) => Written::Found(pose),
-        };
-        written.serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<Option<KnownPose>, D::Error> {
-        Ok(match Written::deserialize(deserializer)? {
-            Written::Unknown => None,
-            Written::Assumed(pose) => Some(KnownPose::Assumed(pose)),
-            Written::Found(pose) => Some(KnownPose::Found(pose)),
-        })
-    }
 }

@@ -8,7 +8,7 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use serde::Serialize;
 
 use crate::error::RecordingError;
-use crate::reader::{End, Reader, RecordedMessage};
+use crate::reader::{Reader, RecordedMessage};
 use crate::topic::Topic;
 
 /// What is in a recording.
@@ -84,7 +84,7 @@ impl Contents {
         for (topic, dropped) in reader.dropped() {
             contents.topics.entry(topic.clone()).or_default().dropped = *dropped;
         }
-        contents.is_whole = reader.end() == Some(End::Whole);
+        contents.is_whole = reader.is_whole();
         Ok(contents)
     }
 

@@ -1,6 +1,7 @@
 //! What keeps a recording from being written or read.
 
 use std::path::PathBuf;
+use std::thread::JoinHandle;
 
 /// What keeps a recording from being written or read.
 #[derive(Debug, thiserror::Error)]
@@ -46,10 +47,15 @@ pub enum RecordingError {
     /// The streams cannot be read.
     #[error(transparent)]
     Service(#[from] ppnpack_service::ServiceError),
-    /// A thread cannot be had, or ended otherwise than it should.
-    #[error("a thread of the recorder: {0}")]
-    Thread(String),
+    /// A thread ended by a panic.
+    #[error("a thread of the recorder ended by a panic")]
+    Thread,
     /// Messages that cannot be compared.
     #[error("messages that cannot be compared: {0}")]
     Message(String),
+}
+
+/// What a thread gives at its end.
+pub(crate) fn joined<T>(thread: JoinHandle<T>) -> Result<T, RecordingError> {
+    thread.join().map_err(|_| RecordingError::Thread)
 }

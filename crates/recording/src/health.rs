@@ -5,11 +5,12 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use ppnpack_service::clock::now_ns;
+use ppnpack_service::process::thread;
 use ppnpack_service::{Shutdown, survey};
 use prost::Message;
 use zenoh::Session;
 
-use crate::error::RecordingError;
+use crate::error::{RecordingError, joined};
 use crate::queue::{Entry, Queue, Sample};
 use crate::topic::Topic;
 
@@ -29,8 +30,7 @@ impl HealthThread {
     /// Has nothing asked any more.
     pub(crate) fn finish(self) -> Result<(), RecordingError> {
         self.end.request();
-        let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
-        self.thread.join().map_err(lost)
+        joined(self.thread)
     }
 }
 
@@ -38,14 +38,12 @@ impl HealthThread {
 pub(crate) fn start(session: &Session, queue: &Arc<Queue>) -> Result<HealthThread, RecordingError> {
     let end = Shutdown::default();
     let (session, queue, asked) = (session.clone(), Arc::clone(queue), end.clone());
-    let thread = std::thread::Builder::new().name("health".to_owned());
-    let thread = thread.spawn(move || {
+    let thread = thread("health", move || {
         ask(&session, &queue);
         while !asked.wait_timeout(ASKED_EVERY) {
             ask(&session, &queue);
         }
-    });
-    let thread = thread.map_err(|error| RecordingError::Thread(error.to_string()))?;
+    })?;
     Ok(HealthThread { thread, end })
 }
 

@@ -24,7 +24,7 @@ mod topic;
 pub use contents::{Contents, Decisions, TopicContents};
 pub use difference::{Difference, difference};
 pub use error::RecordingError;
-pub use reader::{End, Reader, RecordedMessage};
+pub use reader::{Reader, RecordedMessage};
 pub use recorder::{RecordSettings, Recorded, Recorder};
 pub use rotation::{Rotation, utc};
 pub use topic::Topic;

@@ -1,9 +1,10 @@
 //! What came and was not written yet: a queue with a bound, that holds nobody up.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
+use ppnpack_service::sync::lock;
 use zenoh::bytes::ZBytes;
 
 use crate::topic::Topic;
@@ -85,7 +86,7 @@ impl Queue {
 
     /// Adds an entry, or drops it where there is no room.
     pub(crate) fn push(&self, entry: Entry) {
-        let mut state = self.lock();
+        let mut state = lock(&self.state);
         let bytes = entry.bytes();
         let has_room = state.bytes + bytes <= self.limit_bytes;
         if state.is_closed || !has_room || state.entries.len() >= MOST_ENTRIES {
@@ -100,14 +101,16 @@ impl Queue {
 
     /// Counts a sample that was dropped elsewhere.
     pub(crate) fn count_dropped(&self, topic: &Topic) {
-        *self.lock().dropped.entry(topic.clone()).or_default() += 1;
+        *lock(&self.state).dropped.entry(topic.clone()).or_default() += 1;
     }
 
     /// The next entry; waits for it until the deadline.
     pub(crate) fn take(&self, deadline: Instant) -> Taken {
         let left = deadline.saturating_duration_since(Instant::now());
         let waits = |state: &mut State| state.entries.is_empty() && !state.is_closed;
-        let waited = self.arrived.wait_timeout_while(self.lock(), left, waits);
+        let waited = self
+            .arrived
+            .wait_timeout_while(lock(&self.state), left, waits);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
         match state.entries.pop_front() {
             Some(entry) => {
@@ -121,17 +124,13 @@ impl Queue {
 
     /// Takes nothing more; what is in it is still given.
     pub(crate) fn close(&self) {
-        self.lock().is_closed = true;
+        lock(&self.state).is_closed = true;
         self.arrived.notify_all();
     }
 
     /// How many samples were dropped so far, by channel.
     pub(crate) fn dropped(&self) -> BTreeMap<Topic, u64> {
-        self.lock().dropped.clone()
-    }
-
-    fn lock(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.state).dropped.clone()
     }
 }
 

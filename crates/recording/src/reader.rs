@@ -29,18 +29,6 @@ pub struct RecordedMessage {
     pub payload: Vec<u8>,
 }
 
-/// How a file ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
-    /// Whole, as its recorder ended it.
-    Whole,
-    /// Its recorder was killed, or is still writing it: what it had not flushed is missing.
-    Cut {
-        /// How many bytes were read.
-        offset: u64,
-    },
-}
-
 /// Reads a recording, message after message. Takes memory for one chunk at a time.
 pub struct Reader {
     path: PathBuf,
@@ -48,33 +36,22 @@ pub struct Reader {
     records: LinearReader,
     /// Up to here all is good.
     offset: u64,
-    schemas: HashMap<u16, Schema>,
+    /// The names of schemas.
+    schemas: HashMap<u16, Arc<str>>,
     channels: HashMap<u16, Channel>,
     ready: VecDeque<RecordedMessage>,
     dropped: HashMap<String, u64>,
     /// Once its header was read.
     library: Option<String>,
-    end: Option<End>,
-    has_failed: bool,
-}
-
-#[derive(Clone)]
-struct Schema {
-    name: Arc<str>,
-    descriptors: Arc<[u8]>,
+    /// Whether nothing more is read.
+    is_over: bool,
+    is_whole: bool,
 }
 
 #[derive(Clone)]
 struct Channel {
     topic: Arc<str>,
     schema: u16,
-}
-
-/// What one look into the file gave.
-enum Step {
-    /// Something was read, or has to be.
-    On,
-    Last(End),
 }
 
 impl Reader {
@@ -102,17 +79,17 @@ impl Reader {
             ready: VecDeque::new(),
             dropped: HashMap::new(),
             library: None,
-            end: None,
-            has_failed: false,
+            is_over: false,
+            is_whole: false,
         };
         // Its header tells whether it is one.
-        while reader.library.is_none() && reader.end.is_none() {
+        while reader.library.is_none() && !reader.is_over {
             reader.advance()?;
         }
         Ok(reader)
     }
 
-    /// The next message; `None` after the last: [`Self::end`] says how the file ends.
+    /// The next message; `None` after the last: [`Self::is_whole`] says how the file ends.
     ///
     /// # Errors
     /// [`RecordingError::Damaged`] where the file is; nothing comes after that.
@@ -121,16 +98,16 @@ impl Reader {
             if let Some(message) = self.ready.pop_front() {
                 return Ok(Some(message));
             }
-            if self.end.is_some() || self.has_failed {
+            if self.is_over {
                 return Ok(None);
             }
             self.advance()?;
         }
     }
 
-    /// How the file ends, once all was read.
-    pub fn end(&self) -> Option<End> {
-        self.end
+    /// Whether the recorder ended the file, once all was read. Else it was killed, or is still writing: what it had not flushed is missing.
+    pub fn is_whole(&self) -> bool {
+        self.is_whole
     }
 
     /// The program that wrote it.
@@ -143,31 +120,16 @@ impl Reader {
         &self.dropped
     }
 
-    /// The schema of this name, as an encoded `google.protobuf.FileDescriptorSet`, where one was read.
-    pub fn descriptors(&self, schema: &str) -> Option<&[u8]> {
-        let mut schemas = self.schemas.values();
-        let schema = schemas.find(|known| *known.name == *schema)?;
-        Some(&schema.descriptors)
-    }
-
     fn advance(&mut self) -> Result<(), RecordingError> {
-        match self.step() {
-            Ok(Step::On) => Ok(()),
-            Ok(Step::Last(end)) => {
-                self.end = Some(end);
-                Ok(())
-            }
-            Err(error) => {
-                self.has_failed = true;
-                Err(error)
-            }
-        }
+        let stepped = self.step();
+        self.is_over |= stepped.is_err();
+        stepped
     }
 
-    fn step(&mut self) -> Result<Step, RecordingError> {
-        let event = match self.records.next_event() {
-            None => return Ok(Step::Last(self.cut())),
-            Some(event) => event,
+    fn step(&mut self) -> Result<(), RecordingError> {
+        let Some(event) = self.records.next_event() else {
+            self.is_over = true;
+            return Ok(());
         };
         let (opcode, data) = match event {
             Ok(LinearReadEvent::ReadRequest(bytes)) => {
@@ -178,35 +140,26 @@ impl Reader {
                     source,
                 })?;
                 self.records.notify_read(read);
-                return Ok(Step::On);
+                return Ok(());
             }
             Ok(LinearReadEvent::Record { opcode, data }) => (opcode, data.to_vec()),
-            Err(McapError::BadMagic) => {
-                return Err(RecordingError::NoRecording {
-                    path: self.path.clone(),
-                });
-            }
             // A recorder that is killed leaves the beginning of what it was about to write.
-            Err(McapError::UnexpectedEof) if self.library.is_none() => {
+            Err(McapError::UnexpectedEof) if self.library.is_some() => {
+                self.is_over = true;
+                return Ok(());
+            }
+            Err(McapError::BadMagic | McapError::UnexpectedEof) => {
                 return Err(RecordingError::NoRecording {
                     path: self.path.clone(),
                 });
             }
-            Err(McapError::UnexpectedEof) => return Ok(Step::Last(self.cut())),
             Err(error) => return Err(self.damaged(&error)),
         };
-        let taken = self
-            .take(opcode, &data)
-            .map_err(|error| self.damaged(&error))?;
+        let taken = self.take(opcode, &data);
+        taken.map_err(|error| self.damaged(&error))?;
         // An opcode and a length are before each record.
         self.offset += 9 + data.len() as u64;
-        Ok(taken)
-    }
-
-    fn cut(&self) -> End {
-        End::Cut {
-            offset: self.offset,
-        }
+        Ok(())
     }
 
     fn damaged(&self, error: &McapError) -> RecordingError {
@@ -218,9 +171,9 @@ impl Reader {
     }
 
     /// Takes a record of the file. Those that nobody here asks for are not looked into.
-    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Step, McapError> {
+    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<(), McapError> {
         match opcode {
-            op::FOOTER => return Ok(Step::Last(End::Whole)),
+            op::FOOTER => (self.is_over, self.is_whole) = (true, true),
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => {
                 let record = parse_record(opcode, data)?;
                 let message = self.take_record(record)?;
@@ -229,7 +182,7 @@ impl Reader {
             op::CHUNK => self.take_chunk(data)?,
             _ => {}
         }
-        Ok(Step::On)
+        Ok(())
     }
 
     /// Takes what is in a chunk, once all of it is known to be good: a damaged one may say any length of a record in it.
@@ -263,12 +216,8 @@ impl Reader {
     fn take_record(&mut self, record: Record<'_>) -> Result<Option<RecordedMessage>, McapError> {
         match record {
             Record::Header(header) => self.library = Some(header.library),
-            Record::Schema { header, data } => {
-                let schema = Schema {
-                    name: header.name.as_str().into(),
-                    descriptors: data.as_ref().into(),
-                };
-                self.schemas.insert(header.id, schema);
+            Record::Schema { header, .. } => {
+                self.schemas.insert(header.id, header.name.into());
             }
             Record::Channel(channel) => {
                 let known = Channel {
@@ -283,7 +232,7 @@ impl Reader {
                 let schema = self.schemas.get(&channel.schema);
                 return Ok(Some(RecordedMessage {
                     topic: Arc::clone(&channel.topic),
-                    schema: schema.map_or_else(|| "".into(), |schema| Arc::clone(&schema.name)),
+                    schema: schema.cloned().unwrap_or_else(|| "".into()),
                     at_ns: header.log_time,
                     payload: data.into_owned(),
                 }));
@@ -330,8 +279,8 @@ mod tests {
         file.finish(&BTreeMap::new()).unwrap()
     }
 
-    /// All messages up to the end or a fault, and whether there was none.
-    fn read(path: &Path) -> (Vec<RecordedMessage>, Result<Option<End>, RecordingError>) {
+    /// All messages up to the end or a fault, and whether the file is whole.
+    fn read(path: &Path) -> (Vec<RecordedMessage>, Result<bool, RecordingError>) {
         let mut messages = Vec::new();
         let mut reader = match Reader::open(path) {
             Ok(reader) => reader,
@@ -340,7 +289,7 @@ mod tests {
         loop {
             match reader.next_message() {
                 Ok(Some(message)) => messages.push(message),
-                Ok(None) => return (messages, Ok(reader.end())),
+                Ok(None) => return (messages, Ok(reader.is_whole())),
                 Err(error) => return (messages, Err(error)),
             }
         }
@@ -351,21 +300,16 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let whole = recording(folder.path());
         let (all, end) = read(&whole);
-        assert_eq!((all.len(), end.unwrap()), (40, Some(End::Whole)));
+        assert_eq!((all.len(), end.unwrap()), (40, true));
         let bytes = std::fs::read(&whole).unwrap();
         let cut = folder.path().join("cut.mcap");
         let mut most = 0;
         for length in (0..bytes.len() - 40).step_by(7) {
             std::fs::write(&cut, &bytes[..length]).unwrap();
             let (messages, end) = read(&cut);
-            match end {
-                Ok(end) => assert!(end.is_some()),
-                Err(error) => {
-                    assert!(
-                        matches!(error, RecordingError::NoRecording { .. }),
-                        "{length}: {error}"
-                    );
-                }
+            if let Err(error) = end {
+                let is_none = matches!(error, RecordingError::NoRecording { .. });
+                assert!(is_none, "{length}: {error}");
             }
             assert!(
                 messages.len() >= most && messages.len() % 10 == 0,

@@ -8,12 +8,13 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::clock::now_ns;
+use ppnpack_service::process::thread;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::Subscription;
 use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
 
-use crate::error::RecordingError;
+use crate::error::{RecordingError, joined};
 use crate::file::RecordingFile;
 use crate::health::{self, HealthThread};
 use crate::queue::{Entry, Queue, Taken};
@@ -84,9 +85,8 @@ impl Recorder {
         let RecordSettings { cells, streams, .. } = settings;
         let subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
         let health = settings.has_health.then(|| health::start(session, &queue));
-        let thread = std::thread::Builder::new().name("recorder".to_owned());
         let entries = Arc::clone(&queue);
-        let writer = thread.spawn(move || {
+        let writer = thread("recorder", move || {
             let recorded = writer.run(&entries);
             // Nobody takes anything out any more.
             entries.close();
@@ -98,7 +98,7 @@ impl Recorder {
             fetcher,
             health: health.transpose()?,
             queue: OpenQueue(queue),
-            writer: writer.map_err(|error| RecordingError::Thread(error.to_string()))?,
+            writer: writer?,
         })
     }
 
@@ -112,12 +112,11 @@ impl Recorder {
     /// # Errors
     /// [`RecordingError`] where something could not be written.
     pub fn finish(self) -> Result<Recorded, RecordingError> {
-        let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
         drop((self.subscriptions, self.records));
         self.health.map_or(Ok(()), HealthThread::finish)?;
         self.fetcher.finish()?;
         drop(self.queue);
-        self.writer.join().map_err(lost)?
+        joined(self.writer)?
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use ppnpack_service::process::thread;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
@@ -13,7 +14,7 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use prost::Message;
 use zenoh::bytes::ZBytes;
 
-use crate::error::RecordingError;
+use crate::error::{RecordingError, joined};
 use crate::queue::{Entry, NamedShape, Queue, Sample};
 
 /// Records that wait for their shapes at most; more are dropped.
@@ -45,8 +46,7 @@ impl FetcherThread {
     /// Waits for its end; nothing is asked for any more after a while.
     pub(crate) fn finish(self) -> Result<(), RecordingError> {
         self.ends_at.get_or_init(|| Instant::now() + LAST_PATIENCE);
-        let lost = |_| RecordingError::Thread("it ended by a panic".to_owned());
-        self.thread.join().map_err(lost)
+        joined(self.thread)
     }
 }
 
@@ -78,9 +78,7 @@ pub(crate) fn start(
         kept_bytes: 0,
     };
     let queue = Arc::clone(queue);
-    let thread = std::thread::Builder::new().name("shapes".to_owned());
-    let thread = thread.spawn(move || fetcher.run(&records, &queue));
-    let thread = thread.map_err(|error| RecordingError::Thread(error.to_string()))?;
+    let thread = thread("shapes", move || fetcher.run(&records, &queue))?;
     Ok((inlet, FetcherThread { thread, ends_at }))
 }
 

@@ -21,12 +21,8 @@ pub(crate) fn subscribe(
     queue: &Arc<Queue>,
     records: &RecordInlet,
 ) -> Result<Vec<Subscription>, ServiceError> {
-    let named: Vec<Option<&Cell>> = match cells {
-        [] => vec![None],
-        cells => cells.iter().map(Some).collect(),
-    };
     let mut subscriptions = Vec::new();
-    for cell in named {
+    for cell in stream::each_or_all(cells) {
         for stream in streams.iter().copied() {
             let (queue, records) = (Arc::clone(queue), records.clone());
             let on_payload = move |cell: Cell, payload: ZBytes| {

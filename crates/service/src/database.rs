@@ -127,6 +127,75 @@ pub fn guarded<T, Own: OwnFault>(
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panic))
 }
 
+/// A database that is opened when it is needed, and again after an error, so that a disk that recovered serves again.
+#[derive(Debug)]
+pub struct Kept<Opened> {
+    opened: Option<Opened>,
+    /// How often it was opened.
+    generation: u64,
+}
+
+impl<Opened> Default for Kept<Opened> {
+    fn default() -> Self {
+        Self {
+            opened: None,
+            generation: 0,
+        }
+    }
+}
+
+impl<Opened> Kept<Opened> {
+    /// Works with the database, and the number of times that it was opened. Where that is damaged, it is put aside, and the work done
+    /// with a new one.
+    ///
+    /// # Errors
+    /// That of opening, of putting aside or of the work.
+    pub fn with<T, Own: OwnFault>(
+        &mut self,
+        open: impl Fn() -> Result<Opened, Fault<Own>>,
+        put_aside: impl FnOnce(&Fault<Own>) -> Result<(), Fault<Own>>,
+        mut work: impl FnMut(&mut Opened, u64) -> Result<T, Fault<Own>>,
+    ) -> Result<T, Fault<Own>> {
+        match self.attempt(&open, &mut work) {
+            Err(fault) if fault.is_damage() => {
+                put_aside(&fault)?;
+                self.attempt(&open, &mut work)
+            }
+            result => result,
+        }
+    }
+
+    fn attempt<T, Own: OwnFault>(
+        &mut self,
+        open: &impl Fn() -> Result<Opened, Fault<Own>>,
+        work: &mut impl FnMut(&mut Opened, u64) -> Result<T, Fault<Own>>,
+    ) -> Result<T, Fault<Own>> {
+        let mut opened = match self.opened.take() {
+            Some(opened) => opened,
+            None => {
+                let opened = open()?;
+                self.generation += 1;
+                opened
+            }
+        };
+        let generation = self.generation;
+        let result = guarded(|| work(&mut opened, generation));
+        // After a refusal of the service's own the file is as good as before.
+        let is_good = match &result {
+            Ok(_) => true,
+            Err(Fault::Own(own)) => !own.is_damage(),
+            Err(_) => false,
+        };
+        self.opened = is_good.then_some(opened);
+        result
+    }
+
+    /// Closes it until it is needed again.
+    pub fn close(&mut self) {
+        self.opened = None;
+    }
+}
+
 /// Gives a damaged file another name, which is returned.
 ///
 /// # Errors

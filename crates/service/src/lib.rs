@@ -42,7 +42,7 @@
 //! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
 //! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
 //!
-//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes,
+//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes; [`OneWorker`]: a service of one,
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
@@ -50,7 +50,7 @@
 //! - [`health`]: say what it needs, and whether it has it; [`survey`]: what all say,
 //! - [`supervision`]: end where a thread is dead,
 //! - [`database`]: keep what it knows in a file,
-//! - [`clock`]: the time of day, as messages tell it,
+//! - [`clock`]: the time of day, as messages tell it; [`sync`]: locks,
 //! - [`metrics`] of what happens, to be counted,
 //!
 //! [`embedded`] runs several services in one process.
@@ -72,6 +72,7 @@ mod http;
 pub mod lease;
 mod logs;
 pub mod metrics;
+mod one_worker;
 mod payload;
 pub mod process;
 pub mod rpc;
@@ -82,13 +83,14 @@ pub mod shutdown;
 pub mod stream;
 pub mod supervision;
 pub mod survey;
-mod sync;
+pub mod sync;
 mod telemetry;
 
 pub use admin::ask_ready;
 pub use configuration::ServiceSettings;
 pub use error::ServiceError;
 pub use health::{Health, HealthLatch};
+pub use one_worker::OneWorker;
 pub use process::Process;
 pub use run::{Running, join, main};
 pub use shutdown::Shutdown;

@@ -72,7 +72,7 @@ pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), Strin
 
 /// A service's main: reads command line and configuration, runs until SIGTERM or SIGINT, and finishes within its grace.
 ///
-/// Exit codes: 0 done, 1 failed or not ready, 64 a wrong command line or configuration, which is found before any port
+/// Exit codes: 0 done, 1 failed, 64 a wrong command line or configuration, which is found before any port
 /// is opened.
 pub fn main<S: ServiceSettings>(
     service: Service,
@@ -96,8 +96,6 @@ pub fn main<S: ServiceSettings>(
         Ok("the configuration is valid".to_owned())
     } else if arguments.print_config {
         configuration.to_toml().map_err(anyhow::Error::new)
-    } else if arguments.healthcheck {
-        check_health(&configuration).map_err(anyhow::Error::msg)
     } else if arguments.after_restore {
         configuration
             .service
@@ -135,17 +133,6 @@ fn load<S: ServiceSettings>(
         assignments: &arguments.set,
     };
     Configuration::load(service, &sources)
-}
-
-fn check_health<S>(configuration: &Configuration<S>) -> Result<String, String> {
-    match configuration.admin.listen {
-        AdminListen::At(address) if address.port() != 0 => {
-            admin::ask_ready(address).map(|()| "ready".to_owned())
-        }
-        _ => Err(
-            "the health check needs admin.listen with a port, such as 127.0.0.1:9100".to_owned(),
-        ),
-    }
 }
 
 fn run<S: ServiceSettings>(

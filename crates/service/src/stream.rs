@@ -179,6 +179,12 @@ impl<M: Message + Name + Default> Latest<M> {
     }
 }
 
+/// What to subscribe of these cells: each of them; all, which is `None`, where none is named.
+pub fn each_or_all(cells: &[Cell]) -> impl Iterator<Item = Option<&Cell>> {
+    let all = cells.is_empty().then_some(None);
+    cells.iter().map(Some).chain(all)
+}
+
 /// A subscription, until it is dropped.
 pub type Subscription = Subscriber<()>;
 

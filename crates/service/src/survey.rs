@@ -10,21 +10,39 @@ use crate::error::ServiceError;
 use crate::rpc::{CallError, Client};
 
 /// The check of an instance that is there and does not answer.
-pub const ANSWER: &str = "answer";
+const ANSWER: &str = "answer";
 
-/// The health of every instance that is there. One that does not answer in time is not ready, by the check [`ANSWER`]. Takes `patience` at
-/// most, half of it to find them.
+/// Every instance that is there, with its health. One that does not answer in time is not ready, and [silent](is_silent). Takes
+/// `patience` at most, half of it to find them.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where the session is closed.
+pub fn instances(
+    session: &Session,
+    patience: Duration,
+) -> Result<Vec<(Found, v1::HealthReply)>, ServiceError> {
+    let begun = Instant::now();
+    let found = alive::find(session, begun + patience / 2)?;
+    let answers = Client::new(session).health_of_all(&found, begun + patience);
+    let pairs = found.into_iter().zip(answers).map(|(found, answer)| {
+        let health = answer.unwrap_or_else(|error| unanswered(&found, &error));
+        (found, health)
+    });
+    Ok(pairs.collect())
+}
+
+/// The health of every [instance](instances) that is there.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.
 pub fn health(session: &Session, patience: Duration) -> Result<Vec<v1::HealthReply>, ServiceError> {
-    let begun = Instant::now();
-    let found = alive::find(session, begun + patience / 2)?;
-    let answers = Client::new(session).health_of_all(&found, begun + patience);
-    let replies = found.iter().zip(answers);
-    let replies =
-        replies.map(|(found, answer)| answer.unwrap_or_else(|error| unanswered(found, &error)));
-    Ok(replies.collect())
+    let instances = instances(session, patience)?;
+    Ok(instances.into_iter().map(|(_, health)| health).collect())
+}
+
+/// Whether the health is of an instance that did not answer.
+pub fn is_silent(health: &v1::HealthReply) -> bool {
+    health.checks.iter().any(|check| check.name == ANSWER)
 }
 
 fn unanswered(found: &Found, error: &CallError) -> v1::HealthReply {

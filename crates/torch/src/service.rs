@@ -57,15 +57,10 @@ impl Network for TorchNetwork {
     }
 }
 
-/// Runs the steps one after another: on the processor a batch of containers costs what they cost by themselves.
 struct TorchScorer(NetworkProposer);
 
 impl Scorer for TorchScorer {
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
-        let best = steps.iter().map(|step| {
-            let best = self.0.best(step.heightmap, step.items, step.share)?;
-            Ok(best)
-        });
-        best.collect()
+    fn best(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError> {
+        Ok(self.0.best(step.heightmap, step.items, step.share)?)
     }
 }

@@ -1,12 +1,13 @@
 //! The channels of a cell, each read only while somebody looks at it.
 
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use foxglove::messages::SceneUpdate;
 use foxglove::{Context, PartialMetadata, RawChannel, Schema};
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::stream::{self, Subscription};
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::schemas::MessageSchema;
 use prost::Message;
@@ -153,8 +154,4 @@ pub(crate) fn channel(
 /// Puts a message into the queues of who looks.
 pub(crate) fn log(channel: &RawChannel, payload: &[u8]) {
     channel.log_with_meta(payload, PartialMetadata::with_log_time(now_ns()));
-}
-
-fn lock<T>(value: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    value.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -21,6 +21,7 @@ use std::time::Duration;
 
 use foxglove::{Context, WebSocketServer, WebSocketServerHandle};
 use ppnpack_service::Shutdown;
+use ppnpack_service::process::thread;
 use tokio::runtime::Runtime;
 use zenoh::Session;
 
@@ -76,15 +77,14 @@ impl View {
         let cells = Cells::new(session, context)?;
         let thread = {
             let shutdown = shutdown.clone();
-            let thread = std::thread::Builder::new().name("view-cells".to_owned());
-            thread.spawn(move || follow(cells, &shutdown))
+            thread("view-cells", move || follow(cells, &shutdown))?
         };
         Ok(Self {
             server,
             runtime,
             address,
             shutdown,
-            thread: thread.map_err(|error| ViewError::Thread(error.to_string()))?,
+            thread,
         })
     }
 

@@ -32,8 +32,8 @@ pub use decode::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES, decode, encoding_of};
 pub use error::WireError;
 pub use structure::schema;
 
-/// The messages, as `proto/ppnpack/v1` defines them; `tests/generated.rs` writes the code.
+/// The messages, as `proto/ppnpack/v1` defines them.
 #[allow(missing_docs, clippy::all, clippy::pedantic)]
 pub mod v1 {
-    include!("../generated/ppnpack.v1.rs");
+    include!(concat!(env!("OUT_DIR"), "/ppnpack.v1.rs"));
 }

@@ -17,7 +17,7 @@ const MAX_PARTS: usize = 200_000;
 /// Messages within messages within messages: no schema here has more.
 const MAX_DEPTH: usize = 16;
 
-const DESCRIPTORS: &[u8] = include_bytes!("../generated/descriptors.binpb");
+const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.binpb"));
 
 /// The schema of all messages.
 ///

@@ -222,10 +222,6 @@ impl World {
         self.count(Fault::KillBridge, configuration)?;
         self.bridge.is_up = false;
         self.bridge.job = None;
-        if configuration.is_simulated {
-            self.motion = None;
-            self.forget_under_way();
-        }
         Some(())
     }
 
@@ -234,38 +230,11 @@ impl World {
             return None;
         }
         self.bridge.is_up = true;
-        let counts_as_simulated =
-            configuration.is_simulated || configuration.lacks(Sabotage::CutOffIsNotPlaced);
-        if let Some(change) = self.bridge.ledger.recover(counts_as_simulated) {
+        let has_not_happened = configuration.lacks(Sabotage::CutOffIsNotPlaced);
+        if let Some(change) = self.bridge.ledger.recover(has_not_happened) {
             self.bridge.ledger.apply(change);
         }
-        if configuration.is_simulated {
-            self.take_over();
-        }
         Some(())
-    }
-
-    /// In a simulated cell, what was not written down has not happened.
-    fn forget_under_way(&mut self) {
-        if let Some(Record::Placement { placement, .. }) = self.bridge.ledger.under_way()
-            && let Some(item) = self.item_no(&placement.item_id)
-            && let Some(whereabouts) = self.items.get_mut(usize::from(item))
-        {
-            *whereabouts = Whereabouts::Waiting;
-        }
-    }
-
-    /// A simulated cell is what its ledger says: of what that has forgotten nothing is there.
-    fn take_over(&mut self) {
-        let bodies = &self.bridge.ledger.head().bodies;
-        for (item, whereabouts) in self.items.iter_mut().enumerate() {
-            let id = item_id(item);
-            *whereabouts = match *whereabouts {
-                _ if bodies.iter().any(|body| body.item_id == id) => Whereabouts::Inside,
-                Whereabouts::Inside => Whereabouts::Elsewhere,
-                other => other,
-            };
-        }
     }
 
     pub(crate) fn lose_journal(&mut self, configuration: &Configuration) -> Option<()> {

@@ -11,8 +11,6 @@ pub struct Configuration {
     pub decisions: u8,
     /// Controllers that carry decisions out, where the planner does not by itself.
     pub controllers: u8,
-    /// Whether the cell is simulated: what it did and did not write down has not happened.
-    pub is_simulated: bool,
     /// Whether the robot may fail: miss an item, lose it, not know.
     pub may_fail: bool,
     /// Of how many worlds one is followed, to see whether it goes on when all faults have ended.
@@ -80,7 +78,6 @@ impl Configuration {
             items: 2,
             decisions: 3,
             controllers: 0,
-            is_simulated: false,
             may_fail: false,
             followed: 1,
             sabotage: None,
@@ -134,11 +131,6 @@ impl Configuration {
                 .failing()
                 .with(KillBridge, 1)
                 .with(TimeOut, 1),
-            automatic("a simulated cell")
-                .simulated()
-                .with(KillBridge, 2)
-                .with(KillPlanner, 1)
-                .with(TimeOut, 1),
             automatic("two controllers")
                 .by_controllers(2)
                 .with(KillBridge, 1)
@@ -174,7 +166,6 @@ impl Configuration {
         };
         vec![
             all(Self::automatic("everything, by itself")),
-            all(Self::automatic("everything, simulated").simulated()),
             all(Self::automatic("everything, by three controllers").by_controllers(3)),
         ]
     }
@@ -184,15 +175,6 @@ impl Configuration {
     pub fn failing(self) -> Self {
         Self {
             may_fail: true,
-            ..self
-        }
-    }
-
-    /// The same in a simulated cell.
-    #[must_use]
-    pub fn simulated(self) -> Self {
-        Self {
-            is_simulated: true,
             ..self
         }
     }

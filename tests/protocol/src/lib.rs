@@ -7,7 +7,7 @@
 //!
 //! [`World`] is all of that at one moment and [`Action`] what may happen next. [`Exhaust`](exhaust::Exhaust) has stateright go
 //! through every order in which it can; [`wander`](wander::wander) goes through random ones of larger worlds. What breaks a promise of
-//! docs/reliability.md is a [`Broken`], and [`shrink`](shrink::shrink) makes the shortest story of it.
+//! docs/reliability.md is a [`Broken`], and [`shrink`](wander::shrink) makes the shortest story of it.
 
 mod action;
 mod bridge;
@@ -18,7 +18,6 @@ mod people;
 mod planner;
 mod recovery;
 mod shared;
-pub mod shrink;
 pub mod wander;
 mod world;
 

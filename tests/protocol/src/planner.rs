@@ -5,9 +5,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_protocol::session::{
-    Container, End, FROM_BACKUP, ItemState, Lying, OrderLine, Rules, Session, SessionItem,
-};
+use ppnpack_protocol::session::{End, FROM_BACKUP, Session, open_container};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::v1::{self, OutcomeKind};
@@ -27,22 +25,15 @@ pub(crate) fn begun(
     items: &[Whereabouts],
 ) -> Session {
     let id = format!("s{number}");
-    let container = Container::open(String::new(), Vec::new(), least_state_number);
+    let container = open_container(String::new(), Vec::new(), least_state_number);
     let mut session = Session::begin(id, vec![container], is_automatic, 0);
     let waiting = items.iter().enumerate();
     let waiting = waiting.filter(|(_, whereabouts)| **whereabouts == Whereabouts::Waiting);
-    let announced = waiting.map(|(item, _)| SessionItem {
+    let announced = waiting.map(|(item, _)| v1::SessionItem {
         item_id: item_id(item),
-        arrival: 0,
-        order_line: OrderLine::default(),
         object: "box".to_owned(),
-        shape: ItemId::of(&v1::Item::default()),
-        rules: Rules::default(),
-        lying: Lying::default(),
-        poses: 1,
-        allowed_poses: Vec::new(),
-        state: ItemState::Waiting,
-        inspection: None,
+        shape: ItemId::of(&v1::Item::default()).to_bytes(),
+        ..v1::SessionItem::default()
     });
     // A session that has just begun takes any item.
     session.announce(announced.collect()).ok();

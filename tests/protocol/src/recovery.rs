@@ -1,7 +1,7 @@
 //! Whether it goes on when all faults have ended.
 
 use ppnpack_protocol::placing::Ending;
-use ppnpack_protocol::session::ItemState;
+use ppnpack_wire::v1::ItemState;
 
 use crate::action::Who;
 use crate::{Action, Broken, Configuration, World};
@@ -14,8 +14,7 @@ impl World {
     pub fn is_packed(&self) -> bool {
         let session = &self.planner.session;
         let mut items = session.items().iter();
-        !session.items().is_empty()
-            && items.all(|item| matches!(item.state, ItemState::Packed { .. }))
+        !session.items().is_empty() && items.all(|item| item.state() == ItemState::Packed)
     }
 
     /// The promise that was broken; also that it goes on when all faults have ended.

@@ -1,4 +1,4 @@
-//! Random orders of larger worlds.
+//! Random orders of larger worlds, and the shortest story of one that breaks a promise.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -41,4 +41,34 @@ pub fn wander(configuration: &Configuration, seed: u64, most_steps: usize) -> Wa
         broken: world.end(configuration),
         packs: world.is_packed(),
     }
+}
+
+/// Leaves out of a story, step by step, what it does not need to end as it does.
+pub fn shrink(story: &[Action], configuration: &Configuration) -> Vec<Action> {
+    let end = end_of(story, configuration);
+    let mut story = story.to_vec();
+    let mut at = 0;
+    while at < story.len() {
+        let mut without = story.clone();
+        without.remove(at);
+        if end_of(&without, configuration) == end {
+            story = without;
+            at = 0;
+        } else {
+            at += 1;
+        }
+    }
+    story
+}
+
+/// The promise that a story breaks, also that it goes on afterwards; `None` where it breaks none, or cannot happen.
+pub fn end_of(story: &[Action], configuration: &Configuration) -> Option<Broken> {
+    let mut steps = story.iter();
+    let world = steps.try_fold(World::new(configuration), |world, action| {
+        match world.broken() {
+            Some(_) => Some(world),
+            None => world.after(*action, configuration),
+        }
+    });
+    world?.end(configuration)
 }

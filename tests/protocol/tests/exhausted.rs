@@ -9,8 +9,7 @@ use std::time::Duration;
 
 use ppnpack_protocol_tests::configuration::{Configuration, Fault, Sabotage};
 use ppnpack_protocol_tests::exhaust::exhaust;
-use ppnpack_protocol_tests::shrink::{end_of, shrink, written};
-use ppnpack_protocol_tests::wander::wander;
+use ppnpack_protocol_tests::wander::{end_of, shrink, wander};
 use ppnpack_protocol_tests::{Action, Broken};
 
 /// Longer than any of them takes; it is here so that one that grows is noticed.
@@ -19,7 +18,7 @@ const LIMIT: Duration = Duration::from_secs(300);
 /// How a story ends, and the story, as short as it can be.
 fn told(story: &[Action], configuration: &Configuration) -> (Option<Broken>, String) {
     let story = shrink(story, configuration);
-    (end_of(&story, configuration), written(&story))
+    (end_of(&story, configuration), format!("{story:?}"))
 }
 
 /// Goes through a small world, in which every promise is kept.
@@ -31,6 +30,7 @@ fn exhausted(name: &str) {
         let (end, story) = told(story, configuration);
         panic!("{end:?} after {story}");
     }
+    println!("{name}: {found:?}");
     assert!(found.is_complete && found.packs, "{found:?}");
 }
 
@@ -80,11 +80,6 @@ fn a_robot_that_fails_breaks_nothing() {
 }
 
 #[test]
-fn a_simulated_cell_breaks_nothing() {
-    exhausted("a simulated cell");
-}
-
-#[test]
 fn two_controllers_break_nothing() {
     exhausted("two controllers");
 }
@@ -131,11 +126,13 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
     }
 }
 
+/// `PPNPACK_WAYS` has it go other than 3,000 ways through each.
 #[test]
 fn random_ways_through_large_worlds_break_nothing() {
+    let ways = std::env::var("PPNPACK_WAYS").map_or(3_000, |ways| ways.parse().unwrap());
     for configuration in Configuration::large() {
         let mut packed = 0;
-        for seed in 0..3_000 {
+        for seed in 0..ways {
             let way = wander(&configuration, seed, 150);
             if let Some(broken) = way.broken {
                 let (_, story) = told(&way.story, &configuration);
@@ -146,10 +143,8 @@ fn random_ways_through_large_worlds_break_nothing() {
             }
             packed += usize::from(way.packs);
         }
-        assert!(
-            packed > 0,
-            "{}: nothing was ever packed",
-            configuration.name
-        );
+        let name = configuration.name;
+        println!("{name}: all packed at the end of {packed} of {ways} ways");
+        assert!(packed > 0, "{name}: nothing was ever packed");
     }
 }

@@ -6,28 +6,23 @@ use hiroz::context::{ZContext, ZContextBuilder};
 use hiroz::node::ZNode;
 use hiroz::qos::{QosDurability, QosHistory, QosProfile, QosReliability};
 use hiroz::{Builder, Result};
-use hiroz_msgs::ros::sensor_msgs::PointCloud2;
 use hiroz_msgs::ros::std_srvs;
 use hiroz_msgs::ros::tf2_msgs::TFMessage;
 use hiroz_msgs::ros::visualization_msgs::MarkerArray;
 use ppnpack_ros2_tests::ppnpack_msgs::{
-    Announcement, CellState, Decision, HoldRequest, PackGoal, Session, srv,
+    AnnounceRequest, Announcement, BeginRequest, CellState, HoldRequest, Session, srv,
 };
-use ppnpack_ros2_tests::{Pack, process};
+use ppnpack_ros2_tests::process;
 use tokio::time::timeout;
 
 /// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(90);
-
-/// What is drawn as triangles: `visualization_msgs/Marker`.
-const TRIANGLE_LIST: i32 = 11;
 
 /// Why a session ended: `ppnpack_msgs/Session`.
 const ALL_PACKED: u8 = 1;
 
 /// What became of an item: `ppnpack_msgs/Item`.
 const PACKED: u8 = 3;
-const WITHDRAWN: u8 = 5;
 
 /// A node of hiroz in a domain, on the router at this endpoint.
 fn node(endpoint: &str, domain: usize) -> Result<(ZContext, ZNode)> {
@@ -50,7 +45,7 @@ fn latched() -> QosProfile {
     }
 }
 
-fn goal(objects: &[&str]) -> PackGoal {
+fn items(objects: &[&str]) -> AnnounceRequest {
     let items = objects
         .iter()
         .enumerate()
@@ -59,10 +54,24 @@ fn goal(objects: &[&str]) -> PackGoal {
             object: (*object).to_owned(),
             ..Announcement::default()
         });
-    PackGoal {
-        session_id: String::new(),
+    AnnounceRequest {
         items: items.collect(),
     }
+}
+
+/// Begins a session that packs by itself.
+async fn begin(node: &ZNode) -> Result<()> {
+    let begin = node
+        .create_client::<srv::Begin>("/ppnpack/cell_1/begin")
+        .build()?;
+    let request = BeginRequest {
+        session_id: "own".to_owned(),
+        is_automatic: true,
+        ..BeginRequest::default()
+    };
+    let response = begin.call_with_timeout(&request, PATIENCE).await?;
+    assert!(response.success, "{}", response.message);
+    Ok(())
 }
 
 /// Awaits something, and fails where it does not come.
@@ -76,63 +85,29 @@ async fn soon<T>(what: &str, of: impl Future<Output = T>) -> T {
 async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
     let (_stack, endpoint) = process::up(&["--ros", "7"]);
     let (context, node) = node(&endpoint, 7)?;
-    let decisions = node
-        .create_sub::<Decision>("/ppnpack/cell_1/decisions")
+    let sessions = node
+        .create_sub::<Session>("/ppnpack/cell_1/session")
+        .with_qos(latched())
         .build()?;
-    let scenes = node
-        .create_sub::<MarkerArray>("/ppnpack/cell_1/planned_scene")
+    soon("the session", sessions.async_recv()).await?;
+    begin(&node).await?;
+    let announce = node
+        .create_client::<srv::Announce>("/ppnpack/cell_1/announce")
         .build()?;
-    let heightmaps = node
-        .create_sub::<PointCloud2>("/ppnpack/cell_1/heightmap")
-        .build()?;
-    let cell = node
-        .create_sub::<MarkerArray>("/ppnpack/cell_1/scene")
-        .build()?;
-    // It comes once it was looked who reads: from then on steps are drawn, too.
-    soon("the cell", cell.async_recv()).await?;
-    let client = node
-        .create_action_client::<Pack>("/ppnpack/cell_1/pack")
-        .build()?;
-    assert!(
-        client.wait_for_server(PATIENCE).await,
-        "the action is found"
-    );
-
-    let mut handle = soon(
-        "the acceptance",
-        client.send_goal(goal(&["mug", "bowl", "banana"])),
-    )
-    .await?;
-    let mut feedback = handle.feedback().expect("nobody took it");
-    let mut told = Vec::new();
-    while told.len() < 3 {
-        let step = soon("feedback", feedback.recv()).await;
-        let step = step.expect("the goal is not forgotten");
-        told.extend(step.items.into_iter().map(|item| item.item_id));
-    }
-    told.sort();
-    assert_eq!(told, ["item-0", "item-1", "item-2"], "each is told of once");
-    let result = soon("the result", handle.result()).await?;
-    assert_eq!(
-        (result.end, result.packed),
-        (ALL_PACKED, 3),
-        "{}",
-        result.message
-    );
-    assert!(result.items.iter().all(|item| item.state == PACKED));
-
-    let decision = soon("a decision", decisions.async_recv()).await?;
-    assert!(["mug", "bowl", "banana"].contains(&decision.object.as_str()));
-    assert_eq!(decision.header.frame_id, "cell-1/container");
-    let scene = soon("a drawn step", scenes.async_recv()).await?;
-    assert!(
-        scene
-            .markers
-            .iter()
-            .any(|marker| marker.r#type == TRIANGLE_LIST && !marker.points.is_empty())
-    );
-    let heightmap = soon("a heightmap", heightmaps.async_recv()).await?;
-    assert!(heightmap.width > 0 && heightmap.row_step == heightmap.width * 12);
+    let request = items(&["mug", "bowl", "banana"]);
+    let response = announce.call_with_timeout(&request, PATIENCE).await?;
+    assert!(response.success, "{}", response.message);
+    let end = async {
+        loop {
+            let session = sessions.async_recv().await?;
+            if session.session_id == "own" && session.end != 0 {
+                return Result::Ok(session);
+            }
+        }
+    };
+    let session = soon("the end", end).await?;
+    assert_eq!(session.end, ALL_PACKED, "{}", session.failure);
+    assert!(session.items.iter().all(|item| item.state == PACKED));
 
     // Whoever comes later is given what is so.
     let states = node
@@ -141,12 +116,12 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
         .build()?;
     let state = soon("the state", states.async_recv()).await?;
     assert_eq!(state.bodies.len(), 3);
-    let sessions = node
-        .create_sub::<Session>("/ppnpack/cell_1/session")
+    let scenes = node
+        .create_sub::<MarkerArray>("/ppnpack/cell_1/scene")
         .with_qos(latched())
         .build()?;
-    let session = soon("the session", sessions.async_recv()).await?;
-    assert_eq!(session.end, ALL_PACKED);
+    let scene = soon("the scene", scenes.async_recv()).await?;
+    assert_eq!(scene.markers.len(), 7, "a mark and a name for each item");
     let frames = node
         .create_sub::<TFMessage>("/tf_static")
         .with_qos(latched())
@@ -164,8 +139,8 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
         ),
         ("/tf", "tf2_msgs::msg::dds_::TFMessage_"),
         (
-            "/ppnpack/cell_1/heightmap",
-            "sensor_msgs::msg::dds_::PointCloud2_",
+            "/ppnpack/cell_1/scene",
+            "visualization_msgs::msg::dds_::MarkerArray_",
         ),
     ] {
         let mut found = names.iter().filter(|(topic, _)| topic == name);
@@ -173,44 +148,6 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
     }
     let nodes = context.graph().get_node_names();
     assert!(nodes.iter().any(|(name, _)| name == "ppnpack"), "{nodes:?}");
-    Ok(())
-}
-
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_packing_that_is_cancelled_ends_with_what_is_packed() -> Result<()> {
-    let (_stack, endpoint) = process::up(&["--ros"]);
-    let (_context, node) = node(&endpoint, 0)?;
-    let client = node
-        .create_action_client::<Pack>("/ppnpack/cell_1/pack")
-        .build()?;
-    assert!(
-        client.wait_for_server(PATIENCE).await,
-        "the action is found"
-    );
-    let mut handle = soon("the acceptance", client.send_goal(goal(&["mug"; 40]))).await?;
-    let refused = soon("the refusal", client.send_goal(goal(&["bowl"]))).await;
-    assert!(refused.is_err(), "one goal at a time");
-    let mut feedback = handle.feedback().expect("nobody took it");
-    soon("feedback", feedback.recv()).await;
-    let response = soon("the answer", handle.cancel()).await?;
-    assert_eq!(
-        (response.return_code, response.goals_canceling.len()),
-        (0, 1)
-    );
-    let result = soon("the result", handle.result()).await?;
-    assert_eq!(result.end, 0, "{}", result.message);
-    let count = |state| {
-        result
-            .items
-            .iter()
-            .filter(|item| item.state == state)
-            .count()
-    };
-    assert!(count(PACKED) >= 1 && count(WITHDRAWN) >= 1);
-    assert_eq!(count(PACKED) + count(WITHDRAWN), 40, "nothing is left");
-    // The next goal is taken.
-    let handle = soon("the acceptance", client.send_goal(goal(&["banana"]))).await?;
-    soon("the result", handle.result()).await?;
     Ok(())
 }
 

@@ -18,7 +18,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 
 /// Asks the services of one cell.
 #[derive(Clone)]
-pub struct CellClient {
+pub(crate) struct CellClient {
     client: Client,
     cell: Cell,
 }
@@ -28,21 +28,13 @@ impl CellClient {
         Self { client, cell }
     }
 
-    /// A client of a cell over a session of its own.
-    pub fn over(session: &zenoh::Session, cell: Cell) -> Self {
-        Self::new(Client::new(session), cell)
-    }
-
     /// The cell.
-    pub fn cell(&self) -> &Cell {
+    pub(crate) fn cell(&self) -> &Cell {
         &self.cell
     }
 
     /// A client of one of its containers, as sessions and decisions name it.
-    ///
-    /// # Errors
-    /// Where it has a name that keys cannot have.
-    pub fn container(&self, name: &str) -> Result<Self> {
+    pub(crate) fn container(&self, name: &str) -> Result<Self> {
         let cell = match name {
             "" => self.cell.clone(),
             name => Cell::new(name)?,
@@ -50,24 +42,10 @@ impl CellClient {
         Ok(Self::new(self.client.clone(), cell))
     }
 
-    /// Does something, and again where a request is refused or not answered, for a minute: services may be away.
-    ///
-    /// # Errors
-    /// Of the last time; at once where no request failed.
-    pub fn patiently<T>(&self, work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
-        self.with_patience(PATIENCE, work)
-    }
-
-    /// The same with other patience.
-    ///
-    /// # Errors
-    /// Of the last time; at once where no request failed.
-    pub fn with_patience<T>(
-        &self,
-        patience: Duration,
-        mut work: impl FnMut(&Self) -> Result<T>,
-    ) -> Result<T> {
-        let until = Instant::now() + patience;
+    /// Does something, and again where a request is refused or not answered, for a minute: services may be away. Fails as the last time
+    /// did; at once where no request failed.
+    pub(crate) fn patiently<T>(&self, mut work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
+        let until = Instant::now() + PATIENCE;
         loop {
             match work(self) {
                 Err(error) if error.is::<CallError>() && Instant::now() < until => {
@@ -79,18 +57,12 @@ impl CellClient {
     }
 
     /// Sends a request.
-    ///
-    /// # Errors
-    /// How it was refused, or that nobody answered.
-    pub fn ask<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
+    pub(crate) fn ask<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
         self.ask_within(request, LIMIT)
     }
 
     /// Sends a request that must be answered within a time.
-    ///
-    /// # Errors
-    /// How it was refused, or that nobody answered.
-    pub fn ask_within<R: Request>(
+    pub(crate) fn ask_within<R: Request>(
         &self,
         request: R,
         limit: Duration,
@@ -100,10 +72,12 @@ impl CellClient {
     }
 
     /// Begins a session with these objects, in this order; item `i` is called `item-i`. Without any, they are announced later.
-    ///
-    /// # Errors
-    /// How a request was refused.
-    pub fn begin(&self, session_id: &str, objects: &[&str], is_automatic: bool) -> Result<()> {
+    pub(crate) fn begin(
+        &self,
+        session_id: &str,
+        objects: &[&str],
+        is_automatic: bool,
+    ) -> Result<()> {
         self.ask(v1::BeginRequest {
             session_id: session_id.to_owned(),
             is_automatic,
@@ -117,10 +91,7 @@ impl CellClient {
     }
 
     /// Announces these objects, in this order; item `i` is called `item-i`.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn announce(&self, objects: &[&str]) -> Result<()> {
+    pub(crate) fn announce(&self, objects: &[&str]) -> Result<()> {
         let items = objects.iter().enumerate();
         let items = items.map(|(index, object)| v1::Announcement {
             item_id: format!("item-{index}"),
@@ -135,19 +106,13 @@ impl CellClient {
     }
 
     /// Takes the container away and brings an empty one.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn renew(&self) -> Result<()> {
+    pub(crate) fn renew(&self) -> Result<()> {
         self.ask(v1::RenewRequest::default())?;
         Ok(())
     }
 
     /// Switches the automatic mode on, which acknowledges a failure.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn acknowledge(&self) -> Result<()> {
+    pub(crate) fn acknowledge(&self) -> Result<()> {
         self.ask(v1::AutomaticRequest {
             is_automatic: true,
             ..v1::AutomaticRequest::default()
@@ -156,28 +121,19 @@ impl CellClient {
     }
 
     /// The state of the cell.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn state(&self) -> Result<v1::CellState> {
+    pub(crate) fn state(&self) -> Result<v1::CellState> {
         let reply = self.ask(v1::CellStateRequest::default())?;
         reply.state.context("the bridge told no state")
     }
 
     /// The packing session.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn session(&self) -> Result<v1::Session> {
+    pub(crate) fn session(&self) -> Result<v1::Session> {
         let reply = self.ask(v1::SessionRequest::default())?;
         reply.session.context("the planner told no session")
     }
 
     /// Asks for a decision; `None` where nothing is left to decide.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn plan(&self) -> Result<Option<v1::Decision>> {
+    pub(crate) fn plan(&self) -> Result<Option<v1::Decision>> {
         let reply = self.ask(v1::PlanRequest::default())?;
         Ok(reply
             .decision
@@ -185,10 +141,7 @@ impl CellClient {
     }
 
     /// Has a decision carried out.
-    ///
-    /// # Errors
-    /// How a request was refused.
-    pub fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
+    pub(crate) fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
         let container = self.container(&decision.container)?;
         let reply = container.ask(v1::PlaceRequest::from(decision))?;
         let mut execution = reply.execution.unwrap_or_default();
@@ -203,10 +156,7 @@ impl CellClient {
     }
 
     /// Reports how a decision was carried out.
-    ///
-    /// # Errors
-    /// How the request was refused.
-    pub fn report(&self, decision: &v1::Decision, outcome: v1::Outcome) -> Result<()> {
+    pub(crate) fn report(&self, decision: &v1::Decision, outcome: v1::Outcome) -> Result<()> {
         self.ask(v1::ReportRequest {
             decision_id: decision.decision_id.clone(),
             outcome: Some(outcome),
@@ -217,10 +167,8 @@ impl CellClient {
 
     /// Plans, places and reports one step, or ends the one that was begun; the decision, or `None` where nothing is
     /// left.
-    ///
-    /// # Errors
-    /// How a request was refused.
-    pub fn step(&self) -> Result<Option<v1::Decision>> {
+    #[cfg(test)]
+    pub(crate) fn step(&self) -> Result<Option<v1::Decision>> {
         let begun = self.session()?.pending;
         let Some(decision) = begun.map_or_else(|| self.plan(), |begun| Ok(Some(begun)))? else {
             return Ok(None);
@@ -235,7 +183,7 @@ impl CellClient {
     ///
     /// # Errors
     /// What is lost, there twice or unknown, or how a request was refused.
-    pub fn check_consistent(&self) -> Result<()> {
+    pub(crate) fn check_consistent(&self) -> Result<()> {
         let (session, states) = self.session_with_states()?;
         for (container, state) in &states {
             let checked = check_container(&session, container, state);

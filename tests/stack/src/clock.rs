@@ -18,21 +18,18 @@ const LIBRARIES: [&str; 3] = [
 const SHARED: &str = "/dev/shm";
 
 /// The true time.
-pub const TRUE: &str = "+0";
+pub(crate) const TRUE: &str = "+0";
 
 /// The clock of the processes that have its environment.
 #[derive(Debug)]
-pub struct Clock {
+pub(crate) struct Clock {
     library: &'static Path,
     file: PathBuf,
 }
 
 impl Clock {
     /// A clock that says the true time and is kept in a folder; `None` where the library is not there.
-    ///
-    /// # Errors
-    /// Where the folder cannot be written to.
-    pub fn new(folder: &Path) -> Result<Option<Self>> {
+    pub(crate) fn new(folder: &Path) -> Result<Option<Self>> {
         let mut libraries = LIBRARIES.iter().map(Path::new);
         let Some(library) = libraries.find(|path| path.is_file()) else {
             return Ok(None);
@@ -44,10 +41,7 @@ impl Clock {
     }
 
     /// Steps it to this far from the true time, such as `+1h`.
-    ///
-    /// # Errors
-    /// Where its file cannot be written.
-    pub fn step(&self, to: &str) -> Result<()> {
+    pub(crate) fn step(&self, to: &str) -> Result<()> {
         // Whole or not at all: processes read it at any time.
         let next = self.file.with_extension("next");
         std::fs::write(&next, format!("{to}\n"))?;
@@ -55,7 +49,7 @@ impl Clock {
     }
 
     /// The variables of processes that go by it.
-    pub fn environment(&self) -> Vec<(String, String)> {
+    pub(crate) fn environment(&self) -> Vec<(String, String)> {
         let variables = [
             ("LD_PRELOAD", self.library.display().to_string()),
             ("FAKETIME_TIMESTAMP_FILE", self.file.display().to_string()),

@@ -11,16 +11,13 @@ use anyhow::Result;
 
 /// A file system in memory, unmounted when it is dropped.
 #[derive(Debug)]
-pub struct Disk {
+pub(crate) struct Disk {
     folder: PathBuf,
 }
 
 impl Disk {
     /// A disk of so many MiB at a folder, which is made; `None` where mounting is not allowed.
-    ///
-    /// # Errors
-    /// Where the folder cannot be made.
-    pub fn mount(at: &Path, mib: u32) -> Result<Option<Self>> {
+    pub(crate) fn mount(at: &Path, mib: u32) -> Result<Option<Self>> {
         std::fs::create_dir_all(at)?;
         let mut mount = Command::new("mount");
         mount.args(["-t", "tmpfs", "-o", &format!("size={mib}m"), "tmpfs"]);
@@ -31,16 +28,8 @@ impl Disk {
         }))
     }
 
-    /// Where it is mounted.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
     /// Writes until nothing more fits.
-    ///
-    /// # Errors
-    /// Where nothing can be begun.
-    pub fn fill(&self) -> Result<()> {
+    pub(crate) fn fill(&self) -> Result<()> {
         let mut file = File::create(self.filler())?;
         for size in [65_536, 512, 1] {
             while file.write_all(&vec![0; size]).is_ok() {}
@@ -49,10 +38,7 @@ impl Disk {
     }
 
     /// Takes away what filled it.
-    ///
-    /// # Errors
-    /// Where it was not filled.
-    pub fn free(&self) -> Result<()> {
+    pub(crate) fn free(&self) -> Result<()> {
         Ok(std::fs::remove_file(self.filler())?)
     }
 

@@ -9,13 +9,13 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use rand::RngExt;
 use rand::seq::IndexedRandom;
-use serde::Serialize;
 
 use crate::cell::CellClient;
 use crate::clock::{self, Clock};
 use crate::disk::Disk;
+use crate::process::Signal;
 use crate::records::{self, Files};
-use crate::{Signal, Stack};
+use crate::stack::Stack;
 
 /// How long a process is stopped, a disk full or a cell held, at most.
 const LONGEST: Duration = Duration::from_secs(3);
@@ -63,21 +63,21 @@ enum Fault {
 }
 
 /// How often something was done, and how long after its end fresh requests to all services succeeded at the latest.
-#[derive(Debug, Clone, Copy, Default, Serialize)]
-pub struct Recovered {
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Recovered {
     /// How often.
-    pub count: usize,
+    pub(crate) count: usize,
     /// The longest, in seconds.
-    pub longest_s: f64,
+    pub(crate) longest_s: f64,
     /// The service that was waited for the longest then.
-    pub waited_for: &'static str,
+    pub(crate) waited_for: &'static str,
 }
 
 /// What was done to a stack, and to whom.
-pub type Struck = BTreeMap<String, Recovered>;
+pub(crate) type Struck = BTreeMap<String, Recovered>;
 
 /// Does things to a stack.
-pub struct Faults {
+pub(crate) struct Faults {
     /// What journal and store lie on; `None` where it cannot be filled.
     disk: Option<Disk>,
     /// What the services go by; `None` where it cannot be set.
@@ -90,7 +90,12 @@ pub struct Faults {
 
 impl Faults {
     /// Faults for a stack of these cells that writes these files.
-    pub fn new(disk: Option<Disk>, clock: Option<Clock>, files: &Files, cells: &[String]) -> Self {
+    pub(crate) fn new(
+        disk: Option<Disk>,
+        clock: Option<Clock>,
+        files: &Files,
+        cells: &[String],
+    ) -> Self {
         Self {
             disk,
             clock,
@@ -102,18 +107,18 @@ impl Faults {
     }
 
     /// What the processes of the stack need in their environment.
-    pub fn environment(&self) -> Vec<(String, String)> {
+    pub(crate) fn environment(&self) -> Vec<(String, String)> {
         let clock = self.clock.as_ref();
         clock.map(Clock::environment).unwrap_or_default()
     }
 
     /// What was done.
-    pub fn struck(&self) -> &Struck {
+    pub(crate) fn struck(&self) -> &Struck {
         &self.struck
     }
 
     /// What is not possible here, and why.
-    pub fn left_out(&self) -> Vec<&'static str> {
+    pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let disk = "full disks: mounting a file system needs root";
         let clock = "clock steps: libfaketime is not there";
         let left_out = [
@@ -127,7 +132,7 @@ impl Faults {
     ///
     /// # Errors
     /// Where it does not, or where it was killed and left what cannot be.
-    pub fn strike(&mut self, stack: &mut Stack, cells: &[CellClient]) -> Result<()> {
+    pub(crate) fn strike(&mut self, stack: &mut Stack, cells: &[CellClient]) -> Result<()> {
         let is_possible = |fault: &Fault| match fault {
             Fault::Disk => self.disk.is_some(),
             Fault::Clock => self.clock.is_some(),

@@ -13,28 +13,32 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A page that is served.
 #[derive(Debug, Clone)]
-pub struct Page {
+pub(crate) struct Page {
     address: SocketAddr,
     token: Option<String>,
 }
 
 /// What was answered.
 #[derive(Debug)]
-pub struct Answer {
+pub(crate) struct Answer {
     /// The status.
-    pub status: u16,
+    pub(crate) status: u16,
     /// Headers, by their names in small letters.
-    pub headers: BTreeMap<String, String>,
+    pub(crate) headers: BTreeMap<String, String>,
     /// The body.
-    pub body: Vec<u8>,
+    pub(crate) body: Vec<u8>,
 }
 
 impl Answer {
+    /// The status, and the name of what is not possible.
+    pub(crate) fn error(&self) -> (u16, String) {
+        let body = self.json().unwrap_or_default();
+        let name = body["error"].as_str().unwrap_or_default();
+        (self.status, name.to_owned())
+    }
+
     /// The body as JSON.
-    ///
-    /// # Errors
-    /// Where it is none.
-    pub fn json(&self) -> Result<Value> {
+    pub(crate) fn json(&self) -> Result<Value> {
         let body = String::from_utf8_lossy(&self.body);
         serde_json::from_slice(&self.body).with_context(|| format!("no JSON: {body}"))
     }
@@ -42,7 +46,7 @@ impl Answer {
 
 impl Page {
     /// The page at an address.
-    pub fn at(address: SocketAddr) -> Self {
+    pub(crate) fn at(address: SocketAddr) -> Self {
         Self {
             address,
             token: None,
@@ -51,7 +55,7 @@ impl Page {
 
     /// The same page for somebody who has a token.
     #[must_use]
-    pub fn with_token(&self, token: &str) -> Self {
+    pub(crate) fn with_token(&self, token: &str) -> Self {
         Self {
             token: Some(token.to_owned()),
             ..self.clone()
@@ -59,26 +63,17 @@ impl Page {
     }
 
     /// Asks for something.
-    ///
-    /// # Errors
-    /// Where nothing is answered.
-    pub fn get(&self, path: &str) -> Result<Answer> {
+    pub(crate) fn get(&self, path: &str) -> Result<Answer> {
         self.get_of_host(path, &self.address.to_string())
     }
 
     /// Asks for something of a host by another name.
-    ///
-    /// # Errors
-    /// Where nothing is answered.
-    pub fn get_of_host(&self, path: &str, host: &str) -> Result<Answer> {
+    pub(crate) fn get_of_host(&self, path: &str, host: &str) -> Result<Answer> {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n"), "")
     }
 
     /// Makes a control.
-    ///
-    /// # Errors
-    /// Where nothing is answered.
-    pub fn control(&self, action: &str, order: &Value) -> Result<Answer> {
+    pub(crate) fn control(&self, action: &str, order: &Value) -> Result<Answer> {
         let host = self.address;
         let token = self
             .token
@@ -92,10 +87,7 @@ impl Page {
     }
 
     /// What the page shows, from now on.
-    ///
-    /// # Errors
-    /// Where it is not shown.
-    pub fn watch(&self) -> Result<Watch> {
+    pub(crate) fn watch(&self) -> Result<Watch> {
         let host = self.address;
         let mut reader = self.send(&format!("GET /api/events HTTP/1.1\r\nHost: {host}\r\n"), "")?;
         let (status, _) = head(&mut reader)?;
@@ -154,26 +146,23 @@ fn line(reader: &mut impl BufRead) -> Result<String> {
 }
 
 /// The parts of a page that is connected, as they change.
-pub struct Watch {
+pub(crate) struct Watch {
     reader: BufReader<TcpStream>,
     parts: BTreeMap<String, Value>,
     /// Beats that came.
-    pub beats: usize,
+    pub(crate) beats: usize,
 }
 
 impl Watch {
     /// A part of a cell, or of its container of the same name; nothing where there is none.
-    pub fn part(&self, of: &str, part: &str) -> &Value {
+    pub(crate) fn part(&self, of: &str, part: &str) -> &Value {
         self.parts
             .get(&format!("{of}/{part}"))
             .unwrap_or(&Value::Null)
     }
 
     /// Waits until the parts are as wanted.
-    ///
-    /// # Errors
-    /// With what is shown, where they are not in time.
-    pub fn until(&mut self, what: &str, is_wanted: impl Fn(&Self) -> bool) -> Result<()> {
+    pub(crate) fn until(&mut self, what: &str, is_wanted: impl Fn(&Self) -> bool) -> Result<()> {
         let deadline = Instant::now() + PATIENCE;
         while !is_wanted(self) {
             if Instant::now() > deadline {

@@ -12,52 +12,56 @@ use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PhysicalStabilitySettings};
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_wire::{convert, v1};
-use serde::Serialize;
 
 use crate::cell::CellClient;
 
 /// Times of many plans, sorted.
 #[derive(Debug, Clone, Default)]
-pub struct Times(Vec<Duration>);
+pub(crate) struct Times(Vec<Duration>);
 
 impl Times {
     /// The times.
-    pub fn new(mut times: Vec<Duration>) -> Self {
+    pub(crate) fn new(mut times: Vec<Duration>) -> Self {
         times.sort_unstable();
         Self(times)
     }
 
     /// How many there are.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
 
     /// The time that this share of them does not exceed, in milliseconds.
-    pub fn percentile_ms(&self, share: f64) -> f64 {
+    pub(crate) fn percentile_ms(&self, share: f64) -> f64 {
         let last = self.0.len().saturating_sub(1);
         let index = (share * last as f64).round() as usize;
         self.0
             .get(index)
             .map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
     }
+
+    /// The same as it stands in a table.
+    pub(crate) fn shown(&self, share: f64) -> String {
+        format!("{:.2}", self.percentile_ms(share))
+    }
 }
 
 /// The plans of the same steps through two stacks; times in milliseconds.
-#[derive(Debug, Clone, Serialize)]
-pub struct Compared {
+#[derive(Debug, Clone)]
+pub(crate) struct Compared {
     /// How many steps.
-    pub plans: usize,
+    pub(crate) plans: usize,
     /// The median of the other stack.
     pub others_p50_ms: f64,
     /// The median of this one.
     pub own_p50_ms: f64,
     /// How much longer this one took for the same step: the median in the middle, between the ends of its 95 % interval.
-    pub difference_ms: [f64; 3],
+    pub(crate) difference_ms: [f64; 3],
 }
 
 impl Compared {
     /// By the times of the same steps.
-    pub fn new(others: &[Duration], own: &[Duration]) -> Self {
+    pub(crate) fn new(others: &[Duration], own: &[Duration]) -> Self {
         let ms = |took: &Duration| took.as_secs_f64() * 1e3;
         let differences = own.iter().zip(others);
         let mut differences: Vec<f64> = differences
@@ -87,19 +91,19 @@ fn median_with_interval(sorted: &[f64]) -> [f64; 3] {
 
 /// What the plans of one container took.
 #[derive(Debug, Clone, Default)]
-pub struct Measured {
+pub(crate) struct Measured {
     /// From the request for a plan to its answer, as the controller sees it.
-    pub asked: Vec<Duration>,
+    pub(crate) asked: Vec<Duration>,
     /// The same steps planned in this process.
-    pub in_process: Vec<Duration>,
+    pub(crate) in_process: Vec<Duration>,
     /// What the planner spent on each stage of a decision.
-    pub stages: BTreeMap<String, Vec<Duration>>,
+    pub(crate) stages: BTreeMap<String, Vec<Duration>>,
     /// Steps planned in another way than was asked for.
-    pub degraded: usize,
+    pub(crate) degraded: usize,
 }
 
 /// A container that is packed step by step, each plan of which is measured.
-pub struct Packing<'a> {
+pub(crate) struct Packing<'a> {
     cell: &'a CellClient,
     objects: &'a [&'a str],
     measured: Measured,
@@ -107,10 +111,11 @@ pub struct Packing<'a> {
 
 impl<'a> Packing<'a> {
     /// Begins to pack `objects` into a new container.
-    ///
-    /// # Errors
-    /// How a request was refused.
-    pub fn begin(cell: &'a CellClient, session_id: &str, objects: &'a [&'a str]) -> Result<Self> {
+    pub(crate) fn begin(
+        cell: &'a CellClient,
+        session_id: &str,
+        objects: &'a [&'a str],
+    ) -> Result<Self> {
         cell.renew()?;
         cell.begin(session_id, objects, false)?;
         Ok(Self {
@@ -122,10 +127,7 @@ impl<'a> Packing<'a> {
 
     /// Plans and places the next item; says whether there was one. With `twin` the step is also planned in this process, on the same
     /// heightmap; where the search is exhaustive the decisions must be the same.
-    ///
-    /// # Errors
-    /// How a request was refused, or that a decision differs.
-    pub fn step(&mut self, twin: Option<&mut Twin<'_>>) -> Result<bool> {
+    pub(crate) fn step(&mut self, twin: Option<&mut Twin<'_>>) -> Result<bool> {
         let Self {
             cell,
             objects,
@@ -162,13 +164,13 @@ impl<'a> Packing<'a> {
     }
 
     /// What its plans took.
-    pub fn measured(self) -> Measured {
+    pub(crate) fn measured(self) -> Measured {
         self.measured
     }
 }
 
 /// The planner in this process, for comparison.
-pub struct Twin<'a> {
+pub(crate) struct Twin<'a> {
     catalogue: &'a Catalogue,
     grid: Grid,
     planner: Planner,
@@ -178,10 +180,7 @@ pub struct Twin<'a> {
 impl<'a> Twin<'a> {
     /// The exhaustive search of the reference setting. Where the stack searches exhaustively too, the decisions are
     /// compared.
-    ///
-    /// # Errors
-    /// Where the search cannot be made.
-    pub fn new(catalogue: &'a Catalogue, is_exhaustive: bool) -> Result<Self> {
+    pub(crate) fn new(catalogue: &'a Catalogue, is_exhaustive: bool) -> Result<Self> {
         let grid = Grid::reference();
         let settings = SearchSettings::default();
         let search = Search::new(&grid, &settings)?.bounded();

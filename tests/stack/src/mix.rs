@@ -2,43 +2,31 @@
 
 use ppnpack_wire::keys::Service;
 use rand::RngExt;
-use serde::Serialize;
 
 use crate::stack::COARSE;
 
 /// How a cell is seen, and who packs it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Kind {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
     /// Seen exactly, packed by a robot that makes every placement.
     Plain,
     /// Seen by a noisy camera; placed items are inspected, and now and then the gripper misses or drops one.
     Camera,
     /// Packed by an arm, which cannot hold or reach everything.
     Arm,
-    /// Packed by an arm from a tray, where items are recognised.
-    Tray,
 }
 
 impl Kind {
     /// The kind of each of so many cells: one after the other, or all plain.
-    pub fn of_cells(count: usize, are_plain: bool) -> Vec<Self> {
-        let kinds = [Self::Plain, Self::Camera, Self::Arm, Self::Tray];
+    pub(crate) fn of_cells(count: usize, are_plain: bool) -> Vec<Self> {
+        let kinds = [Self::Plain, Self::Camera, Self::Arm];
         let kinds = if are_plain { &kinds[..1] } else { &kinds[..] };
         kinds.iter().copied().cycle().take(count).collect()
     }
 
     /// Whether an item may leave the cell, or be taken for missing: somebody has to look then.
-    pub fn may_lose(self) -> bool {
+    pub(crate) fn may_lose(self) -> bool {
         self == Self::Camera
-    }
-
-    /// Whether items are announced from a tray.
-    pub fn has_tray(self) -> bool {
-        self == Self::Tray
-    }
-
-    fn has_arm(self) -> bool {
-        matches!(self, Self::Arm | Self::Tray)
     }
 }
 
@@ -62,7 +50,7 @@ const MAPPER: &str =
     "mapper={noise_m=0.001,point_radius_m=0.001,largest_hole_m=0.005,wall_margin_m=0.003}";
 
 /// Settings of planner and bridge for cells of these kinds, whose robots take so many seconds for a placement.
-pub fn settings(cells: &[(String, Kind)], place_duration_s: f64) -> Vec<(Service, String)> {
+pub(crate) fn settings(cells: &[(String, Kind)], place_duration_s: f64) -> Vec<(Service, String)> {
     let of_cell = |(cell, kind): &(String, Kind)| {
         let own = planner(*kind)
             .into_iter()
@@ -82,7 +70,7 @@ fn planner(kind: Kind) -> Vec<String> {
     match kind {
         Kind::Plain => Vec::new(),
         Kind::Camera => vec!["inspect=true".to_owned()],
-        Kind::Arm | Kind::Tray => vec![
+        Kind::Arm => vec![
             "arm={arm=\"nachi-mz07l\"}".to_owned(),
             format!("set_aside={SET_ASIDE}"),
         ],
@@ -97,7 +85,7 @@ fn bridge(kind: Kind, place_duration_s: f64) -> Vec<String> {
         let seed: u32 = rand::rng().random();
         settings.push(format!("faults={{{MISHAPS},seed={seed}}}"));
     }
-    if kind.has_arm() {
+    if kind == Kind::Arm {
         // Without any wait, that is 0.
         let speed = match place_duration_s > 0.0 {
             true => CYCLE_S / place_duration_s,
@@ -109,28 +97,18 @@ fn bridge(kind: Kind, place_duration_s: f64) -> Vec<String> {
 }
 
 /// Settings of the perception service for cells that are seen exactly.
-pub fn exact_perception(cells: &[(String, Kind)]) -> Vec<(Service, String)> {
-    let mut settings = vec![served(cells, |kind| kind != Kind::Camera)];
-    let trays = cells.iter().filter(|(_, kind)| kind.has_tray());
-    let region = crate::tray::REGION;
-    let (lowest, highest) = (region.lowest_m, region.highest_m);
-    let regions = trays.map(|(cell, _)| {
-        format!("trays.{cell}.segmentation.region={{lowest_m={lowest:?},highest_m={highest:?}}}")
-    });
-    let regions: Vec<String> = regions.collect();
-    if !regions.is_empty() {
-        settings.push(recognising());
-        settings.extend(regions);
-    }
-    of_perception(settings)
+pub(crate) fn exact_perception(cells: &[(String, Kind)]) -> Vec<(Service, String)> {
+    of_perception(vec![served(cells, |kind| kind != Kind::Camera)])
 }
 
 /// Settings of another perception service for cells with cameras, as these have noise; `None` where there are none.
-pub fn camera_perception(cells: &[(String, Kind)]) -> Option<Vec<(Service, String)>> {
+pub(crate) fn camera_perception(cells: &[(String, Kind)]) -> Option<Vec<(Service, String)>> {
     let mut kinds = cells.iter().map(|(_, kind)| *kind);
     kinds.any(|kind| kind == Kind::Camera).then(|| {
         let cells = served(cells, |kind| kind == Kind::Camera);
-        of_perception(vec![cells, recognising(), MAPPER.to_owned()])
+        // What is found again in containers.
+        let catalogue = format!("catalogue=\"{}\"", ppnpack_household::BUILTIN);
+        of_perception(vec![cells, catalogue, MAPPER.to_owned()])
     })
 }
 
@@ -148,9 +126,4 @@ fn served(cells: &[(String, Kind)], is_served: impl Fn(Kind) -> bool) -> String 
         .map(|(cell, _)| format!("{cell}={{{COARSE}}}"))
         .collect();
     format!("cells={{{}}}", names.join(","))
-}
-
-/// What is recognised on trays and found again in containers.
-fn recognising() -> String {
-    format!("catalogue=\"{}\"", ppnpack_household::BUILTIN)
 }

@@ -11,7 +11,7 @@ use nix::unistd::Pid;
 
 /// What can be done to a process from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Signal {
+pub(crate) enum Signal {
     /// Ends it at once.
     Kill,
     /// Asks it to end.
@@ -110,10 +110,7 @@ impl Drop for Process {
 }
 
 /// A program of the workspace: beside this one, or beside the folder that this one lies in, as tests do.
-///
-/// # Errors
-/// Where it was not built.
-pub fn beside(program: &str) -> Result<PathBuf> {
+pub(crate) fn beside(program: &str) -> Result<PathBuf> {
     let own = std::env::current_exe()?;
     let folders = own.ancestors().skip(1).take(2);
     let mut found = folders.map(|folder| folder.join(program));

@@ -10,10 +10,10 @@ use ppnpack_wire::v1;
 use prost::Message;
 use redb::{Database, ReadableDatabase, TableDefinition};
 
-use crate::soak::Container;
+use crate::packer::Container;
 
 /// In the journal, per cell and number: its records.
-const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
+const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-2");
 
 /// The number of the first record.
 const FIRST: u64 = 1;
@@ -23,16 +23,16 @@ const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 
 /// Where planner and bridge write.
 #[derive(Debug, Clone)]
-pub struct Files {
+pub(crate) struct Files {
     /// The bridge's journal.
-    pub journal: PathBuf,
+    pub(crate) journal: PathBuf,
     /// The planner's store; the files of cells lie in a folder beside it.
-    pub store: PathBuf,
+    pub(crate) store: PathBuf,
 }
 
 impl Files {
     /// In this folder.
-    pub fn in_folder(folder: &Path) -> Self {
+    pub(crate) fn in_folder(folder: &Path) -> Self {
         Self {
             journal: folder.join("bridge.redb"),
             store: folder.join("sessions.redb"),
@@ -47,10 +47,7 @@ impl Files {
 
     /// A copy in another folder of what services had written when they were killed: to open a file mends it, which is left to
     /// them.
-    ///
-    /// # Errors
-    /// Where they cannot be copied.
-    pub fn copied(&self, folder: &Path, cells: &[String]) -> Result<Self> {
+    pub(crate) fn copied(&self, folder: &Path, cells: &[String]) -> Result<Self> {
         let copy = Self::in_folder(folder);
         std::fs::copy(&self.journal, &copy.journal)?;
         for cell in cells {
@@ -64,22 +61,22 @@ impl Files {
 
 /// What became of the items of one container.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Contents {
+pub(crate) struct Contents {
     /// What was placed into it, in its order.
-    pub placed: Vec<String>,
+    pub(crate) placed: Vec<String>,
     /// What left the cell.
-    pub lost: BTreeSet<String>,
+    pub(crate) lost: BTreeSet<String>,
 }
 
 /// What a journal says of a cell.
 #[derive(Debug, Clone, Default)]
-pub struct Told {
+pub(crate) struct Told {
     /// The containers one after the other, the present one at last.
-    pub containers: Vec<Contents>,
+    pub(crate) containers: Vec<Contents>,
     /// Whether something was under way.
-    pub is_unfinished: bool,
+    pub(crate) is_unfinished: bool,
     /// Whether it has forgotten the first records.
-    pub has_forgotten: bool,
+    pub(crate) has_forgotten: bool,
 }
 
 /// Reads what a journal says of a cell.
@@ -87,7 +84,7 @@ pub struct Told {
 /// # Errors
 /// Where it cannot be read, where a placement id was used twice, an item was placed twice into one container or lies nobody knows
 /// where, anything but the last has no end, or the numbers of states go back.
-pub fn journal(files: &Files, cell: &str) -> Result<Told> {
+pub(crate) fn journal(files: &Files, cell: &str) -> Result<Told> {
     let database = Database::open(&files.journal).context("the journal cannot be opened")?;
     let table = database.begin_read()?.open_table(RECORDS)?;
     let mut told = Told::default();
@@ -148,7 +145,7 @@ impl Contents {
     }
 
     /// Whether this is what the planner acknowledged.
-    pub fn is_that_of(&self, container: &Container) -> bool {
+    pub(crate) fn is_that_of(&self, container: &Container) -> bool {
         let placed: BTreeSet<String> = self.placed.iter().cloned().collect();
         placed == container.placed() && self.lost == container.lost
     }
@@ -170,10 +167,7 @@ impl Contents {
 }
 
 /// The session of a cell; that before the first one where nothing was written.
-///
-/// # Errors
-/// Where the store cannot be read.
-pub fn session(files: &Files, cell: &str) -> Result<v1::Session> {
+pub(crate) fn session(files: &Files, cell: &str) -> Result<v1::Session> {
     let path = files.of_cell(cell);
     let database = Database::open(path).context("the store cannot be opened")?;
     let table = database.begin_read()?.open_table(SESSIONS)?;
@@ -186,7 +180,7 @@ pub fn session(files: &Files, cell: &str) -> Result<v1::Session> {
 ///
 /// # Errors
 /// Where they cannot be read, or the store does not agree with the journal.
-pub fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
+pub(crate) fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let files = files.copied(folder.path(), cells)?;
     for cell in cells {
@@ -215,7 +209,7 @@ pub fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
 ///
 /// # Errors
 /// Where they cannot be read, or do not say what was acknowledged.
-pub fn check_ended(files: &Files, cell: &str, acknowledged: &[Container]) -> Result<()> {
+pub(crate) fn check_ended(files: &Files, cell: &str, acknowledged: &[Container]) -> Result<()> {
     let journal = journal(files, cell)?;
     ensure!(!journal.is_unfinished, "{cell}: something has no end");
     let told = journal.containers.iter();

@@ -1,156 +1,65 @@
-//! What a long run comes to: as JSON, or as tables.
+//! What a long run comes to, as tables.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
-use serde::Serialize;
 
-use crate::faults::{Recovered, Struck};
+use crate::faults::Struck;
 use crate::latency::Times;
 use crate::mix::Kind;
-use crate::soak::{Container, Decided};
+use crate::packer::{Container, Decided};
 
 /// The memory of each process at some moments since the start, in MiB.
-pub type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
+pub(crate) type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
 
 /// What a long run comes to.
-#[derive(Debug, Serialize)]
-pub struct Report {
+pub(crate) struct Report {
     /// How long it took.
-    pub seconds: f64,
-    /// What was packed, per cell.
-    pub cells: BTreeMap<String, Packed>,
-    /// Decisions that were made in another way than was asked for.
-    pub degraded: usize,
+    pub(crate) took: Duration,
+    /// How long it was to take, at which decisions and memory are divided into tenths.
+    pub(crate) all: Duration,
+    /// What was packed, per cell; nothing where it failed: what became of the containers is not known then.
+    pub(crate) cells: Vec<(String, Kind, Vec<Container>)>,
+    pub(crate) decisions: Vec<Decided>,
     /// What was done to the stack.
-    pub faults: Struck,
+    pub(crate) faults: Struck,
     /// What could not be done to it here, and why.
-    pub left_out: Vec<&'static str>,
+    pub(crate) left_out: Vec<&'static str>,
     /// Lines of the logs that warn or tell of an error, per process.
-    pub complaints: BTreeMap<String, usize>,
-    /// Decision times of each tenth of the time.
-    pub decisions: Vec<Tenth>,
-    /// Per process, in MiB.
-    pub memory: BTreeMap<String, Memory>,
-}
-
-/// What was packed in a cell.
-#[derive(Debug, Serialize)]
-pub struct Packed {
-    /// What the cell is.
-    pub kind: Kind,
-    /// How many containers.
-    pub containers: usize,
-    /// How many items.
-    pub items: usize,
-    /// Items that the inspection did not find.
-    pub missing: usize,
-    /// Items that left the cell.
-    pub lost: usize,
-    /// Times that the automatic mode failed for one of these, and that was acknowledged.
-    pub acknowledged: usize,
-    /// Items that were set aside.
-    pub set_aside: usize,
-    /// Items of which was not seen what they are.
-    pub unrecognised: usize,
-}
-
-/// Decisions of a tenth of the time.
-#[derive(Debug, Serialize)]
-pub struct Tenth {
-    decisions: usize,
-    p50_ms: f64,
-    p99_ms: f64,
-    max_ms: f64,
-}
-
-/// What a process had in memory: the mean of each tenth of the time.
-#[derive(Debug, Serialize)]
-pub struct Memory {
-    tenths_mib: Vec<f64>,
-    max_mib: f64,
-}
-
-impl Packed {
-    /// All that was packed in a cell.
-    pub fn new(kind: Kind, containers: &[Container]) -> Self {
-        let sum = |of: fn(&Container) -> usize| containers.iter().map(of).sum();
-        Self {
-            kind,
-            containers: containers.len(),
-            items: sum(|container| container.packed.len()),
-            missing: sum(|container| container.missing.len()),
-            lost: sum(|container| container.lost.len()),
-            acknowledged: sum(|container| container.acknowledged),
-            set_aside: sum(|container| container.set_aside),
-            unrecognised: sum(|container| container.unrecognised),
-        }
-    }
-}
-
-impl Tenth {
-    /// The tenths of a run that took so long.
-    pub fn all(decisions: &[Decided], all: Duration) -> Vec<Self> {
-        (0..10)
-            .map(|tenth| Self::new(decisions, all, tenth))
-            .collect()
-    }
-
-    fn new(decisions: &[Decided], all: Duration, tenth: usize) -> Self {
-        let of_tenth = decisions
-            .iter()
-            .filter(|decided| tenth_of(decided.at, all) == tenth);
-        let times = Times::new(of_tenth.map(|decided| decided.took).collect());
-        Self {
-            decisions: times.count(),
-            p50_ms: times.percentile_ms(0.5),
-            p99_ms: times.percentile_ms(0.99),
-            max_ms: times.percentile_ms(1.0),
-        }
-    }
-}
-
-impl Memory {
-    /// The memory of each process in a run that took so long.
-    pub fn all(samples: &Samples, all: Duration) -> BTreeMap<String, Self> {
-        let samples = samples.iter();
-        samples
-            .map(|(name, samples)| (name.clone(), Self::new(samples, all)))
-            .collect()
-    }
-
-    fn new(samples: &[(Duration, f64)], all: Duration) -> Self {
-        let mean = |tenth: usize| {
-            let of_tenth = samples.iter().filter(|(at, _)| tenth_of(*at, all) == tenth);
-            let of_tenth: Vec<f64> = of_tenth.map(|(_, mib)| *mib).collect();
-            of_tenth.iter().sum::<f64>() / of_tenth.len().max(1) as f64
-        };
-        Self {
-            tenths_mib: (0..10).map(mean).collect(),
-            max_mib: samples.iter().map(|(_, mib)| *mib).fold(0.0, f64::max),
-        }
-    }
-
-    fn grown_mib(&self) -> f64 {
-        let (first, last) = (self.tenths_mib.first(), self.tenths_mib.last());
-        last.zip(first).map_or(0.0, |(last, first)| last - first)
-    }
-}
-
-fn tenth_of(at: Duration, all: Duration) -> usize {
-    ((at.as_secs_f64() / all.as_secs_f64() * 10.0) as usize).min(9)
+    pub(crate) complaints: BTreeMap<String, usize>,
+    pub(crate) memory: Samples,
 }
 
 impl Report {
+    /// Decisions that were made in another way than was asked for.
+    fn degraded(&self) -> usize {
+        let degraded = self.decisions.iter().filter(|decided| decided.is_degraded);
+        degraded.count()
+    }
+
+    fn tenth_of(&self, at: Duration) -> usize {
+        ((at.as_secs_f64() / self.all.as_secs_f64() * 10.0) as usize).min(9)
+    }
+
+    /// What a process had in memory, in MiB: the mean of each tenth of the time.
+    fn tenths_mib(&self, samples: &[(Duration, f64)]) -> [f64; 10] {
+        std::array::from_fn(|tenth| {
+            let of_tenth = samples.iter().filter(|(at, _)| self.tenth_of(*at) == tenth);
+            let of_tenth: Vec<f64> = of_tenth.map(|(_, mib)| *mib).collect();
+            of_tenth.iter().sum::<f64>() / of_tenth.len().max(1) as f64
+        })
+    }
+
     /// Checks that nothing kept growing by more than so many MiB, all served again within so many seconds, and without faults
     /// nothing was degraded.
     ///
     /// # Errors
     /// The first that is not so.
-    pub fn check(&self, most_growth_mib: f64, recovery_s: f64) -> Result<()> {
-        for (name, memory) in &self.memory {
-            let grown_mib = memory.grown_mib();
+    pub(crate) fn check(&self, most_growth_mib: f64, recovery_s: f64) -> Result<()> {
+        for (name, samples) in &self.memory {
+            let [first_mib, .., last_mib] = self.tenths_mib(samples);
+            let grown_mib = last_mib - first_mib;
             ensure!(
                 grown_mib <= most_growth_mib,
                 "{name} grew by {grown_mib:.1} MiB"
@@ -164,108 +73,97 @@ impl Report {
                 recovered.waited_for
             );
         }
+        let degraded = self.degraded();
         ensure!(
-            !self.faults.is_empty() || self.degraded == 0,
-            "{} decisions were degraded",
-            self.degraded
+            !self.faults.is_empty() || degraded == 0,
+            "{degraded} decisions were degraded"
         );
         Ok(())
     }
 
     /// Prints it as tables.
-    pub fn print(&self) {
-        self.print_cells();
-        self.print_faults();
-        self.print_decisions();
-        self.print_memory();
-    }
-
-    fn print_cells(&self) {
+    pub(crate) fn print(&self) {
+        let containers = || self.cells.iter().flat_map(|(.., containers)| containers);
+        let (took_s, degraded) = (self.took.as_secs_f64(), self.degraded());
         if self.cells.is_empty() {
+            println!("It failed after {took_s:.0} s: what became of the containers is not known.");
+        } else {
             println!(
-                "It failed after {:.0} s: what became of the containers is not known. {} decisions degraded.",
-                self.seconds, self.degraded
-            );
-            return;
-        }
-        let sum = |of: fn(&Packed) -> usize| self.cells.values().map(of).sum::<usize>();
-        println!(
-            "{} containers with {} items in {} cells, {:.0} s; {} decisions degraded.\n",
-            sum(|cell| cell.containers),
-            sum(|cell| cell.items),
-            self.cells.len(),
-            self.seconds,
-            self.degraded
-        );
-        println!(
-            "| cell | containers | items | missing | left the cell | failures acknowledged | set aside | not recognised |"
-        );
-        println!("|---|---|---|---|---|---|---|---|");
-        for (name, cell) in &self.cells {
-            println!(
-                "| {name}, {:?} | {} | {} | {} | {} | {} | {} | {} |",
-                cell.kind,
-                cell.containers,
-                cell.items,
-                cell.missing,
-                cell.lost,
-                cell.acknowledged,
-                cell.set_aside,
-                cell.unrecognised
+                "{} containers with {} items in {} cells, {took_s:.0} s.",
+                containers().count(),
+                containers().map(|it| it.packed.len()).sum::<usize>(),
+                self.cells.len(),
             );
         }
-        println!();
-    }
-
-    fn print_faults(&self) {
+        println!("{degraded} decisions degraded.\n");
+        print_table(
+            "cell | containers | items | missing | left the cell | failures acknowledged | set aside",
+            self.cells.iter().map(|(name, kind, containers)| {
+                let sum = |of: fn(&Container) -> usize| {
+                    let sum: usize = containers.iter().map(of).sum();
+                    sum.to_string()
+                };
+                vec![
+                    format!("{name}, {kind:?}"),
+                    containers.len().to_string(),
+                    sum(|container| container.packed.len()),
+                    sum(|container| container.missing.len()),
+                    sum(|container| container.lost.len()),
+                    sum(|container| container.acknowledged),
+                    sum(|container| container.set_aside),
+                ]
+            }),
+        );
         for left_out in &self.left_out {
             println!("Left out: {left_out}.\n");
         }
-        if self.faults.is_empty() {
-            return;
-        }
-        println!("| fault | times | served again after, at most (s) | waited for |");
-        println!("|---|---|---|---|");
-        for (what, recovered) in &self.faults {
-            let Recovered {
-                count,
-                longest_s,
-                waited_for,
-            } = recovered;
-            println!("| {what} | {count} | {longest_s:.2} | {waited_for} |");
-        }
-        println!();
+        print_table(
+            "fault | times | served again after, at most (s) | waited for",
+            self.faults.iter().map(|(what, recovered)| {
+                vec![
+                    what.clone(),
+                    recovered.count.to_string(),
+                    format!("{:.2}", recovered.longest_s),
+                    recovered.waited_for.to_owned(),
+                ]
+            }),
+        );
+        print_table(
+            "tenth of the time | decisions | p50 (ms) | p99 (ms) | max (ms)",
+            (0..10).map(|tenth| {
+                let decisions = self.decisions.iter();
+                let of_tenth = decisions.filter(|it| self.tenth_of(it.at) == tenth);
+                let times = Times::new(of_tenth.map(|decided| decided.took).collect());
+                let mut row = vec![(tenth + 1).to_string(), times.count().to_string()];
+                row.extend([0.5, 0.99, 1.0].map(|share| times.shown(share)));
+                row
+            }),
+        );
+        print_table(
+            "process | first tenth (MiB) | fifth | last | most | warnings and errors",
+            self.memory.iter().map(|(name, samples)| {
+                let [first, _, _, _, fifth, .., last] = self.tenths_mib(samples);
+                let most = samples.iter().map(|(_, mib)| *mib).fold(0.0, f64::max);
+                let complaints = self.complaints.get(name).copied().unwrap_or_default();
+                let mut row = vec![name.clone()];
+                row.extend([first, fifth, last, most].map(|mib| format!("{mib:.1}")));
+                row.push(complaints.to_string());
+                row
+            }),
+        );
     }
+}
 
-    fn print_decisions(&self) {
-        println!("| tenth of the time | decisions | p50 (ms) | p99 (ms) | max (ms) |");
-        println!("|---|---|---|---|---|");
-        for (index, tenth) in self.decisions.iter().enumerate() {
-            println!(
-                "| {} | {} | {:.2} | {:.2} | {:.2} |",
-                index + 1,
-                tenth.decisions,
-                tenth.p50_ms,
-                tenth.p99_ms,
-                tenth.max_ms
-            );
-        }
-        println!();
+/// Prints a table, as pages of results have it, where it has rows.
+pub(crate) fn print_table(header: &str, rows: impl IntoIterator<Item = Vec<String>>) {
+    let mut rows = rows.into_iter().peekable();
+    if rows.peek().is_none() {
+        return;
     }
-
-    fn print_memory(&self) {
-        println!("| process | first tenth (MiB) | fifth | last | most | warnings and errors |");
-        println!("|---|---|---|---|---|---|");
-        for (name, memory) in &self.memory {
-            let tenth = |index: usize| memory.tenths_mib.get(index).copied().unwrap_or(f64::NAN);
-            let complaints = self.complaints.get(name).copied().unwrap_or_default();
-            println!(
-                "| {name} | {:.1} | {:.1} | {:.1} | {:.1} | {complaints} |",
-                tenth(0),
-                tenth(4),
-                tenth(9),
-                memory.max_mib
-            );
-        }
+    println!("| {header} |");
+    println!("|{}", "---|".repeat(header.split('|').count()));
+    for row in rows {
+        println!("| {} |", row.join(" | "));
     }
+    println!();
 }

@@ -1,202 +1,325 @@
-//! Automatic packing, container after container, for a long time: what it costs at the start and at the end.
+//! Automatic packing over several cells for a long time, every service its own process.
 
-use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, anyhow, ensure};
-use ppnpack_wire::keys::{Stream, every_cell};
-use ppnpack_wire::v1::{self, InspectionKind, ItemState, SessionEnd};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, decode};
-use zenoh::Wait;
+use anyhow::{Context, Result, anyhow};
+use clap::Args;
+use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_service::sync::lock;
+use ppnpack_wire::keys::Service;
+use rand::RngExt;
 
-use crate::Stack;
+use crate::bench::builtin;
 use crate::cell::CellClient;
-use crate::mix::Kind;
-use crate::tray::Tray;
+use crate::clock::Clock;
+use crate::disk::Disk;
+use crate::faults::Faults;
+use crate::mix::{self, Kind};
+use crate::packer::{Container, Packer, note_decisions};
+use crate::process::Signal;
+use crate::records::{self, Files};
+use crate::report::{Report, Samples};
+use crate::stack::{Options, Stack};
 
-/// How often a session is looked at.
-const LOOK: Duration = Duration::from_millis(200);
-
-/// How long one container may take.
-const CONTAINER_LIMIT: Duration = Duration::from_secs(600);
-
-/// A decision that was made meanwhile.
-#[derive(Debug, Clone, Copy)]
-pub struct Decided {
-    /// Since the start.
-    pub at: Duration,
-    /// From the heightmap to the decision on disk.
-    pub took: Duration,
-    /// Whether it was planned in another way than was asked for.
-    pub is_degraded: bool,
-}
-
-/// Notes every decision of the stack, with the time since `start`.
+/// Packs container after container in automatic mode, and says what latency and memory were at the start and at the
+/// end. Fails where anything was lost, failed or kept growing.
 ///
-/// # Errors
-/// Where the stream cannot be subscribed.
-pub fn note_decisions(stack: &Stack, start: Instant) -> Result<Arc<Mutex<Vec<Decided>>>> {
-    let decisions = Arc::new(Mutex::new(Vec::new()));
-    let noted = Arc::clone(&decisions);
-    stack
-        .session()
-        .declare_subscriber(every_cell(Stream::Plan))
-        .callback(move |sample| {
-            let payload = sample.payload().to_bytes();
-            let Ok(decision) = decode::<v1::Decision>(&payload, MAX_MESSAGE_BYTES) else {
-                return;
+/// The first cell is plain, the second has a camera and inspects what was placed, the third has an arm; the next ones begin
+/// again.
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// How long, in seconds
+    #[arg(long, default_value_t = 3600)]
+    seconds: u64,
+
+    /// Cells at once
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..))]
+    cells: u8,
+
+    /// All cells are plain
+    #[arg(long)]
+    plain: bool,
+
+    /// Objects that arrive for each container
+    #[arg(long, default_value_t = 60)]
+    objects: usize,
+
+    /// How long the robot takes for a placement, in seconds
+    #[arg(long, default_value_t = 0.2)]
+    place_duration: f64,
+
+    /// What a service's memory may grow by after the first tenth, in MiB
+    #[arg(long, default_value_t = 16.0)]
+    growth: f64,
+
+    /// Seconds between two faults, about: processes that are killed or stopped, cells that are held, full disks, clocks that
+    /// are set; without, nothing fails
+    #[arg(long, value_name = "SECONDS")]
+    faults: Option<f64>,
+
+    /// After a fault has ended, fresh requests succeed within so many seconds; more is fair where others use the machine
+    #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
+    recovery: f64,
+}
+
+/// Between two looks at the memory.
+const LOOK: Duration = Duration::from_secs(10);
+
+/// The disk of journal and store, in MiB: some times what they come to in an hour.
+const DISK_MIB: u32 = 128;
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let kinds = Kind::of_cells(arguments.cells.into(), arguments.plain);
+    let names = (1..).map(|number| format!("cell-{number}"));
+    let cells: Vec<(String, Kind)> = names.zip(kinds).collect();
+    let folder = tempfile::tempdir()?;
+    let ended = soak(arguments, &cells, folder.path()).and_then(|(report, failed)| {
+        report.print();
+        failed.map_or_else(|| report.check(arguments.growth, arguments.recovery), Err)
+    });
+    if ended.is_err() {
+        eprintln!("kept: {}", folder.keep().display());
+    }
+    ended
+}
+
+/// Gives what was measured, and what failed, if anything did: what became of the containers is not known then.
+fn soak(
+    arguments: &Arguments,
+    cells: &[(String, Kind)],
+    folder: &Path,
+) -> Result<(Report, Option<anyhow::Error>)> {
+    let catalogue = builtin()?;
+    let names: Vec<String> = cells.iter().map(|(name, _)| name.clone()).collect();
+    // With nothing to fail, nothing is needed for it.
+    let fails = arguments.faults.is_some();
+    let written = folder.join("written");
+    std::fs::create_dir(&written)?;
+    let disk = fails.then(|| Disk::mount(&written, DISK_MIB)).transpose()?;
+    let clock = fails.then(|| Clock::new(folder)).transpose()?.flatten();
+    let files = Files::in_folder(&written);
+    // Ends after the stack: disk and clock are used until then.
+    let mut faults = Faults::new(disk.flatten(), clock, &files, &names);
+    let mut stack = start(arguments, cells, &files, faults.environment())?;
+
+    let start = Instant::now();
+    let noted = note_decisions(&stack, start)?;
+    let all = Duration::from_secs(arguments.seconds);
+    let mut run = Run {
+        stack: &mut stack,
+        catalogue: &catalogue,
+        arguments,
+        start,
+        all,
+        samples: Samples::new(),
+    };
+    let packed = run.go(cells, &mut faults);
+    let memory = run.samples;
+    let checked = packed.and_then(|packed| {
+        check_records(&mut stack, &names, &files, &packed)?;
+        Ok(packed)
+    });
+    let (packed, failed) = match checked {
+        Ok(packed) => (packed, None),
+        Err(error) => {
+            keep(&stack, &files, &names, folder);
+            (Vec::new(), Some(error))
+        }
+    };
+    let packed = cells.iter().zip(packed);
+    let packed = packed.map(|((name, kind), packed)| (name.clone(), *kind, packed));
+    let decisions = lock(&noted);
+    let report = Report {
+        took: start.elapsed(),
+        all,
+        cells: packed.collect(),
+        decisions: decisions.clone(),
+        faults: faults.struck().clone(),
+        left_out: match fails {
+            true => faults.left_out(),
+            false => Vec::new(),
+        },
+        complaints: complaints(&stack)?,
+        memory,
+    };
+    Ok((report, failed))
+}
+
+/// A stack of these cells that writes these files, with this environment.
+fn start(
+    arguments: &Arguments,
+    cells: &[(String, Kind)],
+    files: &Files,
+    environment: Vec<(String, String)>,
+) -> Result<Stack> {
+    let path = |service, key, path: &Path| (service, format!("service.{key}={}", path.display()));
+    let mut settings = vec![
+        path(Service::Planner, "store", &files.store),
+        path(Service::Bridge, "journal", &files.journal),
+    ];
+    settings.extend(mix::settings(cells, arguments.place_duration));
+    settings.extend(mix::exact_perception(cells));
+    let options = Options {
+        cells: cells.iter().map(|(name, _)| name.clone()).collect(),
+        settings,
+        environment,
+        ..Options::default()
+    };
+    let mut stack = Stack::start(&options)?;
+    if let Some(settings) = mix::camera_perception(cells) {
+        let options = Options {
+            settings,
+            ..options
+        };
+        let name = stack.add_second(Service::Perception, &options)?;
+        stack.wait_ready(&name)?;
+    }
+    Ok(stack)
+}
+
+/// A run under way.
+struct Run<'a> {
+    stack: &'a mut Stack,
+    catalogue: &'a Catalogue,
+    arguments: &'a Arguments,
+    start: Instant,
+    /// How long it goes on.
+    all: Duration,
+    samples: Samples,
+}
+
+impl Run<'_> {
+    /// Packs in every cell until the time is over; looks at the memory, and lets things fail, meanwhile. Gives the containers
+    /// of each cell.
+    fn go(&mut self, cells: &[(String, Kind)], faults: &mut Faults) -> Result<Vec<Vec<Container>>> {
+        let clients = (0..cells.len()).map(|cell| self.stack.cell(cell));
+        let clients = clients.collect::<Result<Vec<CellClient>>>()?;
+        let packers = clients.iter().zip(cells);
+        let packers = packers.map(|(client, (_, kind))| Packer::new(client.clone(), *kind));
+        let packers: Vec<Packer> = packers.collect();
+        let names = self.catalogue.objects.iter();
+        let names: Vec<&str> = names.map(|object| &**object.item.name()).collect();
+        let has_failed = AtomicBool::new(false);
+        let (start, all, objects) = (self.start, self.all, self.arguments.objects);
+        let goes_on = || start.elapsed() < all && !has_failed.load(Ordering::Relaxed);
+        std::thread::scope(|scope| {
+            let pack = |cell: usize, packer: Packer| {
+                let packed = pack_cell(&packer, &names, objects, cell, &goes_on);
+                if let Err(error) = &packed {
+                    eprintln!("\ncell-{}: {error:#}", cell + 1);
+                    has_failed.store(true, Ordering::Relaxed);
+                }
+                packed
             };
-            let mut noted = noted.lock().unwrap_or_else(PoisonError::into_inner);
-            noted.push(decided(&decision, start.elapsed()));
+            let packers = packers.into_iter().enumerate();
+            let threads: Vec<_> = packers
+                .map(|(cell, packer)| scope.spawn(move || pack(cell, packer)))
+                .collect();
+            let watched = self.watch(&clients, faults, &goes_on);
+            has_failed.fetch_or(watched.is_err(), Ordering::Relaxed);
+            eprintln!();
+            let packed = threads.into_iter().map(|thread| {
+                let packed = thread.join();
+                packed.map_err(|_| anyhow!("a thread panicked"))?
+            });
+            let packed = packed.collect::<Result<_>>();
+            watched.and(packed)
         })
-        .background()
-        .wait()
-        .map_err(|error| anyhow!("{error}"))?;
-    Ok(decisions)
-}
-
-/// The stage `prepare` is left out: most of it is waiting for the robot and for perception.
-fn decided(decision: &v1::Decision, at: Duration) -> Decided {
-    let stages = decision.stages.iter();
-    let planning = stages.filter(|stage| stage.stage != "prepare");
-    Decided {
-        at,
-        took: Duration::from_nanos(planning.map(|stage| stage.duration_ns).sum()),
-        is_degraded: !decision.degraded.is_empty(),
-    }
-}
-
-/// What came of one container, by the planner.
-#[derive(Debug, Clone, Default)]
-pub struct Container {
-    /// The items that lie in it.
-    pub packed: BTreeSet<String>,
-    /// Those that were placed, and that the inspection did not find.
-    pub missing: BTreeSet<String>,
-    /// Those that left the cell.
-    pub lost: BTreeSet<String>,
-    /// How many were set aside, as nothing was possible with them.
-    pub set_aside: usize,
-    /// How many were taken from the tray, as it was not seen what they are.
-    pub unrecognised: usize,
-    /// How often the automatic mode failed, and that was acknowledged.
-    pub acknowledged: usize,
-}
-
-impl Container {
-    /// By the items of its session.
-    pub fn of(session: &v1::Session) -> Self {
-        let of = |is_one: &dyn Fn(&v1::SessionItem) -> bool| -> BTreeSet<String> {
-            let items = session.items.iter().filter(|item| is_one(item));
-            items.map(|item| item.item_id.clone()).collect()
-        };
-        let is = |item: &v1::SessionItem, state: ItemState| item.state() == state;
-        Self {
-            packed: of(&|item| is(item, ItemState::Packed)),
-            missing: of(&|item| is(item, ItemState::Gone) && is_missing(item)),
-            lost: of(&|item| is(item, ItemState::Gone) && !is_missing(item)),
-            set_aside: of(&|item| is(item, ItemState::SetAside)).len(),
-            ..Self::default()
-        }
     }
 
-    /// All that was placed into it.
-    pub fn placed(&self) -> BTreeSet<String> {
-        self.packed.union(&self.missing).cloned().collect()
-    }
-
-    fn gone(&self) -> usize {
-        self.missing.len() + self.lost.len()
-    }
-}
-
-/// Whether an item was looked for in the container, and was not there.
-fn is_missing(item: &v1::SessionItem) -> bool {
-    let inspection = item.inspection.as_ref();
-    inspection.is_some_and(|inspection| inspection.kind() == InspectionKind::Missing)
-}
-
-/// A cell that is packed again and again.
-pub struct Packer {
-    cell: CellClient,
-    kind: Kind,
-    tray: Option<Tray>,
-}
-
-impl Packer {
-    /// Packs a cell of this kind; where it has a tray, from that.
-    pub fn new(cell: CellClient, kind: Kind, tray: Option<Tray>) -> Self {
-        Self { cell, kind, tray }
-    }
-
-    /// Packs one container in automatic mode, then has an empty one brought.
-    ///
-    /// # Errors
-    /// Where the automatic mode failed without an item that is gone, or in a cell where none may be; or what the planner
-    /// acknowledged is not what lies in the container.
-    pub fn pack(&mut self, session_id: &str, objects: &[&str]) -> Result<Container> {
-        let at_once = match &mut self.tray {
-            Some(tray) => {
-                tray.expect(objects);
-                &[]
+    fn watch(
+        &mut self,
+        clients: &[CellClient],
+        faults: &mut Faults,
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<()> {
+        let mut next_look = Instant::now();
+        while goes_on() {
+            if next_look <= Instant::now() {
+                self.sample()?;
+                next_look += LOOK;
             }
-            None => objects,
-        };
-        let cell = &self.cell;
-        cell.patiently(|cell| cell.begin(session_id, at_once, true))?;
-        let container = self
-            .until_the_end()
-            .with_context(|| session_id.to_owned())?;
-        let cell = &self.cell;
-        cell.patiently(CellClient::check_consistent)
-            .with_context(|| session_id.to_owned())?;
-        cell.patiently(CellClient::renew)
-            .context("no new container")?;
-        Ok(container)
-    }
-
-    fn until_the_end(&mut self) -> Result<Container> {
-        let until = Instant::now() + CONTAINER_LIMIT;
-        let mut acknowledged = 0;
-        let mut gone = 0;
-        loop {
-            ensure!(Instant::now() < until, "it does not come to an end");
-            let has_more = self.bring()?;
-            let session = self.cell.patiently(CellClient::session)?;
-            let container = Container::of(&session);
-            match session.end() {
-                SessionEnd::Failed => {
-                    let is_allowed = self.kind.may_lose() && container.gone() > gone;
-                    ensure!(is_allowed, "it failed: {}", session.failure);
-                    gone = container.gone();
-                    acknowledged += 1;
-                    self.cell.patiently(CellClient::check_consistent)?;
-                    self.cell.patiently(CellClient::acknowledge)?;
-                }
-                // Of what came on a tray perhaps nothing was recognised.
-                SessionEnd::Unspecified if has_more || !session.items.is_empty() => {}
-                SessionEnd::AllPacked | SessionEnd::OthersSetAside if has_more => {}
-                _ => {
-                    let tray = self.tray.as_ref();
-                    return Ok(Container {
-                        acknowledged,
-                        unrecognised: tray.map_or(0, Tray::unrecognised),
-                        ..container
-                    });
+            let left = self.all.saturating_sub(self.start.elapsed());
+            eprint!("\r{:.0} s left  ", left.as_secs_f64());
+            match self.arguments.faults {
+                None => std::thread::sleep(LOOK.min(left)),
+                Some(seconds) => {
+                    let pause = seconds * rand::rng().random_range(0.5..1.5);
+                    std::thread::sleep(Duration::try_from_secs_f64(pause)?.min(left));
+                    faults
+                        .strike(self.stack, clients)
+                        .context("after a fault")?;
                 }
             }
-            std::thread::sleep(LOOK);
         }
+        Ok(())
     }
 
-    /// Lets items come to the tray, where there is one; says whether more are to come.
-    fn bring(&mut self) -> Result<bool> {
-        let Some(tray) = &mut self.tray else {
-            return Ok(false);
-        };
-        let session = self.cell.patiently(CellClient::session)?;
-        tray.bring(&self.cell, &session)?;
-        Ok(tray.has_more())
+    fn sample(&mut self) -> Result<()> {
+        for name in self.stack.names() {
+            let sample = (self.start.elapsed(), self.stack.resident_mib(name)?);
+            self.samples
+                .entry(name.to_owned())
+                .or_default()
+                .push(sample);
+        }
+        Ok(())
     }
+}
+
+fn pack_cell(
+    packer: &Packer,
+    names: &[&str],
+    objects: usize,
+    cell: usize,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<Vec<Container>> {
+    let mut packed = Vec::new();
+    while goes_on() {
+        let container = packed.len();
+        let names = names.iter().copied().cycle();
+        let names = names.skip(container * 17 + cell * 5);
+        let objects: Vec<&str> = names.take(objects).collect();
+        packed.push(packer.pack(&format!("soak-{cell}-{container}"), &objects)?);
+    }
+    Ok(packed)
+}
+
+/// Compares what the planner acknowledged with what journal and store say, read without bridge and planner.
+fn check_records(
+    stack: &mut Stack,
+    cells: &[String],
+    files: &Files,
+    packed: &[Vec<Container>],
+) -> Result<()> {
+    for name in ["planner-1", "bridge-1"] {
+        stack.signal(name, Signal::Terminate)?;
+    }
+    let mut cells = cells.iter().zip(packed);
+    cells.try_for_each(|(cell, packed)| records::check_ended(files, cell, packed))
+}
+
+/// Keeps logs and what was written, for whoever looks why it failed; what cannot be kept is left out.
+fn keep(stack: &Stack, files: &Files, cells: &[String], folder: &Path) {
+    drop(files.copied(folder, cells));
+    for name in stack.names() {
+        let log = stack.log(name).unwrap_or_default();
+        drop(std::fs::write(folder.join(format!("{name}.log")), log));
+    }
+}
+
+fn complaints(stack: &Stack) -> Result<BTreeMap<String, usize>> {
+    let count = |name: &str| {
+        let log = stack.log(name)?;
+        let is_complaint = |line: &&str| {
+            line.contains(" WARN ")
+                || line.contains("ERROR ")
+                || line.contains("\"level\":\"WARN\"")
+        };
+        Ok((name.to_owned(), log.lines().filter(is_complaint).count()))
+    };
+    stack.names().map(count).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow, ensure};
@@ -10,11 +10,9 @@ use ppnpack_service::alive::Alive;
 use ppnpack_service::configuration::{Endpoints, ZenohSettings};
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Instance, Service};
-use ppnpack_wire::v1;
 use zenoh::Wait;
 
 use crate::cell::CellClient;
-use crate::http::Page;
 use crate::process::{Process, Signal, beside};
 
 /// How long a service may take to start: the catalogue is read, the network warmed up.
@@ -28,19 +26,19 @@ const PUBLISHED: &str = "weights={},scene_value={weight=0.0},set_aside=0";
 
 /// What a stack is made of.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub(crate) struct Options {
     /// The names of its cells.
-    pub cells: Vec<String>,
+    pub(crate) cells: Vec<String>,
     /// Whether there is a ppn service, and the planner asks it.
-    pub has_network: bool,
+    pub(crate) has_network: bool,
     /// Where the planner has placements evaluated: `services`, or `in-process` as it is without this.
-    pub evaluate: &'static str,
+    pub(crate) evaluate: &'static str,
     /// Further settings per service, as for `--set`.
-    pub settings: Vec<(Service, String)>,
+    pub(crate) settings: Vec<(Service, String)>,
     /// Variables in the environment of every process.
-    pub environment: Vec<(String, String)>,
+    pub(crate) environment: Vec<(String, String)>,
     /// The folder of the programs; that of this one where none is given.
-    pub programs: Option<PathBuf>,
+    pub(crate) programs: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -66,21 +64,20 @@ impl Options {
 }
 
 /// A running stack. Its processes end with it; its folder stays where the test fails.
-pub struct Stack {
+pub(crate) struct Stack {
     // Dropped first: clients before those they talk to.
     session: zenoh::Session,
     processes: BTreeMap<String, Process>,
-    endpoint: String,
+    /// Of the router.
+    pub(crate) endpoint: String,
     cells: Vec<String>,
-    folder: tempfile::TempDir,
+    /// Where stores, journals and logs lie.
+    pub(crate) folder: tempfile::TempDir,
 }
 
 impl Stack {
     /// Starts a stack and waits until all of it is ready.
-    ///
-    /// # Errors
-    /// What did not start.
-    pub fn start(options: &Options) -> Result<Self> {
+    pub(crate) fn start(options: &Options) -> Result<Self> {
         let folder = tempfile::tempdir()?;
         let endpoint = format!("tcp/127.0.0.1:{}", free_port()?);
         let mut processes = BTreeMap::new();
@@ -118,19 +115,18 @@ impl Stack {
     }
 
     /// Starts one more instance of a service, with files of its own, as by mistake; gives its name.
-    ///
-    /// # Errors
-    /// Where it does not start.
-    pub fn add_second(&mut self, service: Service, options: &Options) -> Result<String> {
+    pub(crate) fn add_second(&mut self, service: Service, options: &Options) -> Result<String> {
         self.add(service, 2, options)?;
         Ok(format!("{service}-2"))
     }
 
     /// Starts the operator's page on a port of the system's choice, and waits until it is served; gives the page.
-    ///
-    /// # Errors
-    /// Where it does not start.
-    pub fn add_console(&mut self, index: usize, options: &Options) -> Result<Page> {
+    #[cfg(test)]
+    pub(crate) fn add_console(
+        &mut self,
+        index: usize,
+        options: &Options,
+    ) -> Result<crate::http::Page> {
         self.add(Service::Console, index, options)?;
         let name = format!("{}-{index}", Service::Console);
         self.wait_ready(&name)?;
@@ -138,7 +134,7 @@ impl Stack {
         let url = log.rsplit_once("http://").map(|(_, rest)| rest);
         let address = url.and_then(|url| url.split(['"', ' ', '\n']).next());
         let address = address.with_context(|| format!("{name} tells no address: {log}"))?;
-        Ok(Page::at(address.parse()?))
+        Ok(crate::http::Page::at(address.parse()?))
     }
 
     fn add(&mut self, service: Service, index: usize, options: &Options) -> Result<()> {
@@ -204,34 +200,13 @@ impl Stack {
         Ok(())
     }
 
-    /// A session of its own with a router.
-    ///
-    /// # Errors
-    /// Where there is none.
-    pub fn connect(endpoint: &str) -> Result<zenoh::Session> {
-        connect(endpoint)
-    }
-
-    /// The endpoint of the router.
-    pub fn endpoint(&self) -> &str {
-        &self.endpoint
-    }
-
-    /// Where stores, journals and logs lie.
-    pub fn folder(&self) -> &Path {
-        self.folder.path()
-    }
-
     /// A session of the stack's own.
-    pub fn session(&self) -> &zenoh::Session {
+    pub(crate) fn session(&self) -> &zenoh::Session {
         &self.session
     }
 
     /// A client for one of the cells.
-    ///
-    /// # Errors
-    /// Where there is no such cell.
-    pub fn cell(&self, index: usize) -> Result<CellClient> {
+    pub(crate) fn cell(&self, index: usize) -> Result<CellClient> {
         let name = self.cells.get(index).context("there is no such cell")?;
         Ok(CellClient::new(
             Client::new(&self.session),
@@ -240,20 +215,17 @@ impl Stack {
     }
 
     /// The process id of an instance, such as `planner-1`.
-    pub fn process_id(&self, name: &str) -> Option<u32> {
+    fn process_id(&self, name: &str) -> Option<u32> {
         self.processes.get(name)?.id()
     }
 
     /// The names of all instances, and of the router.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.processes.keys().map(String::as_str)
     }
 
     /// What an instance has in memory, in MiB.
-    ///
-    /// # Errors
-    /// Where it does not run.
-    pub fn resident_mib(&self, name: &str) -> Result<f64> {
+    pub(crate) fn resident_mib(&self, name: &str) -> Result<f64> {
         let id = self.process_id(name);
         let id = id.with_context(|| format!("{name} does not run"))?;
         let status = std::fs::read_to_string(format!("/proc/{id}/status"))?;
@@ -264,39 +236,13 @@ impl Stack {
     }
 
     /// The log of an instance.
-    ///
-    /// # Errors
-    /// Where it cannot be read.
-    pub fn log(&self, name: &str) -> Result<String> {
+    pub(crate) fn log(&self, name: &str) -> Result<String> {
         let path: PathBuf = self.folder.path().join(format!("{name}.log"));
         Ok(std::fs::read_to_string(path)?)
     }
 
-    /// Waits until an instance has logged something.
-    ///
-    /// # Errors
-    /// With its log, where it has not in time.
-    pub fn wait_logged(&self, name: &str, text: &str) -> Result<()> {
-        let deadline = Instant::now() + START_LIMIT;
-        loop {
-            let log = self.log(name)?;
-            if log.contains(text) {
-                return Ok(());
-            }
-            ensure!(
-                Instant::now() < deadline,
-                "{name} did not say that {text}: {log}"
-            );
-            // A file is polled.
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    }
-
     /// Sends a signal to an instance, such as `planner-1`, or to the `router`.
-    ///
-    /// # Errors
-    /// Where it does not run.
-    pub fn signal(&mut self, name: &str, signal: Signal) -> Result<()> {
+    pub(crate) fn signal(&mut self, name: &str, signal: Signal) -> Result<()> {
         let process = self.processes.get_mut(name);
         let process = process.with_context(|| format!("there is no {name}"))?;
         process.send(signal)?;
@@ -312,31 +258,15 @@ impl Stack {
     }
 
     /// Starts an instance again.
-    ///
-    /// # Errors
-    /// Where it does not start.
-    pub fn restart(&mut self, name: &str) -> Result<()> {
+    pub(crate) fn restart(&mut self, name: &str) -> Result<()> {
         let process = self.processes.get_mut(name);
         let process = process.with_context(|| format!("there is no {name}"))?;
         ensure!(!process.is_running(), "{name} runs already");
         process.start()
     }
 
-    /// What an instance says of its health.
-    ///
-    /// # Errors
-    /// Where it does not answer.
-    pub fn health(&self, service: Service, name: &str) -> Result<v1::HealthReply> {
-        let client = Client::new(&self.session);
-        let deadline = Instant::now() + START_LIMIT;
-        Ok(client.health(service, &Instance::new(name)?, deadline)?)
-    }
-
     /// Waits until an instance is alive and ready.
-    ///
-    /// # Errors
-    /// What keeps it from that, with its log.
-    pub fn wait_ready(&self, name: &str) -> Result<()> {
+    pub(crate) fn wait_ready(&self, name: &str) -> Result<()> {
         let (service, instance) = name.rsplit_once('-').unwrap_or((name, "1"));
         let service = Service::ALL.iter().find(|known| known.as_str() == service);
         let service = *service.with_context(|| format!("{name} is no service"))?;
@@ -363,7 +293,8 @@ impl Stack {
     }
 }
 
-fn connect(endpoint: &str) -> Result<zenoh::Session> {
+/// A session of its own with a router.
+pub(crate) fn connect(endpoint: &str) -> Result<zenoh::Session> {
     let settings = ZenohSettings {
         connect: Some(Endpoints(vec![endpoint.to_owned()])),
         ..ZenohSettings::default()

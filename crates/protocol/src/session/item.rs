@@ -1,183 +1,173 @@
 //! The items of a session.
 
 use nalgebra::Isometry3;
-pub use ppnpack_packing::candidate::{Lying, Rules};
-use ppnpack_packing::loads::Load;
+use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::{convert, v1};
+use ppnpack_wire::v1::{self, ItemState};
+use ppnpack_wire::{WireError, convert};
 
 use crate::message::read_pose;
 use crate::placing::KnownPose;
 
-/// What an item belongs to, which says into which container it may go.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct OrderLine {
-    /// Its order.
-    pub order: Option<String>,
-    /// Its group.
-    pub group: Option<String>,
-    /// Its mass in kilograms, where it was told.
-    pub mass_kg: Option<f64>,
-    /// The bundle that it travels with in one container.
-    pub bundle: Option<String>,
-    /// At which stop it leaves the container, where it was told.
-    pub stop: Option<u32>,
-    /// The greatest of the buffer are packed first.
-    pub urgency: u32,
-    /// How many items its order has altogether, where that is expected.
-    pub order_items: Option<u32>,
+/// Where an item is packed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Packed {
+    /// Where it was planned to be, on the grid.
+    pub placement: RestingPlacement,
+    /// In which of its resting poses.
+    pub pose: usize,
+    /// Where its own frame was planned to be.
+    pub planned: Isometry3<f64>,
+    /// Where it is, by what was reported and found.
+    pub container_from_item: KnownPose,
 }
 
-impl OrderLine {
-    /// Whether it says the same of the item; how many there are of its order is not of the item.
-    fn is_same(&self, other: &Self) -> bool {
-        let of_item = |line: &Self| Self {
-            order_items: None,
-            ..line.clone()
+impl Packed {
+    /// Reads where an item is packed; `None` where it is not.
+    ///
+    /// # Errors
+    /// [`WireError`] where that cannot be read.
+    pub fn read(item: &v1::SessionItem) -> Result<Option<Self>, WireError> {
+        if item.state() != ItemState::Packed {
+            return Ok(None);
+        }
+        let missing = WireError::Missing {
+            field: "items.placement",
         };
-        of_item(self) == of_item(other)
+        let placement = item.placement.as_ref().ok_or(missing)?;
+        let pose =
+            |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
+        let container_from_item = pose("items.container_from_item", &item.container_from_item)?;
+        Ok(Some(Self {
+            placement: convert::placement::read_resting(placement)?,
+            pose: usize::try_from(item.pose).unwrap_or(usize::MAX),
+            planned: pose("items.planned", &item.planned)?,
+            container_from_item: KnownPose::new(container_from_item, item.is_found),
+        }))
     }
 }
 
-/// An item of a session.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SessionItem {
-    /// Names the item.
-    pub item_id: String,
-    /// Its number in the order in which they were announced, which the session gives it.
-    pub arrival: usize,
-    /// What it is.
-    pub object: String,
-    /// Its heightmaps.
-    pub shape: ItemId,
-    /// What has to be respected.
-    pub rules: Rules,
-    /// What it belongs to.
-    pub order_line: OrderLine,
-    /// As it was announced.
-    pub lying: Lying,
-    /// In how many resting poses it may be packed at most; at least one.
-    pub poses: usize,
-    /// The numbers of those in which it may be packed, by increasing number; where there are none, the first `poses`.
-    pub allowed_poses: Vec<usize>,
-    /// Where it is on its way.
-    pub state: ItemState,
-    /// How it was found after it was placed, where that was looked at.
-    pub inspection: Option<v1::Inspection>,
+/// Gives the number of an item in the order in which items were announced.
+pub fn arrival(item: &v1::SessionItem) -> usize {
+    usize::try_from(item.arrival).unwrap_or(usize::MAX)
 }
 
-/// Where an item is on its way into the container.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ItemState {
-    /// It can be chosen.
-    Waiting,
-    /// It is on its way by the pending decision.
-    Decided,
-    /// It is in the container.
-    Packed {
-        /// Where it was planned to be, on the grid.
-        placement: RestingPlacement,
-        /// In which of its resting poses.
-        pose: usize,
-        /// Where its own frame was planned to be.
-        planned: Isometry3<f64>,
-        /// Where it is, by what was reported and found.
-        container_from_item: KnownPose,
-        /// The planned time of the arm's cycle, in seconds, where the cell has one.
-        cycle_s: Option<f64>,
-        /// Of the items below with a limit, the one that it was expected to bring nearest to that.
-        load: Option<Load>,
-        /// The name of the container.
-        container: String,
-        /// Which of those that stand there one after another.
-        sequence: u64,
-    },
-    /// Lost, or in an unknown place.
-    Gone,
-    /// It was taken out before it was decided on.
-    Withdrawn,
-    /// Left for the next container.
-    SetAside {
-        /// Why it had no valid placement.
-        reason: v1::ItemReason,
-        /// The number of the step at which it was set aside.
-        step: u64,
-    },
+/// Gives the mass of an item in kilograms, where it was told.
+pub fn told_kg(item: &v1::SessionItem) -> Option<f64> {
+    let told_kg = item.order_line.as_ref()?.mass_kg;
+    Some(told_kg).filter(|mass_kg| *mass_kg > 0.0)
 }
 
-impl SessionItem {
-    /// Enters how it was found: where it is, or that it is gone. Says whether it was packed.
-    pub fn inspected(&mut self, inspection: v1::Inspection) -> bool {
-        let found = read_pose(inspection.container_from_item.as_ref(), true);
-        match &mut self.state {
-            ItemState::Packed { .. } if inspection.kind() == v1::InspectionKind::Missing => {
-                self.state = ItemState::Gone;
-            }
-            ItemState::Packed {
-                container_from_item,
-                ..
-            } => *container_from_item = found.unwrap_or(*container_from_item),
-            _ => return false,
-        }
-        self.inspection = Some(inspection);
-        true
-    }
+/// Gives the stop at which an item leaves the container.
+pub fn stop(item: &v1::SessionItem) -> Stop {
+    let stop = item.order_line.as_ref().map(|line| line.stop);
+    Stop::new(stop.filter(|stop| *stop > 0))
+}
 
-    /// Has it wait again where it was set aside.
-    pub fn wait_again(&mut self) {
-        if let ItemState::SetAside { .. } = self.state {
-            self.state = ItemState::Waiting;
-        }
-    }
-
-    /// Whether it may be packed in one of its resting poses.
-    pub fn may_be_in(&self, pose: usize) -> bool {
-        match self.allowed_poses.as_slice() {
-            [] => pose < self.poses,
-            allowed => allowed.contains(&pose),
-        }
-    }
-
-    /// Whether it was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
-    /// announced first.
-    pub fn is_same(&self, other: &Self) -> bool {
-        self.shape == other.shape
-            && self.rules == other.rules
-            && self.lying == other.lying
-            && self.order_line.is_same(&other.order_line)
-            && self.allowed_poses == other.allowed_poses
+/// Says whether an item may be packed in one of its resting poses.
+pub fn may_be_in(item: &v1::SessionItem, pose: usize) -> bool {
+    let Ok(pose) = u32::try_from(pose) else {
+        return false;
+    };
+    match item.allowed_poses.as_slice() {
+        [] => pose < item.poses.max(1),
+        allowed => allowed.contains(&pose),
     }
 }
 
-impl ItemState {
-    /// The state of a decision's item after its outcome; `sequence` says which container it was that it was decided for.
-    pub fn after(decision: &v1::Decision, outcome: &v1::Outcome, sequence: u64) -> Self {
-        match outcome.kind() {
-            v1::OutcomeKind::Placed => {
-                Self::packed(decision, outcome, sequence).unwrap_or(Self::Gone)
-            }
-            v1::OutcomeKind::NotPlaced => Self::Waiting,
-            _ => Self::Gone,
-        }
-    }
+/// Says whether an item was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
+/// announced first; how many items there are of its order is not of the item.
+pub(super) fn is_same(item: &v1::SessionItem, other: &v1::SessionItem) -> bool {
+    let line = |item: &v1::SessionItem| v1::OrderLine {
+        order_items: 0,
+        ..item.order_line.as_deref().cloned().unwrap_or_default()
+    };
+    item.shape == other.shape
+        && item.rules == other.rules
+        && item.heightmap_from_item == other.heightmap_from_item
+        && item.waits_at == other.waits_at
+        && line(item) == line(other)
+        && item.allowed_poses == other.allowed_poses
+}
 
-    fn packed(decision: &v1::Decision, outcome: &v1::Outcome, sequence: u64) -> Option<Self> {
-        let planned = decision.container_from_item.as_ref();
-        let planned = convert::pose::read_required("pose", planned).ok()?;
-        let told = read_pose(outcome.container_from_item.as_ref(), outcome.is_found);
-        Some(Self::Packed {
-            placement: convert::placement::read_resting(decision.placement.as_ref()?).ok()?,
-            pose: usize::try_from(decision.pose).unwrap_or(usize::MAX),
-            planned,
-            container_from_item: told.unwrap_or(KnownPose::Assumed(planned)),
-            cycle_s: decision.cycle.as_ref().map(|cycle| cycle.cycle_s),
-            load: decision
-                .load
-                .as_deref()
-                .and_then(|load| convert::load::read(load).ok()),
-            container: decision.container.clone(),
-            sequence,
-        })
+/// Has an item wait again where it was set aside.
+pub(super) fn wait_again(item: &mut v1::SessionItem) {
+    if item.state() == ItemState::SetAside {
+        enter(item, ItemState::Waiting);
     }
+}
+
+/// Enters where an item is on its way, without what was of the state before.
+pub(super) fn enter(item: &mut v1::SessionItem, state: ItemState) {
+    let before = std::mem::take(item);
+    *item = v1::SessionItem {
+        item_id: before.item_id,
+        arrival: before.arrival,
+        object: before.object,
+        shape: before.shape,
+        rules: before.rules,
+        order_line: before.order_line,
+        heightmap_from_item: before.heightmap_from_item,
+        waits_at: before.waits_at,
+        poses: before.poses,
+        allowed_poses: before.allowed_poses,
+        inspection: before.inspection,
+        state: state.into(),
+        ..v1::SessionItem::default()
+    };
+}
+
+/// Enters what became of an item's decision; `sequence` says which container it was that it was decided for.
+pub(super) fn enter_outcome(
+    item: &mut v1::SessionItem,
+    decision: &v1::Decision,
+    outcome: &v1::Outcome,
+    sequence: u64,
+) {
+    match outcome.kind() {
+        v1::OutcomeKind::Placed => enter_packed(item, decision, outcome, sequence),
+        v1::OutcomeKind::NotPlaced => enter(item, ItemState::Waiting),
+        _ => enter(item, ItemState::Gone),
+    }
+}
+
+fn enter_packed(
+    item: &mut v1::SessionItem,
+    decision: &v1::Decision,
+    outcome: &v1::Outcome,
+    sequence: u64,
+) {
+    enter(item, ItemState::Packed);
+    let told = outcome.container_from_item.as_ref();
+    let told = told.filter(|told| read_pose(Some(told), true).is_some());
+    item.placement = decision.placement;
+    item.pose = decision.pose;
+    item.planned = decision.container_from_item;
+    item.container_from_item = told.copied().or(decision.container_from_item);
+    item.is_found = told.is_some() && outcome.is_found;
+    let cycle = decision.cycle.as_ref();
+    item.cycle_s = cycle.map_or(0.0, |cycle| cycle.cycle_s);
+    let load = decision.load.clone();
+    item.load = load.filter(|load| convert::load::read(load).is_ok());
+    item.container.clone_from(&decision.container);
+    item.container_sequence = sequence;
+    // Nobody could say where it is.
+    if Packed::read(item).is_err() {
+        enter(item, ItemState::Gone);
+    }
+}
+
+/// Enters how an item was found: where it is, or that it is gone. Says whether it was packed.
+pub(super) fn inspected(item: &mut v1::SessionItem, inspection: v1::Inspection) -> bool {
+    if item.state() != ItemState::Packed {
+        return false;
+    }
+    let found = inspection.container_from_item;
+    if inspection.kind() == v1::InspectionKind::Missing {
+        enter(item, ItemState::Gone);
+    } else if read_pose(found.as_ref(), true).is_some() {
+        (item.container_from_item, item.is_found) = (found, true);
+    }
+    item.inspection = Some(inspection);
+    true
 }

@@ -1,173 +1,66 @@
 //! Sessions as messages: on the wire, and on disk.
 
-use nalgebra::Isometry3;
 use ppnpack_packing::blocked::BlockedRegion;
+use ppnpack_packing::candidate::{Lying, Rules};
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
-use super::{
-    ClosedContainer, Closing, Container, End, ItemState, Lying, OrderLine, Rules, Session,
-    SessionItem, Stand,
-};
-use crate::placing::KnownPose;
+use super::{Packed, Session};
 
 impl Session {
     /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
     pub fn to_message(&self, buffer: usize) -> v1::Session {
-        let (end, reasons, failure) = match &self.end {
-            None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
-            Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
-            Some(End::OthersSetAside) => {
-                (v1::SessionEnd::OthersSetAside, Vec::new(), String::new())
-            }
-            Some(End::NothingFits(reasons)) => {
-                (v1::SessionEnd::NothingFits, reasons.clone(), String::new())
-            }
-            Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure.clone()),
-        };
-        let first = self.containers.first();
+        let Self(own) = self;
+        let first = own.containers.first();
         v1::Session {
-            session_id: self.id.clone(),
-            items: self.items.iter().map(write_item).collect(),
-            pending: self.pending.clone(),
-            step: self.step,
-            is_automatic: self.is_automatic,
-            keep_out: first.map_or_else(Vec::new, |first| write_regions(&first.keep_out)),
-            buffer: number(buffer),
-            end: end.into(),
-            reasons,
-            failure,
+            keep_out: first.map_or_else(Vec::new, |first| first.keep_out.clone()),
+            buffer: u32::try_from(buffer).unwrap_or(u32::MAX),
             least_state_number: first.map_or(0, |first| first.least_state_number),
-            settled: self.settled.clone(),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
-            set_aside_limit: number(self.set_aside_limit),
             set_aside: self.reasons_set_aside().cloned().collect(),
-            past_session_ids: self.past.clone(),
-            containers: self.containers.iter().map(write_container).collect(),
-            closed: self.closed.iter().map(write_closed).collect(),
-            forgotten_items: self.forgotten as u64,
+            ..own.clone()
         }
     }
 
     /// The session of a message.
+    ///
+    /// # Errors
+    /// [`WireError`] where it is none that this version knows.
     pub fn from_message(message: v1::Session) -> Result<Self, WireError> {
-        let known = v1::SessionEnd::try_from(message.end);
-        let end = known.map_err(|_| is_newer("end"))?;
-        let end = match end {
-            v1::SessionEnd::Unspecified => None,
-            v1::SessionEnd::AllPacked => Some(End::AllPacked),
-            v1::SessionEnd::OthersSetAside => Some(End::OthersSetAside),
-            v1::SessionEnd::NothingFits => Some(End::NothingFits(message.reasons)),
-            v1::SessionEnd::Failed => Some(End::Failed(message.failure)),
-        };
-        // As older versions wrote it.
-        let only = || {
-            let keep_out = read_regions(&message.keep_out);
-            Container::open(String::new(), keep_out, message.least_state_number)
-        };
-        let containers = match message.containers.as_slice() {
-            [] if message.session_id.is_empty() => Vec::new(),
-            [] => vec![only()],
-            containers => containers.iter().map(read_container).collect(),
-        };
-        let closed = message.closed.into_iter().map(read_closed);
-        Ok(Self {
-            items: read_items(&message.items)?,
-            containers,
-            closed: closed.collect::<Result<_, _>>()?,
-            forgotten: usize::try_from(message.forgotten_items).unwrap_or_default(),
-            id: message.session_id,
-            pending: message.pending,
-            step: message.step,
-            is_automatic: message.is_automatic,
-            end,
-            settled: message.settled,
-            set_aside_limit: count(message.set_aside_limit),
-            past: message.past_session_ids,
-        })
+        v1::SessionEnd::try_from(message.end).map_err(|_| is_newer("end"))?;
+        message.items.iter().try_for_each(check_item)?;
+        let mut closed = message.closed.iter();
+        if closed.any(|closed| closed.reason() == v1::ClosingReason::Unspecified) {
+            return Err(is_newer("closed.reason"));
+        }
+        // What follows from the rest.
+        Ok(Self(v1::Session {
+            keep_out: Vec::new(),
+            buffer: 0,
+            least_state_number: 0,
+            mean_cycle_s: 0.0,
+            set_aside: Vec::new(),
+            ..message
+        }))
     }
 }
 
-/// A count or index as it is written.
-fn number(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
-}
-
-/// A count or index as it is read.
-fn count(number: u32) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
-}
-
-fn write_container(container: &Container) -> v1::SessionContainer {
-    v1::SessionContainer {
-        container: container.name.clone(),
-        sequence: container.sequence,
-        is_open: container.is_open(),
-        renewal_id: container.renewal_id().unwrap_or_default().to_owned(),
-        keep_out: write_regions(&container.keep_out),
-        least_state_number: container.least_state_number,
+fn check_item(item: &v1::SessionItem) -> Result<(), WireError> {
+    match item.state() {
+        v1::ItemState::Unspecified => return Err(is_newer("items.state")),
+        v1::ItemState::SetAside if item.set_aside.is_none() => {
+            let field = "items.set_aside";
+            return Err(WireError::Missing { field });
+        }
+        _ => {}
     }
-}
-
-fn read_container(message: &v1::SessionContainer) -> Container {
-    Container {
-        name: message.container.clone(),
-        sequence: message.sequence,
-        stand: read_stand(message),
-        keep_out: read_regions(&message.keep_out),
-        least_state_number: message.least_state_number,
-    }
-}
-
-fn read_stand(message: &v1::SessionContainer) -> Stand {
-    match message.renewal_id.as_str() {
-        _ if message.is_open => Stand::Open,
-        "" => Stand::Closed,
-        id => Stand::Renewing(id.to_owned()),
-    }
-}
-
-fn write_closed(closed: &ClosedContainer) -> v1::ClosedContainer {
-    let (reason, text) = match &closed.closing {
-        Closing::Request(text) => (v1::ClosingReason::Request, text.clone()),
-        Closing::NothingFits => (
-            v1::ClosingReason::NothingFits,
-            "no item of the buffer fits into an open container, and this was the fullest"
-                .to_owned(),
-        ),
-        Closing::Full => (
-            v1::ClosingReason::Full,
-            "it is as full as the cell is set to".to_owned(),
-        ),
-        Closing::OrderComplete => (
-            v1::ClosingReason::OrderComplete,
-            "all items that were announced of its order are in it".to_owned(),
-        ),
-    };
-    v1::ClosedContainer {
-        container: closed.name.clone(),
-        sequence: closed.sequence,
-        reason: reason.into(),
-        text,
-        items: number(closed.items),
-    }
-}
-
-fn read_closed(message: v1::ClosedContainer) -> Result<ClosedContainer, WireError> {
-    let closing = match message.reason() {
-        v1::ClosingReason::Request => Closing::Request(message.text),
-        v1::ClosingReason::NothingFits => Closing::NothingFits,
-        v1::ClosingReason::Full => Closing::Full,
-        v1::ClosingReason::OrderComplete => Closing::OrderComplete,
-        v1::ClosingReason::Unspecified => return Err(is_newer("closed.reason")),
-    };
-    Ok(ClosedContainer {
-        name: message.container,
-        sequence: message.sequence,
-        closing,
-        items: count(message.items),
-    })
+    Packed::read(item)?;
+    ItemId::from_bytes("items.shape", &item.shape)?;
+    read_rules(item.rules.as_ref())?;
+    read_order_line(item.order_line.as_deref())?;
+    read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_deref())?;
+    Ok(())
 }
 
 /// Refuses an enum's value that this version does not know.
@@ -181,22 +74,9 @@ pub fn read_regions(regions: &[v1::Region]) -> Vec<BlockedRegion> {
     regions.iter().map(read_region).collect()
 }
 
-fn write_regions(regions: &[BlockedRegion]) -> Vec<v1::Region> {
-    regions.iter().map(write_region).collect()
-}
-
 /// A region of a message.
 pub fn read_region(region: &v1::Region) -> BlockedRegion {
     BlockedRegion {
-        x_min_m: region.x_min_m,
-        y_min_m: region.y_min_m,
-        x_max_m: region.x_max_m,
-        y_max_m: region.y_max_m,
-    }
-}
-
-fn write_region(region: &BlockedRegion) -> v1::Region {
-    v1::Region {
         x_min_m: region.x_min_m,
         y_min_m: region.y_min_m,
         x_max_m: region.x_max_m,
@@ -226,6 +106,16 @@ pub fn read_rules(rules: Option<&v1::ItemRules>) -> Result<Rules, WireError> {
     })
 }
 
+/// Rules as a message; `None` where there are none.
+pub fn write_rules(rules: &Rules) -> Option<v1::ItemRules> {
+    (*rules != Rules::default()).then_some(v1::ItemRules {
+        is_fragile: rules.is_fragile,
+        is_bottom_only: rules.is_bottom_only,
+        is_upright: rules.is_upright,
+        carries_kg: rules.carries_kg,
+    })
+}
+
 /// Checks a mass in kilograms.
 fn mass(field: &'static str, mass_kg: f64) -> Result<f64, WireError> {
     if (0.0..=MOST_KG).contains(&mass_kg) {
@@ -235,51 +125,23 @@ fn mass(field: &'static str, mass_kg: f64) -> Result<f64, WireError> {
     Err(WireError::invalid(field, reason))
 }
 
-/// What an item belongs to; nothing where the message is not there.
-pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<OrderLine, WireError> {
-    let Some(v1::OrderLine {
-        order,
-        group,
-        mass_kg,
-        bundle,
-        stop,
-        urgency,
-        order_items,
-    }) = message
-    else {
-        return Ok(OrderLine::default());
-    };
-    let name = |field, name: &String| match name.as_str() {
-        "" => Ok(None),
-        name => header::id(field, name).map(|name| Some(name.to_owned())),
-    };
-    let mass_kg = mass("items.order_line.mass_kg", *mass_kg)?;
-    if *order_items > 0 && order.is_empty() {
+/// Checks what an item belongs to; that is nothing where the message is not there.
+pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine, WireError> {
+    let line = message.cloned().unwrap_or_default();
+    for (field, name) in [
+        ("items.order_line.order", &line.order),
+        ("items.order_line.group", &line.group),
+    ] {
+        if !name.is_empty() {
+            header::id(field, name)?;
+        }
+    }
+    mass("items.order_line.mass_kg", line.mass_kg)?;
+    if line.order_items > 0 && line.order.is_empty() {
         let reason = "of which order they are has to be said: give order, too";
         return Err(WireError::invalid("items.order_line.order_items", reason));
     }
-    let above_0 = |number: u32| Some(number).filter(|number| *number > 0);
-    Ok(OrderLine {
-        order: name("items.order_line.order", order)?,
-        group: name("items.order_line.group", group)?,
-        mass_kg: Some(mass_kg).filter(|mass_kg| *mass_kg > 0.0),
-        bundle: name("items.order_line.bundle", bundle)?,
-        stop: above_0(*stop),
-        urgency: *urgency,
-        order_items: above_0(*order_items),
-    })
-}
-
-fn write_order_line(line: &OrderLine) -> Option<v1::OrderLine> {
-    (*line != OrderLine::default()).then(|| v1::OrderLine {
-        order: line.order.clone().unwrap_or_default(),
-        group: line.group.clone().unwrap_or_default(),
-        mass_kg: line.mass_kg.unwrap_or_default(),
-        bundle: line.bundle.clone().unwrap_or_default(),
-        stop: line.stop.unwrap_or_default(),
-        urgency: line.urgency,
-        order_items: line.order_items.unwrap_or_default(),
-    })
+    Ok(line)
 }
 
 /// Origins that are nearer to each other than this are the same, in metres.
@@ -306,157 +168,5 @@ pub fn read_lying(
     Ok(Lying {
         heightmap_from_item,
         waits_at: read("items.waits_at", waits_at)?,
-    })
-}
-
-fn write_item(item: &SessionItem) -> v1::SessionItem {
-    let rules = (item.rules != Rules::default()).then_some(v1::ItemRules {
-        is_fragile: item.rules.is_fragile,
-        is_bottom_only: item.rules.is_bottom_only,
-        is_upright: item.rules.is_upright,
-        carries_kg: item.rules.carries_kg,
-    });
-    let frame = |pose: &Option<Isometry3<f64>>| pose.as_ref().map(convert::pose::write);
-    let state = match &item.state {
-        ItemState::Waiting => v1::ItemState::Waiting,
-        ItemState::Decided => v1::ItemState::Decided,
-        ItemState::Packed { .. } => v1::ItemState::Packed,
-        ItemState::Gone => v1::ItemState::Gone,
-        ItemState::Withdrawn => v1::ItemState::Withdrawn,
-        ItemState::SetAside { .. } => v1::ItemState::SetAside,
-    };
-    let mut message = v1::SessionItem {
-        item_id: item.item_id.clone(),
-        arrival: item.arrival as u64,
-        object: item.object.clone(),
-        order_line: write_order_line(&item.order_line).map(Box::new),
-        state: state.into(),
-        rules,
-        shape: item.shape.to_bytes(),
-        heightmap_from_item: frame(&item.lying.heightmap_from_item),
-        waits_at: frame(&item.lying.waits_at).map(Box::new),
-        poses: match item.poses {
-            ..=1 => 0,
-            poses => number(poses),
-        },
-        allowed_poses: item
-            .allowed_poses
-            .iter()
-            .map(|pose| number(*pose))
-            .collect(),
-        inspection: item.inspection.clone(),
-        ..v1::SessionItem::default()
-    };
-    match &item.state {
-        ItemState::Packed {
-            placement,
-            pose,
-            planned,
-            container_from_item,
-            cycle_s,
-            load,
-            container,
-            sequence,
-        } => {
-            message.load = load
-                .as_ref()
-                .map(|load| Box::new(convert::load::write(load)));
-            message.container.clone_from(container);
-            message.container_sequence = *sequence;
-            message.pose = number(*pose);
-            message.cycle_s = cycle_s.unwrap_or_default();
-            message.placement = Some(convert::placement::write_resting(placement));
-            message.planned = Some(convert::pose::write(planned));
-            message.container_from_item =
-                Some(convert::pose::write(container_from_item.isometry()));
-            message.is_found = container_from_item.is_found();
-        }
-        ItemState::SetAside { reason, step } => {
-            message.set_aside = Some(reason.clone());
-            message.set_aside_step = *step;
-        }
-        ItemState::Waiting | ItemState::Decided | ItemState::Gone | ItemState::Withdrawn => {}
-    }
-    message
-}
-
-/// Items by their arrival; each comes after the one before it, also where older versions wrote no numbers.
-fn read_items(messages: &[v1::SessionItem]) -> Result<Vec<SessionItem>, WireError> {
-    let mut next = 0;
-    let items = messages.iter().map(|message| {
-        let arrival = usize::try_from(message.arrival)
-            .unwrap_or_default()
-            .max(next);
-        next = arrival.saturating_add(1);
-        read_item(message, arrival)
-    });
-    items.collect()
-}
-
-fn read_item(message: &v1::SessionItem, arrival: usize) -> Result<SessionItem, WireError> {
-    let state = match message.state() {
-        v1::ItemState::Waiting => ItemState::Waiting,
-        v1::ItemState::Decided => ItemState::Decided,
-        v1::ItemState::Withdrawn => ItemState::Withdrawn,
-        v1::ItemState::Packed => read_packed(message)?,
-        v1::ItemState::SetAside => read_set_aside(message)?,
-        v1::ItemState::Gone => ItemState::Gone,
-        v1::ItemState::Unspecified => return Err(is_newer("items.state")),
-    };
-    Ok(SessionItem {
-        item_id: message.item_id.clone(),
-        arrival,
-        object: message.object.clone(),
-        shape: ItemId::from_bytes("items.shape", &message.shape)?,
-        rules: read_rules(message.rules.as_ref())?,
-        order_line: read_order_line(message.order_line.as_deref())?,
-        lying: read_lying(
-            message.heightmap_from_item.as_ref(),
-            message.waits_at.as_deref(),
-        )?,
-        poses: count(message.poses).max(1),
-        allowed_poses: message
-            .allowed_poses
-            .iter()
-            .map(|pose| count(*pose))
-            .collect(),
-        state,
-        inspection: message.inspection.clone(),
-    })
-}
-
-fn read_set_aside(message: &v1::SessionItem) -> Result<ItemState, WireError> {
-    let reason = message.set_aside.clone().ok_or(WireError::Missing {
-        field: "items.set_aside",
-    })?;
-    Ok(ItemState::SetAside {
-        reason,
-        step: message.set_aside_step,
-    })
-}
-
-fn read_packed(message: &v1::SessionItem) -> Result<ItemState, WireError> {
-    let placement = message.placement.as_ref().ok_or(WireError::Missing {
-        field: "items.placement",
-    })?;
-    let pose = |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
-    // Older versions did not say so, but kept what the inspection found.
-    let inspection = message.inspection.as_ref();
-    let is_inspected = inspection.is_some_and(|it| it.container_from_item.is_some());
-    let container_from_item = pose("items.container_from_item", &message.container_from_item)?;
-    Ok(ItemState::Packed {
-        placement: convert::placement::read_resting(placement)?,
-        pose: count(message.pose),
-        planned: pose("items.planned", &message.planned)?,
-        container_from_item: KnownPose::new(container_from_item, message.is_found || is_inspected),
-        // No cycle takes no time.
-        cycle_s: Some(message.cycle_s).filter(|cycle_s| *cycle_s > 0.0),
-        load: message
-            .load
-            .as_deref()
-            .map(convert::load::read)
-            .transpose()?,
-        container: message.container.clone(),
-        sequence: message.container_sequence,
     })
 }

@@ -4,17 +4,15 @@
 //! caller keeps a copy until the change is on disk.
 
 mod container;
-mod item;
+pub mod item;
 pub mod message;
 
-use std::collections::BTreeMap;
-
-use ppnpack_wire::v1;
+use ppnpack_wire::v1::{self, ItemState};
 
 use crate::pursuit;
 
-pub use container::{ClosedContainer, Closing, Container, Stand};
-pub use item::{ItemState, Lying, OrderLine, Rules, SessionItem};
+pub use container::{closed_container, open_container};
+pub use item::Packed;
 
 /// The most items of a session.
 const MAX_ITEMS: usize = 1_000;
@@ -108,127 +106,115 @@ pub enum End {
     Failed(String),
 }
 
-/// A packing session; the default is that of a cell before its first one.
+/// A packing session; the default is that of a cell before its first one. It is the message that is told and written, of which
+/// nothing is changed but here.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Session {
-    id: String,
-    items: Vec<SessionItem>,
-    pending: Option<v1::Decision>,
-    step: u64,
-    is_automatic: bool,
-    containers: Vec<Container>,
-    closed: Vec<ClosedContainer>,
-    end: Option<End>,
-    settled: Vec<v1::SettledDecision>,
-    /// The most items that may be set aside.
-    set_aside_limit: usize,
-    /// The ids of the sessions before.
-    past: Vec<String>,
-    /// How many items are not remembered any more.
-    forgotten: usize,
-}
+pub struct Session(v1::Session);
 
 impl Session {
     /// A new session over these containers, which replaces the one before.
     pub fn begin(
         id: String,
-        containers: Vec<Container>,
+        containers: Vec<v1::SessionContainer>,
         is_automatic: bool,
         set_aside_limit: usize,
     ) -> Self {
-        Self {
-            id,
+        Self(v1::Session {
+            session_id: id,
             containers,
             is_automatic,
-            set_aside_limit,
-            ..Self::default()
-        }
+            set_aside_limit: u32::try_from(set_aside_limit).unwrap_or(u32::MAX),
+            ..v1::Session::default()
+        })
     }
 
     /// The next session in place of this one. Where a decision awaits its outcome that has to be given up.
     pub fn followed_by(&self, next: Self, gives_up_pending: bool) -> Result<Self, SessionError> {
-        if self.past.contains(&next.id) {
-            return Err(SessionError::Past(next.id));
+        let Self(next) = next;
+        let Self(own) = self;
+        if own.past_session_ids.contains(&next.session_id) {
+            return Err(SessionError::Past(next.session_id));
         }
-        if let Some(pending) = self.pending.as_ref().filter(|_| !gives_up_pending) {
+        if let Some(pending) = own.pending.as_ref().filter(|_| !gives_up_pending) {
             return Err(SessionError::PendingBefore(pending.decision_id.clone()));
         }
-        let own = Some(self.id.clone()).filter(|id| !id.is_empty());
-        let past = self.past.iter().cloned().chain(own);
+        let id = Some(own.session_id.clone()).filter(|id| !id.is_empty());
+        let past = own.past_session_ids.iter().cloned().chain(id);
         let surplus = past.clone().count().saturating_sub(PAST_KEPT);
-        Ok(Self {
-            past: past.skip(surplus).collect(),
+        Ok(Self(v1::Session {
+            past_session_ids: past.skip(surplus).collect(),
             ..next
-        })
+        }))
     }
 
     /// Its name; empty before the first session.
     pub fn id(&self) -> &str {
-        &self.id
+        &self.0.session_id
     }
 
     /// The number of decisions that were made.
     pub fn step(&self) -> u64 {
-        self.step
+        self.0.step
     }
 
     /// The decision that awaits its outcome.
     pub fn pending(&self) -> Option<&v1::Decision> {
-        self.pending.as_ref()
+        self.0.pending.as_ref()
     }
 
     /// Whether the planner has its decisions carried out by itself.
     pub fn is_automatic(&self) -> bool {
-        self.is_automatic
+        self.0.is_automatic
     }
 
     /// Whether nothing more is planned by itself.
     pub fn has_ended(&self) -> bool {
-        self.end.is_some()
+        self.0.end() != v1::SessionEnd::Unspecified
     }
 
     /// Whether somebody has to look before anything goes on by itself.
     pub fn has_failed(&self) -> bool {
-        matches!(self.end, Some(End::Failed(_)))
+        self.0.end() == v1::SessionEnd::Failed
     }
 
     /// Whether what became of all that was decided in it is known: not where a decision awaits its outcome, where it failed, as one
     /// does that was read from a backup, or where no session is known, as its store was lost or never was.
     pub fn is_settled(&self) -> bool {
-        !self.id.is_empty() && self.pending.is_none() && !self.has_failed()
+        !self.id().is_empty() && self.pending().is_none() && !self.has_failed()
     }
 
     /// The items in the order of their arrival.
-    pub fn items(&self) -> &[SessionItem] {
-        &self.items
+    pub fn items(&self) -> &[v1::SessionItem] {
+        &self.0.items
     }
 
     /// The mean planned cycle time of the packed items, in seconds; `None` where no arm packed any.
     pub fn mean_cycle_s(&self) -> Option<f64> {
-        let cycles_s = self.items.iter().filter_map(|item| match item.state {
-            ItemState::Packed { cycle_s, .. } => cycle_s,
-            _ => None,
-        });
+        let packed = self.items().iter();
+        let packed = packed.filter(|item| item.state() == ItemState::Packed);
+        // No cycle takes no time.
+        let cycles_s = packed
+            .map(|item| item.cycle_s)
+            .filter(|cycle_s| *cycle_s > 0.0);
         let cycles_s: Vec<f64> = cycles_s.collect();
         let sum_s: f64 = cycles_s.iter().sum();
         (!cycles_s.is_empty()).then(|| sum_s / cycles_s.len() as f64)
     }
 
     /// The first `count` waiting items.
-    pub fn buffer(&self, count: usize) -> impl Iterator<Item = &SessionItem> {
-        let items = self.items.iter();
-        items
-            .filter(|item| item.state == ItemState::Waiting)
-            .take(count)
+    pub fn buffer(&self, count: usize) -> impl Iterator<Item = &v1::SessionItem> {
+        let items = self.items().iter();
+        let waiting = items.filter(|item| item.state() == ItemState::Waiting);
+        waiting.take(count)
     }
 
     /// A waiting item by its id.
-    pub fn waiting(&self, item_id: &str) -> Result<&SessionItem, SessionError> {
-        let mut items = self.items.iter();
+    pub fn waiting(&self, item_id: &str) -> Result<&v1::SessionItem, SessionError> {
+        let mut items = self.items().iter();
         let item = items
             .find(|item| item.item_id == item_id)
             .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))?;
-        match item.state {
+        match item.state() {
             ItemState::Waiting => Ok(item),
             _ => Err(SessionError::NotWaiting(item_id.to_owned())),
         }
@@ -237,31 +223,32 @@ impl Session {
     /// Switches the automatic mode; switching it on acknowledges a failure.
     pub fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
         self.must_be_under_way()?;
-        self.is_automatic = is_automatic;
+        self.0.is_automatic = is_automatic;
         if is_automatic {
-            self.end = None;
+            self.set_end(None);
         }
         Ok(())
     }
 
     /// Adds waiting items in their order; those that were announced before are left as they are, but for those that are
     /// set aside: they wait again.
-    pub fn announce(&mut self, waiting: Vec<SessionItem>) -> Result<(), SessionError> {
+    pub fn announce(&mut self, waiting: Vec<v1::SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         for mut item in waiting {
-            let mut items = self.items.iter_mut();
+            let mut items = self.0.items.iter_mut();
             if let Some(known) = items.find(|known| known.item_id == item.item_id) {
-                if !known.is_same(&item) {
+                if !item::is_same(known, &item) {
                     return Err(SessionError::OtherItem(item.item_id));
                 }
-                known.wait_again();
+                item::wait_again(known);
                 continue;
             }
-            if self.items.len() >= MAX_ITEMS && !self.forget_one() {
+            if self.0.items.len() >= MAX_ITEMS && !self.forget_one() {
                 return Err(SessionError::Full);
             }
-            item.arrival = self.forgotten + self.items.len();
-            self.items.push(item);
+            item.arrival = self.0.forgotten_items + self.0.items.len() as u64;
+            item::enter(&mut item, ItemState::Waiting);
+            self.0.items.push(item);
         }
         self.go_on();
         Ok(())
@@ -270,9 +257,9 @@ impl Session {
     /// Takes an item out that waits or is set aside. One that is withdrawn already stays so.
     pub fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
         let item = self.item_mut(item_id)?;
-        match item.state {
-            ItemState::Waiting | ItemState::Withdrawn | ItemState::SetAside { .. } => {
-                item.state = ItemState::Withdrawn;
+        match item.state() {
+            ItemState::Waiting | ItemState::Withdrawn | ItemState::SetAside => {
+                item::enter(item, ItemState::Withdrawn);
             }
             _ => return Err(SessionError::NotWaiting(item_id.to_owned())),
         }
@@ -283,69 +270,52 @@ impl Session {
     /// Of an order no more items come than were announced: how many it was said to have counts no longer.
     pub fn expects_no_more(&mut self, order: &str) -> Result<(), SessionError> {
         self.must_be_under_way()?;
-        let items = self.items.iter_mut();
-        let of_order = items.filter(|item| item.order_line.order.as_deref() == Some(order));
-        let mut of_order = of_order.peekable();
+        let lines = self.0.items.iter_mut();
+        let lines = lines.filter_map(|item| item.order_line.as_deref_mut());
+        let mut of_order = lines.filter(|line| line.order == order).peekable();
         if of_order.peek().is_none() {
             return Err(SessionError::UnknownOrder(order.to_owned()));
         }
-        of_order.for_each(|item| item.order_line.order_items = None);
+        of_order.for_each(|line| line.order_items = 0);
         Ok(())
-    }
-
-    /// Of each order that is said to have more items than were announced of it: how many were.
-    pub fn unannounced(&self) -> BTreeMap<String, usize> {
-        let mut orders: BTreeMap<&str, (usize, u32)> = BTreeMap::new();
-        for item in &self.items {
-            if let Some(order) = &item.order_line.order {
-                let (announced, expected) = orders.entry(order).or_default();
-                *announced += 1;
-                *expected = item.order_line.order_items.unwrap_or(0).max(*expected);
-            }
-        }
-        let waiting = orders.into_iter();
-        let waiting = waiting.filter(|(_, (announced, expected))| *announced < *expected as usize);
-        waiting
-            .map(|(order, (announced, _))| (order.to_owned(), announced))
-            .collect()
     }
 
     /// Whether one more item may be set aside.
     pub fn may_set_aside(&self) -> bool {
-        self.reasons_set_aside().count() < self.set_aside_limit
+        self.reasons_set_aside().count() < self.set_aside_limit()
+    }
+
+    fn set_aside_limit(&self) -> usize {
+        usize::try_from(self.0.set_aside_limit).unwrap_or(usize::MAX)
     }
 
     /// Sets a waiting item aside at the present step, as it has no valid placement.
     pub fn set_aside(&mut self, reason: v1::ItemReason) -> Result<(), SessionError> {
         if !self.may_set_aside() {
-            return Err(SessionError::AsideFull(self.set_aside_limit));
+            return Err(SessionError::AsideFull(self.set_aside_limit()));
         }
-        let step = self.step;
+        let step = self.0.step;
         let item = self.item_mut(&reason.item_id)?;
-        if item.state != ItemState::Waiting {
+        if item.state() != ItemState::Waiting {
             return Err(SessionError::NotWaiting(reason.item_id));
         }
-        item.state = ItemState::SetAside { reason, step };
+        item::enter(item, ItemState::SetAside);
+        item.set_aside = Some(reason);
+        item.set_aside_step = step;
         Ok(())
     }
 
     /// Of each item that is set aside: why.
     pub fn reasons_set_aside(&self) -> impl Iterator<Item = &v1::ItemReason> {
-        let items = self.items.iter();
-        items.filter_map(|item| match &item.state {
-            ItemState::SetAside { reason, .. } => Some(reason),
-            _ => None,
-        })
+        let items = self.items().iter();
+        items.filter_map(|item| item.set_aside.as_ref())
     }
 
     /// Of each item that was set aside at the present step: why.
     pub fn reasons_set_aside_now(&self) -> Vec<v1::ItemReason> {
-        let items = self.items.iter();
-        let reasons = items.filter_map(|item| match &item.state {
-            ItemState::SetAside { reason, step } if *step == self.step => Some(reason.clone()),
-            _ => None,
-        });
-        reasons.collect()
+        let items = self.items().iter();
+        let now = items.filter(|item| item.set_aside_step == self.0.step);
+        now.filter_map(|item| item.set_aside.clone()).collect()
     }
 
     /// How it ends where no item waits any more.
@@ -359,14 +329,14 @@ impl Session {
     /// The decision that a request was answered with before, if it was.
     pub fn answered(&self, request_id: &str) -> Result<Option<&v1::Decision>, SessionError> {
         self.must_be_under_way()?;
-        if let Some(pending) = &self.pending {
+        if let Some(pending) = self.pending() {
             return if pending.request_id == request_id {
                 Ok(Some(pending))
             } else {
                 Err(SessionError::Pending(pending.decision_id.clone()))
             };
         }
-        let mut settled = self.settled.iter();
+        let mut settled = self.0.settled.iter();
         match settled.find(|settled| settled.request_id == request_id) {
             Some(settled) if !request_id.is_empty() => {
                 Err(SessionError::Answered(settled.decision_id.clone()))
@@ -377,13 +347,13 @@ impl Session {
 
     /// Enters a decision, which then awaits its outcome.
     pub fn decide(&mut self, decision: v1::Decision) -> Result<(), SessionError> {
-        if let Some(pending) = &self.pending {
+        if let Some(pending) = self.pending() {
             return Err(SessionError::Pending(pending.decision_id.clone()));
         }
-        self.item_mut(&decision.item_id)?.state = ItemState::Decided;
-        self.step += 1;
+        item::enter(self.item_mut(&decision.item_id)?, ItemState::Decided);
+        self.0.step += 1;
         self.go_on();
-        self.pending = Some(decision);
+        self.0.pending = Some(decision);
         Ok(())
     }
 
@@ -394,7 +364,7 @@ impl Session {
         if kind == v1::OutcomeKind::Unspecified {
             return Err(SessionError::NoKind);
         }
-        let mut settled = self.settled.iter();
+        let mut settled = self.0.settled.iter();
         if let Some(settled) = settled.find(|settled| settled.decision_id == decision_id) {
             return if settled.kind() == kind {
                 Ok(())
@@ -403,6 +373,7 @@ impl Session {
             };
         }
         let Some(decision) = self
+            .0
             .pending
             .take_if(|pending| pending.decision_id == decision_id)
         else {
@@ -418,16 +389,16 @@ impl Session {
         let container = self.container(&decision.container);
         let sequence = container.map_or(0, |container| container.sequence);
         if let Ok(item) = self.item_mut(&decision.item_id) {
-            item.state = ItemState::after(&decision, outcome, sequence);
+            item::enter_outcome(item, &decision, outcome, sequence);
         }
         self.needs_state(&decision.container, Some(outcome.state_number));
-        if self.is_automatic && matches!(kind, v1::OutcomeKind::Lost | v1::OutcomeKind::Unknown) {
-            self.end = Some(End::Failed(gone(&decision.item_id, outcome)));
+        if self.is_automatic() && matches!(kind, v1::OutcomeKind::Lost | v1::OutcomeKind::Unknown) {
+            self.end(End::Failed(gone(&decision.item_id, outcome)));
         }
-        if self.settled.len() >= SETTLED_KEPT {
-            self.settled.remove(0);
+        if self.0.settled.len() >= SETTLED_KEPT {
+            self.0.settled.remove(0);
         }
-        self.settled.push(v1::SettledDecision {
+        self.0.settled.push(v1::SettledDecision {
             decision_id: decision.decision_id,
             request_id: decision.request_id,
             kind: kind.into(),
@@ -440,41 +411,60 @@ impl Session {
         item_id: &str,
         inspection: v1::Inspection,
     ) -> Result<bool, SessionError> {
-        Ok(self.item_mut(item_id)?.inspected(inspection))
+        Ok(item::inspected(self.item_mut(item_id)?, inspection))
     }
 
     /// More can be packed after all. A failure stays: the automatic mode goes on when somebody who has looked switches it on.
     fn go_on(&mut self) {
-        self.end.take_if(|end| !matches!(end, End::Failed(_)));
+        if !self.has_failed() {
+            self.set_end(None);
+        }
     }
 
     /// What was packed since it was written is not known, for this reason, such as [`FROM_BACKUP`]; neither what became of the decision
     /// that was pending. Its item may have been placed by a later one.
     pub fn restored(&mut self, reason: &str) {
-        if self.id.is_empty() {
+        if self.id().is_empty() {
             return;
         }
-        if let Some(decision) = self.pending.take() {
+        if let Some(decision) = self.0.pending.take() {
             let unknown = pursuit::settled_as(&decision, v1::OutcomeKind::Unknown, reason, 0);
             self.settle(decision, &unknown);
         }
-        self.end = Some(End::Failed(reason.to_owned()));
+        self.end(End::Failed(reason.to_owned()));
     }
 
     /// The session has ended, in this way.
     pub fn end(&mut self, end: End) {
-        self.end = Some(end);
+        self.set_end(Some(end));
     }
 
-    fn item_mut(&mut self, item_id: &str) -> Result<&mut SessionItem, SessionError> {
-        self.items
+    fn set_end(&mut self, end: Option<End>) {
+        let (end, reasons, failure) = match end {
+            None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
+            Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
+            Some(End::OthersSetAside) => {
+                (v1::SessionEnd::OthersSetAside, Vec::new(), String::new())
+            }
+            Some(End::NothingFits(reasons)) => {
+                (v1::SessionEnd::NothingFits, reasons, String::new())
+            }
+            Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure),
+        };
+        self.0.set_end(end);
+        (self.0.reasons, self.0.failure) = (reasons, failure);
+    }
+
+    fn item_mut(&mut self, item_id: &str) -> Result<&mut v1::SessionItem, SessionError> {
+        self.0
+            .items
             .iter_mut()
             .find(|item| item.item_id == item_id)
             .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))
     }
 
     fn must_be_under_way(&self) -> Result<(), SessionError> {
-        if self.id.is_empty() {
+        if self.id().is_empty() {
             Err(SessionError::NoSession)
         } else {
             Ok(())

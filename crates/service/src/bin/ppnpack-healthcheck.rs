@@ -2,8 +2,8 @@
 //!
 //! usage: `ppnpack-healthcheck [ADDRESS]`; without one, at `PPNPACK__ADMIN__LISTEN`.
 //!
-//! `ppnpack-SERVICE --healthcheck` says the same, but a container that starts the whole program every few seconds takes
-//! the processor from its service: the ppn service's brings libtorch along, whose loading stalls the network.
+//! A program of its own: a container that starts its service's program every few seconds takes the processor from the service. The ppn
+//! service's brings libtorch along, whose loading stalls the network.
 
 use std::net::SocketAddr;
 use std::process::ExitCode;

@@ -98,21 +98,6 @@ impl Client {
         self.insist(&Target::of::<R>(cell, Some(instance))?, request, deadline)
     }
 
-    /// Asks this instance once, without waiting: several can be asked at the same time.
-    ///
-    /// # Errors
-    /// [`CallError::TimedOut`] and [`CallError::Zenoh`]
-    pub fn begin_instance<R: Request>(
-        &self,
-        cell: &Cell,
-        instance: &Instance,
-        mut request: R,
-        deadline: Instant,
-    ) -> Result<PendingCall<R>, CallError> {
-        let target = Target::of::<R>(cell, Some(instance))?;
-        self.begin(&target, &mut request, deadline)
-    }
-
     /// Asks an instance of a service for its health, and again where it does not answer, until the deadline.
     ///
     /// # Errors
@@ -298,7 +283,7 @@ impl Drop for Events {
 }
 
 /// A request that was sent, maybe more than once.
-pub struct PendingCall<R: Request> {
+struct PendingCall<R: Request> {
     sender: SyncSender<Event>,
     events: Receiver<Event>,
     /// How many times it was sent and may still be answered.
@@ -314,11 +299,8 @@ pub struct PendingCall<R: Request> {
 }
 
 impl<R: Request> PendingCall<R> {
-    /// Waits for the answer, until the deadline of the request.
-    ///
-    /// # Errors
-    /// [`CallError`]; nothing is sent again.
-    pub fn wait(mut self) -> Result<R::Reply, CallError> {
+    /// Waits for the answer, until the deadline of the request; nothing is sent again.
+    fn wait(mut self) -> Result<R::Reply, CallError> {
         let result = self.first_answer(self.deadline);
         self.ended(result)
     }

@@ -14,7 +14,7 @@ mod incoming;
 mod server;
 mod trace;
 
-pub use client::{Client, PendingCall};
+pub use client::Client;
 pub use error::{CallError, Refusal};
 pub(crate) use incoming::drop_with;
 pub use incoming::{Done, Incoming};

@@ -24,9 +24,6 @@ pub(super) struct Arguments {
     /// Prints the configuration as TOML, secrets as ***, and ends.
     #[arg(long, group = "instead")]
     pub(super) print_config: bool,
-    /// Asks a running process with this configuration, at its admin port, whether it is ready: exit code 0 or 1.
-    #[arg(long, group = "instead")]
-    pub(super) healthcheck: bool,
     /// Prepares what is on disk after a backup of it was put back, while the service does not run, and ends: exit code 0 or 1.
     #[arg(long, group = "instead")]
     pub(super) after_restore: bool,

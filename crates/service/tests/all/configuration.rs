@@ -128,112 +128,53 @@ fn a_link_is_closed_when_its_certificate_ends() {
 
 #[test]
 fn wrong_settings_are_refused_with_key_and_origin() {
-    type Case = (
-        Option<&'static str>,
-        &'static [(&'static str, &'static str)],
-        &'static [&'static str],
-        &'static [&'static str],
-    );
-    let cases: &[Case] = &[
-        (
-            Some("[zenoh]\nmoed = 'peer'"),
-            &[],
-            &[],
-            &["zenoh.moed", "unknown field", "c.toml"],
-        ),
-        (
-            None,
-            &[("PPNPACK__ADMIN__PORT", "1")],
-            &[],
-            &["admin.port", "environment variable PPNPACK__ADMIN__PORT"],
-        ),
-        (
-            None,
-            &[],
-            &["service.store.file=x"],
-            &["service.store.file", "option --set service.store.file"],
-        ),
-        (
-            None,
-            &[],
-            &["service.store.folder=a", "service.store.days=many"],
-            &["service.store.days:", "many", "--set service.store.days"],
-        ),
-        (
-            Some("[service.store]\ndays = 3\nbackup.every_s = 'often'"),
-            &[],
-            &["service.threads=2"],
-            &["service.store.backup.every_s:", "often", "c.toml"],
-        ),
-        (
-            Some("[service]\nthreads = 'many'"),
-            &[],
-            &[],
-            &["service.threads", "many", "c.toml"],
-        ),
-        (
-            None,
-            &[],
-            &["zenoh.mode=server"],
-            &["zenoh.mode", "server", "client", "--set"],
-        ),
-        (
-            None,
-            &[],
-            &["admin.listen=9100"],
-            &["admin.listen", "--set"],
-        ),
-        (None, &[], &["nonsense"], &["nonsense", "KEY=VALUE"]),
-        (
-            None,
-            &[],
-            &["service.threads=65"],
-            &["service", "threads", "64"],
-        ),
-        (None, &[], &["instance=A b"], &["instance"]),
-        (None, &[], &["shutdown_grace_s=-1"], &["shutdown_grace_s"]),
-        (None, &[], &["log.filter=a=b=c"], &["log.filter"]),
-        (
-            None,
-            &[],
-            &["telemetry.otlp=collector:4318"],
-            &["telemetry.otlp", "http://"],
-        ),
-        (
-            None,
-            &[],
-            &["zenoh.connect=[]"],
-            &["zenoh.connect", "tcp/127.0.0.1:7447"],
-        ),
-        (
-            None,
-            &[],
-            &["zenoh.connect=carrier-pigeon"],
-            &["zenoh.connect"],
-        ),
-        (None, &[], &["zenoh.mode=router"], &["zenoh.listen"]),
-        (None, &[], &["zenoh.user=me"], &["zenoh.user", "password"]),
-        (None, &[], &["zenoh.namespace=a/*"], &["zenoh.namespace"]),
-        (
-            None,
-            &[],
-            &["zenoh.tls.root_ca=/no/such/file"],
-            &["zenoh.tls.root_ca", "/no/such/file"],
-        ),
-        (
-            Some("[zenoh\n"),
-            &[],
-            &[],
-            &["c.toml", "not TOML", "line 1"],
-        ),
-    ];
-    for (file, environment, assignments, parts) in cases {
-        let error = load(*file, environment, assignments)
-            .unwrap_err()
-            .to_string();
-        for part in *parts {
+    let refused = |file, environment: &[_], set: &[_], parts: &[&str]| {
+        let error = load(file, environment, set).unwrap_err().to_string();
+        for part in parts {
             assert!(error.contains(part), "'{part}' is not in: {error}");
         }
+    };
+    for (file, parts) in [
+        ("[zenoh]\nmoed = 'peer'", ["zenoh.moed", "unknown field"]),
+        ("[service]\nthreads = 'many'", ["service.threads", "many"]),
+        ("[zenoh\n", ["not TOML", "line 1"]),
+    ] {
+        refused(Some(file), &[], &[], &[parts[0], parts[1], "c.toml"]);
+    }
+    let variable = "PPNPACK__ADMIN__PORT";
+    let origin = format!("environment variable {variable}");
+    refused(None, &[(variable, "1")], &[], &["admin.port", &origin]);
+    let retention = "[service.store]\ndays = 3\nbackup.every_s = 'often'";
+    let parts = ["service.store.backup.every_s:", "often", "c.toml"];
+    refused(Some(retention), &[], &["service.threads=2"], &parts);
+    let set = ["service.store.folder=a", "service.store.days=many"];
+    let parts = ["service.store.days:", "many", "--set service.store.days"];
+    refused(None, &[], &set, &parts);
+    for (set, parts) in [
+        (
+            "service.store.file=x",
+            "service.store.file; option --set service.store.file",
+        ),
+        ("zenoh.mode=server", "zenoh.mode; server; client; --set"),
+        ("admin.listen=9100", "admin.listen; --set"),
+        ("nonsense", "nonsense; KEY=VALUE"),
+        ("service.threads=65", "service; threads; 64"),
+        ("instance=A b", "instance"),
+        ("shutdown_grace_s=-1", "shutdown_grace_s"),
+        ("log.filter=a=b=c", "log.filter"),
+        ("telemetry.otlp=collector:4318", "telemetry.otlp; http://"),
+        ("zenoh.connect=[]", "zenoh.connect; tcp/127.0.0.1:7447"),
+        ("zenoh.connect=carrier-pigeon", "zenoh.connect"),
+        ("zenoh.mode=router", "zenoh.listen"),
+        ("zenoh.user=me", "zenoh.user; password"),
+        ("zenoh.namespace=a/*", "zenoh.namespace"),
+        (
+            "zenoh.tls.root_ca=/no/such/file",
+            "zenoh.tls.root_ca; /no/such/file",
+        ),
+    ] {
+        let parts: Vec<&str> = parts.split("; ").collect();
+        refused(None, &[], &[set], &parts);
     }
     let missing = Sources {
         file: Some(Path::new("/no/such/file")),

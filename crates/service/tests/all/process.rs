@@ -7,11 +7,10 @@ use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::alive::Alive;
-use ppnpack_service::embedded::{self, hub};
+use ppnpack_service::embedded::{self, hub, hub_at};
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::v1::{HeightmapRequest, Status};
-use zenoh::Wait;
 
 /// The example, which cargo builds beside the tests.
 fn tiny() -> Command {
@@ -163,18 +162,6 @@ fn a_wrong_configuration_ends_with_64_before_a_port_is_opened() {
 }
 
 #[test]
-fn what_is_printed_is_a_configuration() {
-    let output = run(&["--print-config", "--set", "service.excuse=none"]);
-    assert_eq!(output.status.code(), Some(0));
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("c.toml");
-    std::fs::write(&path, &output.stdout).unwrap();
-    let again = run(&["--print-config", "--config", path.to_str().unwrap()]);
-    assert_eq!(text(&again.stdout), text(&output.stdout));
-    assert!(text(&again.stdout).contains("excuse = \"none\""));
-}
-
-#[test]
 fn a_process_serves_and_ends_with_0() {
     let hub = hub().unwrap();
     let mut tiny = Tiny::start(hub.endpoint(), &["instance=t1"]);
@@ -244,20 +231,6 @@ fn a_process_tells_when_its_certificates_end() {
     );
 }
 
-/// A router at this endpoint.
-fn router(endpoint: &str) -> zenoh::Session {
-    let mut config = zenoh::Config::default();
-    for (key, value) in [
-        ("mode", "\"router\""),
-        ("listen/endpoints", &format!("[\"{endpoint}\"]")),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/delay", "0"),
-    ] {
-        config.insert_json5(key, value).unwrap();
-    }
-    zenoh::open(config).wait().unwrap()
-}
-
 #[test]
 fn a_process_is_ready_again_when_the_router_is_back() {
     let first = hub().unwrap();
@@ -271,7 +244,7 @@ fn a_process_is_ready_again_when_the_router_is_back() {
     let body = await_status(address, "/readyz", 503);
     assert!(body.contains("no connection to any of tcp/"), "{body}");
     let began = Instant::now();
-    let second = router(&endpoint);
+    let second = hub_at(std::slice::from_ref(&endpoint)).unwrap();
     await_status(address, "/readyz", 200);
     assert!(
         began.elapsed() < Duration::from_secs(5),
@@ -279,7 +252,8 @@ fn a_process_is_ready_again_when_the_router_is_back() {
         began.elapsed()
     );
     // What it had declared is there again.
-    let alive = Alive::watch(&second, Service::Perception).unwrap();
+    let session = embedded::session(&second).unwrap();
+    let alive = Alive::watch(&session, Service::Perception).unwrap();
     assert!(
         alive.wait(Instant::now() + Duration::from_secs(5), |now| now.len()
             == 1)
@@ -307,10 +281,6 @@ fn a_process_waits_for_a_router_and_is_not_ready() {
     let body = await_status(&address, "/readyz", 503);
     assert!(body.contains("zenoh"), "{body}");
     assert_eq!(get(&address, "/startupz").0, 503);
-    assert_eq!(
-        run(&["--healthcheck", "--set", &listen]).status.code(),
-        Some(1)
-    );
     let asked = ask_health(&[&address]);
     assert_eq!(asked.status.code(), Some(1));
     let reason = String::from_utf8_lossy(&asked.stderr);

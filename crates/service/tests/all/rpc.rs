@@ -1,6 +1,7 @@
 //! Requests and answers between two sessions on a hub.
 
 use std::sync::mpsc::sync_channel;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::Process;
@@ -47,11 +48,15 @@ impl Pair {
     }
 
     fn ask(&self, least_state_number: u64, deadline: Instant) -> Result<HeightmapReply, CallError> {
-        let request = HeightmapRequest {
-            header: None,
-            least_state_number,
-        };
-        self.client.call(&cell(), request, deadline)
+        self.client
+            .call(&cell(), wants(least_state_number), deadline)
+    }
+
+    /// Asks this server in a thread.
+    fn begin(&self, least_state_number: u64) -> JoinHandle<Result<HeightmapReply, CallError>> {
+        let (client, instance) = (self.client.clone(), Instance::new("s1").unwrap());
+        let request = wants(least_state_number);
+        thread::spawn(move || client.call_instance(&cell(), &instance, request, soon()))
     }
 
     /// What the server says to this payload.
@@ -87,6 +92,13 @@ fn heightmap(state_number: u64) -> HeightmapReply {
     }
 }
 
+fn wants(least_state_number: u64) -> HeightmapRequest {
+    HeightmapRequest {
+        header: None,
+        least_state_number,
+    }
+}
+
 /// The next request.
 fn next<R: Request>(mailbox: &Mailbox<Incoming<R>>) -> Incoming<R> {
     mailbox.receive(Some(soon())).unwrap().unwrap()
@@ -109,8 +121,8 @@ impl Actor for Echo {
 }
 
 /// Answers in a thread until the mailbox is closed.
-fn echo(mailbox: Mailbox<Incoming<HeightmapRequest>>) -> std::thread::JoinHandle<()> {
-    std::thread::spawn(move || actor::run(Echo, &mailbox))
+fn echo(mailbox: Mailbox<Incoming<HeightmapRequest>>) -> thread::JoinHandle<()> {
+    thread::spawn(move || actor::run(Echo, &mailbox))
 }
 
 #[test]
@@ -141,19 +153,9 @@ fn a_request_is_answered_with_its_id_and_versions() {
     );
 
     // The same of one instance, several at once.
-    let instance = Instance::new("s1").unwrap();
-    let begin = |number| {
-        let request = HeightmapRequest {
-            header: None,
-            least_state_number: number,
-        };
-        pair.client
-            .begin_instance(&cell(), &instance, request, soon())
-            .unwrap()
-    };
-    let calls: Vec<_> = (0..3).map(begin).collect();
+    let calls: Vec<_> = (0..3).map(|number| pair.begin(number)).collect();
     for (number, call) in calls.into_iter().enumerate() {
-        let reply = call.wait().unwrap();
+        let reply = call.join().unwrap().unwrap();
         assert_eq!(reply.heightmap.unwrap().state_number, number as u64);
     }
     drop(listener);
@@ -197,29 +199,23 @@ fn a_refusal_says_why() {
 fn a_full_mailbox_refuses_as_busy_and_a_closed_one_as_unavailable() {
     let pair = Pair::new(Service::Perception);
     let (_listener, mailbox) = pair.mailbox::<HeightmapRequest>(1);
-    let instance = Instance::new("s1").unwrap();
-    let begin = || {
-        let request = HeightmapRequest::default();
-        pair.client
-            .begin_instance(&cell(), &instance, request, soon())
-            .unwrap()
-    };
-    // Insists until the server is found, which then has its mailbox full.
-    let first = std::thread::spawn({
-        let client = pair.client.clone();
-        move || client.call(&cell(), HeightmapRequest::default(), soon())
-    });
+    // Insists until the server is found, which then has its mailbox full with one of the others.
+    let first = pair.begin(1);
     let waiting = next(&mailbox);
-    let second = begin();
-    let third = begin().wait().unwrap_err();
-    assert_eq!(third.status(), Some(Status::Busy));
+    let others = [pair.begin(2), pair.begin(2)];
+    while !others.iter().any(JoinHandle::is_finished) {
+        thread::sleep(Duration::from_millis(5));
+    }
     waiting.reply(heightmap(1), Done::default());
     assert!(first.join().unwrap().is_ok());
     next(&mailbox).reply(heightmap(2), Done::default());
-    assert_eq!(second.wait().unwrap().heightmap.unwrap().state_number, 2);
+    let others = others.map(|other| other.join().unwrap());
+    let refused = others.iter().filter_map(|other| other.as_ref().err());
+    let refused: Vec<_> = refused.map(CallError::status).collect();
+    assert_eq!(refused, [Some(Status::Busy)]);
     drop(mailbox);
-    let fourth = begin().wait().unwrap_err();
-    assert_eq!(fourth.status(), Some(Status::Unavailable));
+    let last = pair.begin(3).join().unwrap().unwrap_err();
+    assert_eq!(last.status(), Some(Status::Unavailable));
 }
 
 #[test]
@@ -232,7 +228,7 @@ fn a_late_answer_is_dropped() {
     assert!(matches!(error, CallError::TimedOut), "{error}");
     let late = next(&mailbox);
     // The limit counts from when the request was received, which is after it was sent.
-    std::thread::sleep(late.deadline().saturating_duration_since(Instant::now()));
+    thread::sleep(late.deadline().saturating_duration_since(Instant::now()));
     assert!(late.has_expired());
     late.reply(heightmap(1), Done::default());
     let thread = echo(mailbox);
@@ -256,14 +252,14 @@ fn what_nobody_answers_is_asked_again_and_any_answer_to_it_counts() {
     };
 
     // Lost with whoever was killed: the one that comes after it is answered.
-    let asking = std::thread::spawn(ask.clone());
+    let asking = thread::spawn(ask.clone());
     let (lost, again) = (next(&mailbox), next(&mailbox));
     assert_eq!(lost.header().request_id, again.header().request_id);
     again.reply(heightmap(1), Done::default());
     assert_eq!(asking.join().unwrap(), 1);
 
     // Not lost, but long: it is answered after it was asked for again.
-    let asking = std::thread::spawn(ask);
+    let asking = thread::spawn(ask);
     let (long, _again) = (next(&mailbox), next(&mailbox));
     long.reply(heightmap(2), Done::default());
     assert_eq!(asking.join().unwrap(), 2);
@@ -278,7 +274,7 @@ fn what_waits_for_a_planner_that_has_gone_is_dropped() {
     let of_planner = Client::new(planner.session()).of_planner(planner.instance());
     let waiting = |client: &Client| {
         let client = client.clone();
-        std::thread::spawn(move || client.call(&cell(), EvaluateRequest::default(), soon()));
+        thread::spawn(move || client.call(&cell(), EvaluateRequest::default(), soon()));
         next(&mailbox)
     };
     let cells = [Cell::new("c1").unwrap(), Cell::new("c2").unwrap()];
@@ -310,15 +306,9 @@ fn what_waits_for_a_planner_that_has_gone_is_dropped() {
 #[test]
 fn no_answer_at_all_is_no_refusal() {
     let pair = Pair::new(Service::Perception);
-    let instance = Instance::new("s1").unwrap();
-    let request = HeightmapRequest::default();
-    let call = pair
-        .client
-        .begin_instance(&cell(), &instance, request, soon())
-        .unwrap();
-    let error = call.wait().unwrap_err();
-    assert!(matches!(error, CallError::NoAnswer { .. }), "{error}");
-    let call = std::thread::spawn({
+    let error = pair.ask(0, Instant::now() + Duration::from_millis(300));
+    assert_eq!(error.unwrap_err().status(), None);
+    let call = thread::spawn({
         let client = pair.client.clone();
         move || client.call(&cell(), HeightmapRequest::default(), soon())
     });

@@ -11,6 +11,7 @@ use ppnpack_wire::v1;
 
 use crate::Settings;
 use crate::robot::{Robot, RobotError, View};
+use crate::settings::span;
 
 /// Publishes what a robot's sensors see.
 pub(crate) struct Camera {
@@ -32,7 +33,7 @@ impl Camera {
         Ok(Self {
             cell: cell.clone(),
             clouds: Publisher::new(process, cell, Stream::Cloud)?,
-            period: settings.cloud_period(),
+            period: span(1.0 / settings.cloud_rate_hz),
             sequence: 0,
             is_in_trouble: false,
         })

@@ -12,6 +12,7 @@ use ppnpack_wire::v1;
 use crate::Settings;
 use crate::clock;
 use crate::robot::Robot;
+use crate::settings::span;
 use ppnpack_protocol::ledger::{Ledger, Record};
 use ppnpack_protocol::message;
 
@@ -42,7 +43,7 @@ impl Streams {
             states: Publisher::new(process, cell, Stream::State)?,
             outcomes: Publisher::new(process, cell, Stream::Outcome)?,
             is_simulated: robot.is_simulated(),
-            state_period: settings.state_period(),
+            state_period: span(settings.state_period_s),
             next_state: Instant::now(),
         })
     }

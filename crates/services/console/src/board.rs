@@ -4,61 +4,20 @@
 //! part and misses those between.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
-use serde::Serialize;
-use serde_json::value::RawValue;
+use serde_json::{Value, json};
 use tokio::sync::watch;
 
 /// Which part, of all, of a cell or of one of its containers.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct PartKey {
-    pub(crate) cell: Option<Cell>,
-    pub(crate) container: Option<Cell>,
-    pub(crate) part: &'static str,
-}
-
-impl PartKey {
-    pub(crate) fn of_all(part: &'static str) -> Self {
-        Self {
-            cell: None,
-            container: None,
-            part,
-        }
-    }
-
-    pub(crate) fn of_cell(cell: &Cell, part: &'static str) -> Self {
-        Self {
-            cell: Some(cell.clone()),
-            container: None,
-            part,
-        }
-    }
-
-    pub(crate) fn of_container(cell: &Cell, container: &Cell, part: &'static str) -> Self {
-        Self {
-            cell: Some(cell.clone()),
-            container: Some(container.clone()),
-            part,
-        }
-    }
-}
-
-/// A part as it is sent.
-#[derive(Serialize)]
-struct Part<'a> {
-    cell: Option<&'a str>,
-    container: Option<&'a str>,
-    part: &'static str,
-    revision: u64,
-    value: &'a RawValue,
-}
+type PartKey<'a> = (Option<&'a Cell>, Option<&'a Cell>, &'static str);
 
 /// A part as it is kept.
 struct Kept {
     revision: u64,
-    value: Box<RawValue>,
+    value: Value,
     /// The whole part as JSON.
     text: Arc<str>,
 }
@@ -71,9 +30,11 @@ pub(crate) struct Changes {
     pub(crate) parts: Vec<Arc<str>>,
 }
 
+type Parts = BTreeMap<(Option<Cell>, Option<Cell>, &'static str), Kept>;
+
 /// All parts.
 pub(crate) struct Board {
-    parts: Mutex<BTreeMap<PartKey, Kept>>,
+    parts: Mutex<Parts>,
     /// The newest revision.
     revision: watch::Sender<u64>,
 }
@@ -89,49 +50,34 @@ impl Default for Board {
 
 impl Board {
     /// Puts the value of a part, where it is another one than before.
-    pub(crate) fn put(&self, key: PartKey, value: &impl Serialize) {
-        let value = match serde_json::value::to_raw_value(value) {
-            Ok(value) => value,
-            Err(error) => {
-                return tracing::error!(part = key.part, %error, "a part cannot be written");
-            }
-        };
-        let mut parts = self.parts();
-        if parts
-            .get(&key)
-            .is_some_and(|kept| kept.value.get() == value.get())
-        {
+    pub(crate) fn put(&self, (cell, container, part): PartKey<'_>, value: impl Into<Value>) {
+        let value = value.into();
+        let key = (cell.cloned(), container.cloned(), part);
+        let mut parts = lock(&self.parts);
+        if parts.get(&key).is_some_and(|kept| kept.value == value) {
             return;
         }
         // Only here, and under the lock, is it counted up.
         let revision = *self.revision.borrow() + 1;
-        let part = Part {
-            cell: key.cell.as_ref().map(Cell::as_str),
-            container: key.container.as_ref().map(Cell::as_str),
-            part: key.part,
+        let text = json!({
+            "cell": cell.map(Cell::as_str),
+            "container": container.map(Cell::as_str),
+            "part": part,
+            "revision": revision,
+            "value": value,
+        });
+        let kept = Kept {
             revision,
-            value: &value,
+            value,
+            text: text.to_string().into(),
         };
-        let text = match serde_json::to_string(&part) {
-            Ok(text) => text.into(),
-            Err(error) => {
-                return tracing::error!(part = key.part, %error, "a part cannot be written");
-            }
-        };
-        parts.insert(
-            key,
-            Kept {
-                revision,
-                value,
-                text,
-            },
-        );
+        parts.insert(key, kept);
         self.revision.send_replace(revision);
     }
 
     /// The parts that changed after a revision; after 0: all of them.
     pub(crate) fn since(&self, revision: u64) -> Changes {
-        let parts = self.parts();
+        let parts = lock(&self.parts);
         let mut newer: Vec<&Kept> = parts
             .values()
             .filter(|kept| kept.revision > revision)
@@ -147,25 +93,17 @@ impl Board {
     pub(crate) fn watch(&self) -> watch::Receiver<u64> {
         self.revision.subscribe()
     }
-
-    fn parts(&self) -> MutexGuard<'_, BTreeMap<PartKey, Kept>> {
-        self.parts.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::{Value, json};
-
     use super::*;
 
     fn read(changes: &Changes) -> Vec<(String, Value)> {
         let parts = changes.parts.iter().map(|text| {
-            let part: Value = serde_json::from_str(text).unwrap();
-            (
-                part["part"].as_str().unwrap().to_owned(),
-                part["value"].clone(),
-            )
+            let mut part: Value = serde_json::from_str(text).unwrap();
+            let name = part["part"].as_str().unwrap().to_owned();
+            (name, part["value"].take())
         });
         parts.collect()
     }
@@ -174,28 +112,23 @@ mod tests {
     fn who_asks_gets_the_newest_value_of_what_changed_since() {
         let board = Board::default();
         let mut watch = board.watch();
-        board.put(PartKey::of_all("a"), &1);
-        board.put(PartKey::of_all("b"), &1);
+        let [a, b] = ["a", "b"].map(|part| (None, None, part));
+        board.put(a, 1);
+        board.put(b, 1);
         let first = board.since(0);
-        assert_eq!(
-            read(&first),
-            [("a".to_owned(), json!(1)), ("b".to_owned(), json!(1))]
-        );
+        let both = [("a".to_owned(), json!(1)), ("b".to_owned(), json!(1))];
+        assert_eq!(read(&first), both);
         for value in 2..100 {
-            board.put(PartKey::of_all("a"), &value);
+            board.put(a, value);
         }
-        assert_eq!(
-            read(&board.since(first.revision)),
-            [("a".to_owned(), json!(99))]
-        );
+        let changes = board.since(first.revision);
+        assert_eq!(read(&changes), [("a".to_owned(), json!(99))]);
         assert!(watch.has_changed().unwrap());
-        let newest = board.since(first.revision).revision;
+        let newest = changes.revision;
         assert_eq!(*watch.borrow_and_update(), newest);
-        board.put(PartKey::of_all("a"), &99);
-        assert!(
-            board.since(newest).parts.is_empty(),
-            "the same is no change"
-        );
+        board.put(a, 99);
+        let same = board.since(newest);
+        assert!(same.parts.is_empty(), "the same is no change");
         assert!(!watch.has_changed().unwrap());
     }
 
@@ -203,7 +136,10 @@ mod tests {
     fn a_part_says_what_it_is_of() {
         let board = Board::default();
         let [cell, container] = ["cell-1", "cell-1-a"].map(|name| Cell::new(name).unwrap());
-        board.put(PartKey::of_container(&cell, &container, "items"), &[0; 0]);
+        board.put(
+            (Some(&cell), Some(&container), "items"),
+            Vec::<Value>::new(),
+        );
         let text = board.since(0).parts[0].to_string();
         assert_eq!(
             text,

@@ -1,9 +1,10 @@
 //! Which cells and containers there are, for whoever is asked about one.
 
 use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 
 /// The size of a grid's cells.
@@ -47,7 +48,7 @@ impl Directory {
 
     /// From now on it has these.
     pub(crate) fn set(&self, cells: BTreeMap<Cell, Entry>) {
-        *self.lock() = cells;
+        *lock(&self.cells) = cells;
         self.changed.notify_all();
     }
 
@@ -58,30 +59,26 @@ impl Directory {
         let is_unheard = |cells: &mut BTreeMap<Cell, Entry>| !cells.contains_key(cell);
         let waited = self
             .changed
-            .wait_timeout_while(self.lock(), left, is_unheard);
+            .wait_timeout_while(lock(&self.cells), left, is_unheard);
         let (cells, _) = waited.unwrap_or_else(PoisonError::into_inner);
         cells.get(cell).map(|entry| entry.containers.clone())
     }
 
     /// Whether a cell was heard.
     pub(crate) fn has(&self, cell: &Cell) -> bool {
-        self.lock().contains_key(cell)
+        lock(&self.cells).contains_key(cell)
     }
 
     /// The containers of all cells.
     pub(crate) fn all_containers(&self) -> Vec<Cell> {
-        let cells = self.lock();
+        let cells = lock(&self.cells);
         let containers = cells.values().flat_map(|entry| &entry.containers);
         containers.cloned().collect()
     }
 
     /// The size of the cells of a cell's grids, where it is known.
     pub(crate) fn cell_size(&self, cell: &Cell) -> Option<CellSize> {
-        self.lock().get(cell)?.size
-    }
-
-    fn lock(&self) -> MutexGuard<'_, BTreeMap<Cell, Entry>> {
-        self.cells.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.cells).get(cell)?.size
     }
 }
 

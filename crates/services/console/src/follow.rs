@@ -5,17 +5,19 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, Address, LatestValues};
+use ppnpack_service::alive::Found;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::{Message, Name};
+use serde_json::Value;
 use tokio::sync::oneshot;
 use zenoh::Session;
 
 use crate::board::Board;
 use crate::clock::now_ms;
 use crate::directory::Directory;
-use crate::picture::{ExplainedPart, FoundService, News, Picture, SeenContainer};
+use crate::picture::{News, Picture, SeenContainer};
 use crate::shapes::{ShapeId, Wanted};
 
 /// How often heightmaps are looked at: sensors may send them faster than anybody sees.
@@ -30,7 +32,7 @@ pub(crate) enum Told {
     /// Something that was heard of a cell or a container.
     Of(Cell, News),
     /// Which services were found.
-    Found(Vec<FoundService>),
+    Found(Vec<(Found, v1::HealthReply)>),
     /// The volumes of shapes, in cubic metres.
     Volumes(Vec<(ShapeId, f64)>),
     /// Somebody waits to hear what an answer of a planner means.
@@ -44,7 +46,7 @@ pub(crate) struct Asked {
     pub(crate) item_id: String,
     pub(crate) reply: v1::ExplainReply,
     /// Takes the answer; none where nothing is known of the cell.
-    pub(crate) answer: oneshot::Sender<Option<ExplainedPart>>,
+    pub(crate) answer: oneshot::Sender<Option<Value>>,
 }
 
 /// What was heard last: of sessions and states the newest alone is looked at.
@@ -144,7 +146,7 @@ impl Actor for Follower {
                 } = *asked;
                 // Whoever asked may have left.
                 answer
-                    .send(self.picture.explained(&cell, &item_id, &reply))
+                    .send(self.picture.explain(&cell, &item_id, reply))
                     .ok();
             }
         }
@@ -181,32 +183,36 @@ pub(crate) struct Ears {
 }
 
 impl Ears {
-    /// Hears a cell, or all of them.
+    /// Hears these cells, or all where none is named.
     ///
     /// # Errors
     /// [`ServiceError::Zenoh`] where the session is closed.
     pub(crate) fn hear(
         &self,
         session: &Session,
-        cell: Option<&Cell>,
+        cells: &[Cell],
     ) -> Result<Vec<Subscription>, ServiceError> {
-        let heard = Heard {
-            ears: self,
-            session,
-            cell,
-        };
-        let heightmaps = self.heightmaps.clone();
-        let see = move |container, heightmap: v1::Heightmap| {
-            heightmaps.put(container, (now_ms(), Box::new(heightmap)));
-        };
-        Ok(vec![
-            heard.newest(Stream::Session, |it| News::Session(Box::new(it)))?,
-            heard.newest(Stream::State, |it| News::State(Box::new(it)))?,
-            heard.each(Stream::Record, |it| News::Record(Box::new(named(it))))?,
-            heard.each(Stream::Plan, |it| News::Decision(Box::new(it)))?,
-            heard.each(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
-            heard.stream(Stream::Heightmap, see)?,
-        ])
+        let mut subscriptions = Vec::new();
+        for cell in stream::each_or_all(cells) {
+            let heard = Heard {
+                ears: self,
+                session,
+                cell,
+            };
+            let heightmaps = self.heightmaps.clone();
+            let see = move |container, heightmap: v1::Heightmap| {
+                heightmaps.put(container, (now_ms(), Box::new(heightmap)));
+            };
+            subscriptions.extend([
+                heard.newest(Stream::Session, |it| News::Session(Box::new(it)))?,
+                heard.newest(Stream::State, |it| News::State(Box::new(it)))?,
+                heard.each(Stream::Record, |it| News::Record(Box::new(named(it))))?,
+                heard.each(Stream::Plan, |it| News::Decision(Box::new(it)))?,
+                heard.each(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+                heard.stream(Stream::Heightmap, see)?,
+            ]);
+        }
+        Ok(subscriptions)
     }
 }
 

@@ -27,10 +27,10 @@ use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::Subscription;
 use ppnpack_service::{HealthLatch, Process, Running, ServiceError, Shutdown, alive, join};
 use ppnpack_wire::keys::Cell;
-use serde::Serialize;
+use serde_json::json;
 use tokio::runtime::Runtime;
 
-use board::{Board, PartKey};
+use board::Board;
 use clock::now_ms;
 use controls::Controls;
 use directory::Directory;
@@ -63,16 +63,6 @@ pub struct Console {
     _ready: HealthLatch,
 }
 
-/// What the page says of its server.
-#[derive(Serialize)]
-struct ConsolePart<'a> {
-    version: &'static str,
-    instance: &'a str,
-    started_ms: u64,
-    controls: bool,
-    why_off: Option<&'static str>,
-}
-
 /// Serves the page.
 ///
 /// # Errors
@@ -81,14 +71,14 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
     let ready = process.health().check("page");
     let token = settings.read_token().map_err(ServiceError::start)?;
     let board = Arc::new(Board::default());
-    let part = ConsolePart {
-        version: env!("CARGO_PKG_VERSION"),
-        instance: process.instance().as_str(),
-        started_ms: now_ms(),
-        controls: token.is_some(),
-        why_off: token.is_none().then_some(NO_TOKEN),
-    };
-    board.put(PartKey::of_all("console"), &part);
+    let part = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "instance": process.instance().as_str(),
+        "started_ms": now_ms(),
+        "controls": token.is_some(),
+        "why_off": token.is_none().then_some(NO_TOKEN),
+    });
+    board.put((None, None, "console"), part);
     let directory = Arc::new(Directory::begun());
     let client = Client::new(process.session());
     let shapes = Arc::new(ShapeStore::new(client.clone(), Arc::clone(&directory)));
@@ -109,7 +99,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
     let follower = following.follower.downgrade();
     let served = Served {
         board,
-        controls: Controls::new(process.session(), Arc::clone(&directory), follower.clone()),
+        controls: Controls::new(client.clone(), Arc::clone(&directory), follower.clone()),
         directory,
         shapes,
         client,
@@ -170,7 +160,6 @@ fn follow(
     let client = Client::new(process.session());
     let looker = Looker {
         session: process.session().clone(),
-        client: client.clone(),
         cells: cells.to_vec(),
         follower: follower.downgrade(),
         asker,
@@ -190,7 +179,7 @@ fn follow(
     let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
     let supervisor = process.supervisor();
     Ok(Following {
-        subscriptions: subscribe(process, cells, &ears)?,
+        subscriptions: ears.hear(process.session(), cells)?,
         follower,
         threads: vec![
             actor::spawn(process, "console-cells", following, heard)?,
@@ -199,20 +188,6 @@ fn follow(
             supervisor.thread("console-looks", move || looker.run())?,
         ],
     })
-}
-
-fn subscribe(
-    process: &Process,
-    cells: &[Cell],
-    ears: &Ears,
-) -> Result<Vec<Subscription>, ServiceError> {
-    let session = process.session();
-    if cells.is_empty() {
-        return ears.hear(session, None);
-    }
-    let heard = cells.iter().map(|cell| ears.hear(session, Some(cell)));
-    let heard: Vec<Vec<Subscription>> = heard.collect::<Result<_, _>>()?;
-    Ok(heard.into_iter().flatten().collect())
 }
 
 impl Console {

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::actor::{Actor, Address, WeakAddress};
-use ppnpack_service::alive::{self, Found};
+use ppnpack_service::alive::Found;
 use ppnpack_service::rpc::{CallError, Client};
-use ppnpack_service::{ServiceError, Shutdown};
+use ppnpack_service::{ServiceError, Shutdown, survey};
 use ppnpack_wire::keys::{Cell, Instance, Service, Stream};
 use ppnpack_wire::v1;
 use zenoh::Session;
@@ -15,16 +15,13 @@ use zenoh::Session;
 use crate::clock::now_ms;
 use crate::directory::Directory;
 use crate::follow::{Heightmaps, Newest, Told};
-use crate::picture::{FoundService, Health, News};
+use crate::picture::News;
 
 /// How often it is looked which services there are.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How long the answers to that may take.
-const PATIENCE: Duration = Duration::from_millis(500);
-
-/// How long services may take to say how they are.
-const HEALTH_PATIENCE: Duration = Duration::from_millis(700);
+/// How long they may take to say how they are, half of it to be found.
+const PATIENCE: Duration = Duration::from_millis(1_200);
 
 /// How long a service may take to tell what it knows: a planner plans a step before.
 const ASKING_PATIENCE: Duration = Duration::from_secs(2);
@@ -35,7 +32,6 @@ const ASKED_EVERY: Duration = Duration::from_secs(10);
 /// Looks for services until it is told to end.
 pub(crate) struct Looker {
     pub(crate) session: Session,
-    pub(crate) client: Client,
     /// The cells and containers that are followed; none where all are.
     pub(crate) cells: Vec<Cell>,
     pub(crate) follower: WeakAddress<Told>,
@@ -46,15 +42,15 @@ pub(crate) struct Looker {
 impl Looker {
     pub(crate) fn run(self) {
         while !self.shutdown.is_requested() {
-            let found = self.find().unwrap_or_else(|error| {
+            let services = self.find().unwrap_or_else(|error| {
                 tracing::warn!(%error, "services cannot be looked for");
                 Vec::new()
             });
-            let told = Told::Found(self.with_health(&found));
+            let found = services.iter().map(|(found, _)| found.clone()).collect();
             let Some(follower) = self.follower.upgrade() else {
                 return;
             };
-            if !follower.try_send(told) {
+            if !follower.try_send(Told::Found(services)) {
                 tracing::debug!("which services there are is told the next time");
             }
             drop(follower);
@@ -67,44 +63,16 @@ impl Looker {
     }
 
     /// The services that are there, but for those of other cells alone.
-    fn find(&self) -> Result<Vec<Found>, ServiceError> {
-        let mut found = alive::find(&self.session, Instant::now() + PATIENCE)?;
+    fn find(&self) -> Result<Vec<(Found, v1::HealthReply)>, ServiceError> {
+        let mut services = survey::instances(&self.session, PATIENCE)?;
         if !self.cells.is_empty() {
-            found.retain_mut(|found| {
+            services.retain_mut(|(found, _)| {
                 let serves_any = found.cells.is_empty();
                 found.cells.retain(|cell| self.cells.contains(cell));
                 serves_any || !found.cells.is_empty()
             });
         }
-        Ok(found)
-    }
-
-    fn with_health(&self, found: &[Found]) -> Vec<FoundService> {
-        let answers = self
-            .client
-            .health_of_all(found, Instant::now() + HEALTH_PATIENCE);
-        let with_health = found
-            .iter()
-            .zip(answers)
-            .map(|(found, health)| FoundService {
-                service: found.service,
-                instance: found.instance.clone(),
-                cells: found.cells.clone(),
-                health: health.map(read).map_err(|error| error.to_string()),
-            });
-        with_health.collect()
-    }
-}
-
-fn read(health: v1::HealthReply) -> Health {
-    let failing = health.checks.into_iter().filter(|check| !check.is_passing);
-    let failing = failing.map(|check| format!("{}: {}", check.name, check.message));
-    let versions = health.header.and_then(|header| header.versions);
-    Health {
-        is_ready: health.is_ready,
-        failing: failing.collect(),
-        version: versions.unwrap_or_default().software,
-        uptime_s: health.uptime_ns as f64 / 1e9,
+        Ok(services)
     }
 }
 
@@ -127,17 +95,14 @@ impl Actor for Asker {
             for cell in self.asked_of(&found) {
                 let key = (found.service, found.instance.clone(), cell);
                 let asked = before.get(&key).copied();
-                let is_due = asked.is_none_or(|at| at.elapsed() >= ASKED_EVERY);
-                let at = match asked {
-                    Some(at) if !is_due => at,
-                    _ => {
-                        let (service, _, cell) = &key;
-                        if let Err(error) = self.ask(*service, cell) {
-                            tracing::debug!(%service, %cell, %error, "it tells nothing");
-                        }
-                        Instant::now()
+                let asked = asked.filter(|at| at.elapsed() < ASKED_EVERY);
+                let at = asked.unwrap_or_else(|| {
+                    let (service, _, cell) = &key;
+                    if let Err(error) = self.ask(*service, cell) {
+                        tracing::debug!(%service, %cell, %error, "it tells nothing");
                     }
-                };
+                    Instant::now()
+                });
                 self.asked.insert(key, at);
             }
         }
@@ -156,30 +121,24 @@ impl Asker {
     }
 
     fn ask(&self, service: Service, cell: &Cell) -> Result<(), CallError> {
-        let deadline = Instant::now() + ASKING_PATIENCE;
+        let (client, deadline) = (&self.client, Instant::now() + ASKING_PATIENCE);
         match service {
             Service::Planner => {
-                let reply = self
-                    .client
-                    .call(cell, v1::SessionRequest::default(), deadline)?;
+                let reply = client.call(cell, v1::SessionRequest::default(), deadline)?;
                 if let Some(session) = reply.session {
                     let news = News::Session(Box::new(session));
                     self.newest.put((cell.clone(), Stream::Session), news);
                 }
             }
             Service::Bridge => {
-                let reply = self
-                    .client
-                    .call(cell, v1::CellStateRequest::default(), deadline)?;
+                let reply = client.call(cell, v1::CellStateRequest::default(), deadline)?;
                 if let Some(state) = reply.state {
                     let news = News::State(Box::new(state));
                     self.newest.put((cell.clone(), Stream::State), news);
                 }
             }
             Service::Perception => {
-                let reply = self
-                    .client
-                    .call(cell, v1::HeightmapRequest::default(), deadline)?;
+                let reply = client.call(cell, v1::HeightmapRequest::default(), deadline)?;
                 if let Some(heightmap) = reply.heightmap {
                     let made_ms = now_ms().saturating_sub(reply.age_ns / 1_000_000);
                     let made = (made_ms, Box::new(heightmap));

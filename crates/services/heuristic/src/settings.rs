@@ -8,17 +8,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Worker threads. The requests of one cell go to one of them.
-    pub workers: usize,
-    /// Requests that wait for a worker at most; more are refused.
+    /// Requests that wait at most; more are refused.
     pub queue: usize,
-    /// Threads that a worker spreads one search over.
+    /// Threads that one search is spread over. More cells at once: more such services.
     pub threads_per_search: usize,
     /// Items kept between requests, in MiB as they are encoded.
     pub items_kept_mib: usize,
-    /// Searches that a worker keeps, one per cell, grid and objective.
+    /// Searches that are kept, one per cell, grid and objective.
     pub searches_kept: usize,
-    /// The memory that the searches of a worker may take together, in MiB: half for those that are kept, of which the longest
+    /// The memory that the searches may take together, in MiB: half for those that are kept, of which the longest
     /// unused go first, and half for the one at work; a request that needs more is refused.
     pub searches_mib: usize,
     /// The most work of one request: cells of the container times the yaws that are searched, of all candidates together. More
@@ -29,7 +27,6 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            workers: 1,
             queue: 16,
             threads_per_search: 1,
             items_kept_mib: 128,
@@ -42,7 +39,6 @@ impl Default for Settings {
 
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
-        in_range("workers", self.workers, 1..=256)?;
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("threads_per_search", self.threads_per_search, 1..=256)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;

@@ -1,7 +1,7 @@
 //! A worker: an actor that answers requests.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::{Item, YawsMismatch};
@@ -64,8 +64,8 @@ pub(crate) type Answer = (v1::EvaluateReply, Vec<v1::StageTiming>);
 
 /// Answers requests one after another.
 pub(crate) struct Worker {
-    items: Arc<Mutex<ItemStore>>,
-    planners: Arc<Alive>,
+    items: ItemStore,
+    planners: Alive,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The last used first.
     searches: VecDeque<KeptSearch>,
@@ -116,11 +116,7 @@ impl Actor for Worker {
 }
 
 impl Worker {
-    pub(crate) fn new(
-        items: Arc<Mutex<ItemStore>>,
-        planners: Arc<Alive>,
-        settings: &Settings,
-    ) -> Result<Self, ServiceError> {
+    pub(crate) fn new(planners: Alive, settings: &Settings) -> Result<Self, ServiceError> {
         let pool = match settings.threads_per_search {
             0 | 1 => None,
             threads => Some(Arc::new(
@@ -135,7 +131,7 @@ impl Worker {
             )),
         };
         Ok(Self {
-            items,
+            items: ItemStore::new(settings.items_kept_mib << 20),
             planners,
             pool,
             searches: VecDeque::new(),
@@ -152,14 +148,13 @@ impl Worker {
 
     /// The items that a request names.
     pub(crate) fn items(
-        &self,
+        &mut self,
         given: &[v1::Item],
         ids: &[ItemId],
         grid: &Grid,
     ) -> Result<Vec<Arc<Item>>, Refusal> {
-        // A worker that panicked while it held the lock left the store as it was: only whole items are ever in it.
-        let mut store = self.items.lock().unwrap_or_else(PoisonError::into_inner);
-        let items = store.resolve(given, ids)?.map_err(Refusal::Missing)?;
+        let items = self.items.resolve(given, ids)?;
+        let items = items.map_err(Refusal::Missing)?;
         for item in &items {
             item.check_yaws(grid)?;
         }

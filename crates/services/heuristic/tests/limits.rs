@@ -9,9 +9,9 @@ use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::search::SearchSettings;
-use ppnpack_service::Process;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::{OneWorker, Process};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Service};
@@ -24,7 +24,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// A running heuristic service, and who asks it.
 struct Rig {
     client: Client,
-    _service: ppnpack_heuristic::Heuristic,
+    _service: OneWorker,
     _process: Process,
     _hub: Hub,
 }
@@ -154,17 +154,9 @@ fn more_work_than_may_be_asked_for_is_refused_before_it_is_begun() {
     let refusal = Rig::new(&short).invalid(request());
     assert!(refusal.contains("most_placements"), "{refusal}");
     assert!(refusal.contains(&placements.to_string()), "{refusal}");
-}
-
-#[test]
-fn a_thousand_candidates_at_360_yaws_are_refused_by_default() {
-    let rig = Rig::new(&Settings::default());
-    let refusal = rig.invalid(evaluate(
-        &grid(256, 360),
-        block(3, 360),
-        1_000,
-        Heuristic::Sdfm,
-    ));
+    // Also by default.
+    let much = evaluate(&self::grid(256, 360), block(3, 360), 1_000, Heuristic::Sdfm);
+    let refusal = Rig::new(&Settings::default()).invalid(much);
     assert!(refusal.contains("most_placements"), "{refusal}");
 }
 

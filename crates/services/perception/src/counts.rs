@@ -1,11 +1,11 @@
 //! What became of clouds, counted.
 
 use std::sync::Mutex;
-use std::sync::PoisonError;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::metrics::{self, Metric};
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
@@ -88,8 +88,7 @@ impl Counts {
     pub(crate) fn refuse(&self, cell: &Cell, fate: Fate, reason: &dyn std::fmt::Display) {
         self.count(fate);
         let now = Instant::now();
-        let last = self.last_line.lock();
-        let mut last = last.unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.last_line);
         if last.is_none_or(|last| now - last >= LINE_PERIOD) {
             *last = Some(now);
             tracing::warn!(%cell, fate = fate.as_str(), %reason, "cloud refused");

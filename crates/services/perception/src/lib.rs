@@ -5,7 +5,6 @@
 //! dropped and counted. It begins with the cell's first cloud. One more actor answers requests for heightmaps, one says
 //! what lies on the cells' trays, and one how items lie that were placed.
 
-mod cells;
 mod counts;
 mod delay;
 mod heightmaps;
@@ -36,7 +35,6 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 use zenoh::pubsub::Subscriber;
 
-use cells::Cells;
 use counts::Counts;
 pub use counts::Fate;
 use heightmaps::Heightmaps;
@@ -48,7 +46,7 @@ use router::Router;
 pub use settings::Settings;
 pub use tray::settings::TraySettings;
 use tray::{Tray, Trays};
-use worker::Outputs;
+use worker::{Outputs, Worker};
 
 /// The running service. Dropped, it ends.
 pub struct Perception {
@@ -117,9 +115,7 @@ fn start_actors(
     let (heightmaps, heightmaps_mailbox) = actor::mailbox(most);
     let (trays, trays_mailbox) = actor::mailbox(most);
     let (inspections, inspections_mailbox) = actor::mailbox(inspect::MOST_PENDING);
-    let (cells, cells_mailbox) = actor::mailbox(router::MAX_CELLS);
 
-    let router = Arc::new(Router::new(settings, cells, Arc::clone(counts)));
     let known_trays = known_trays(settings, objects)?;
     let tray_clouds = tray::Clouds::new(&known_trays, &trays, Arc::clone(counts));
     let inspected = LatestValues::new(&inspections);
@@ -129,12 +125,18 @@ fn start_actors(
         inspected: objects.map(|_| inspected.clone()),
         counts: Arc::clone(counts),
     };
-    let cells = Cells::new(process, settings, outputs, &router);
+    let router = {
+        let (own, of_cells, epoch) = (process.clone(), settings.clone(), rand::random());
+        let build = move |cell: &Cell, clouds| {
+            Worker::new(&own, &of_cells, cell, epoch, clouds, outputs.clone())
+        };
+        let supervisor = process.supervisor();
+        Arc::new(Router::new(settings, Arc::clone(counts), supervisor, build))
+    };
     let answering = Heightmaps::new(Arc::clone(&router), most);
     let looking = Trays::new(known_trays, tray_clouds.clone(), most);
     let inspecting = Inspections::new(objects, settings.inspection, inspected);
     let threads = vec![
-        actor::spawn(process, "perception-cells", cells, cells_mailbox)?,
         actor::spawn(
             process,
             "perception-heightmaps",
@@ -232,7 +234,7 @@ impl Perception {
     fn stop(&mut self) {
         self.inputs.clear();
         self.cameras.clear();
-        self.router.close();
+        self.threads.extend(self.router.close());
     }
 }
 

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
 use std::time::Instant;
 
-use ppnpack_service::actor::{self, Address, LatestValues, Mailbox};
+use ppnpack_service::actor::{self, Actor, Address, LatestValues};
 use ppnpack_service::stream::Arrived;
+use ppnpack_service::supervision::Supervisor;
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
@@ -14,6 +17,7 @@ use crate::counts::{Counts, Fate};
 use crate::room::{Budget, Held, Room};
 use crate::sensors::Sensors;
 use crate::settings::Settings;
+use crate::worker::Worker;
 
 /// The most cells that one process serves, those that are listed among them.
 pub(crate) const MAX_CELLS: usize = 64;
@@ -21,27 +25,24 @@ pub(crate) const MAX_CELLS: usize = 64;
 /// The latest clouds of a cell, by the indices of their sensors.
 pub(crate) type Clouds = LatestValues<usize, Arrived<Held<v1::PointCloud>>>;
 
-/// The first cloud of a cell has come: its actor is to begin.
-pub(crate) struct Begin {
-    pub(crate) cell: Cell,
-    pub(crate) clouds: Clouds,
-    /// Its actor is told nothing but that there are clouds.
-    pub(crate) mailbox: Mailbox<Infallible>,
-}
+/// Makes the actor of a cell, or says why it cannot be served. It may take long: each cell's thread calls it for itself.
+type Build<A> = dyn Fn(&Cell, Clouds) -> Result<A, String> + Send + Sync;
 
 /// Gives clouds to the actors of their cells.
-pub(crate) struct Router {
+pub(crate) struct Router<A = Worker> {
     settings: Settings,
     counts: Arc<Counts>,
+    supervisor: Supervisor,
     budget: Budget,
     /// `None` once it is closed.
-    open: Mutex<Option<Open>>,
+    open: Mutex<Option<Open<A>>>,
 }
 
-struct Open {
-    /// Begins the actors of cells.
-    cells: Address<Begin>,
+struct Open<A> {
+    build: Arc<Build<A>>,
     routes: BTreeMap<Cell, Route>,
+    /// Of the actors of cells.
+    threads: Vec<JoinHandle<()>>,
 }
 
 /// Where the clouds of a cell go.
@@ -52,16 +53,45 @@ struct Route {
     _actor: Address<Infallible>,
 }
 
-impl Router {
-    /// `cells` begins the actors of cells; its mailbox has room for [`MAX_CELLS`].
-    pub(crate) fn new(settings: &Settings, cells: Address<Begin>, counts: Arc<Counts>) -> Self {
+/// In place of the actor of a cell that cannot be served: refuses its clouds.
+struct Unserved {
+    cell: Cell,
+    clouds: Clouds,
+    reason: String,
+    counts: Arc<Counts>,
+}
+
+impl Actor for Unserved {
+    type Message = Infallible;
+
+    fn handle(&mut self, message: Infallible) {
+        match message {}
+    }
+
+    fn tick(&mut self) {
+        for _ in self.clouds.take() {
+            self.counts.refuse(&self.cell, Fate::Unserved, &self.reason);
+        }
+    }
+}
+
+impl<A: Actor<Message = Infallible> + 'static> Router<A> {
+    /// The actors of cells are made with the first cloud of each, and told nothing but that there are clouds.
+    pub(crate) fn new(
+        settings: &Settings,
+        counts: Arc<Counts>,
+        supervisor: &Supervisor,
+        build: impl Fn(&Cell, Clouds) -> Result<A, String> + Send + Sync + 'static,
+    ) -> Self {
         Self {
             settings: settings.clone(),
             counts,
+            supervisor: supervisor.clone(),
             budget: Budget::new(settings.clouds_mib << 20),
             open: Mutex::new(Some(Open {
-                cells,
+                build: Arc::new(build),
                 routes: BTreeMap::new(),
+                threads: Vec::new(),
             })),
         }
     }
@@ -86,7 +116,7 @@ impl Router {
             let reason = format!("it is of cell {}, and came as one of another", cloud.cell);
             return self.counts.refuse(cell, Fate::Unserved, &reason);
         }
-        let mut guard = self.lock();
+        let mut guard = lock(&self.open);
         let Some(open) = guard.as_mut() else {
             return;
         };
@@ -108,34 +138,25 @@ impl Router {
         }
     }
 
-    /// Refuses the clouds of a cell whose actor could not begin, and forgets it: its next cloud begins anew.
-    pub(crate) fn give_up(&self, cell: &Cell, reason: &dyn std::fmt::Display) {
-        let mut guard = self.lock();
-        let route = guard.as_mut().and_then(|open| open.routes.remove(cell));
-        drop(guard);
-        for _ in route.iter().flat_map(|route| route.clouds.take()) {
-            self.counts.refuse(cell, Fate::Unserved, reason);
-        }
-    }
-
     /// Which sensors of a cell sent nothing for a while, for people.
     pub(crate) fn silence(&self, cell: &Cell) -> Option<String> {
         let patience = self.settings.sensor_restart_after();
         let sensors = self.settings.sensors_of(cell);
-        let guard = self.lock();
+        let guard = lock(&self.open);
         let route = guard.as_ref()?.routes.get(cell);
         let last_of = |sensor| route?.clouds.last_put(&sensor);
         let last: Vec<Option<Instant>> = (0..sensors.count()).map(last_of).collect();
         sensors.silence(&last, patience)
     }
 
-    /// Lets the actors of cells end.
-    pub(crate) fn close(&self) {
-        drop(self.lock().take());
+    /// Lets the actors of cells end; gives their threads.
+    pub(crate) fn close(&self) -> Vec<JoinHandle<()>> {
+        let open = lock(&self.open).take();
+        open.map_or_else(Vec::new, |open| open.threads)
     }
 
     /// Has the actor of a cell begin. What takes time is left to it.
-    fn begin(&self, open: &Open, cell: &Cell) -> Result<Route, String> {
+    fn begin(&self, open: &mut Open<A>, cell: &Cell) -> Result<Route, String> {
         if self.settings.grid_of(cell).is_none() {
             return Err("it is not among the cells served".to_owned());
         }
@@ -149,64 +170,105 @@ impl Router {
         }
         let (actor, mailbox) = actor::mailbox(1);
         let clouds = LatestValues::new(&actor);
-        let begin = Begin {
-            cell: cell.clone(),
-            clouds: clouds.clone(),
-            mailbox,
+        let (of, build, own) = (cell.clone(), Arc::clone(&open.build), clouds.clone());
+        let counts = Arc::clone(&self.counts);
+        let work = move || match build(&of, own.clone()) {
+            Ok(worker) => actor::run(worker, &mailbox),
+            Err(reason) => {
+                let unserved = Unserved {
+                    cell: of,
+                    clouds: own,
+                    reason,
+                    counts,
+                };
+                actor::run(unserved, &mailbox);
+            }
         };
-        if !open.cells.try_send(begin) {
-            return Err("the service is ending".to_owned());
-        }
+        let thread = self.supervisor.thread(&format!("perception-{cell}"), work);
+        let failed = |error| format!("its thread cannot be started: {error}");
+        open.threads.push(thread.map_err(failed)?);
         Ok(Route {
             sensors: self.settings.sensors_of(cell),
             clouds,
             _actor: actor,
         })
     }
-
-    fn lock(&self) -> MutexGuard<'_, Option<Open>> {
-        self.open.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Barrier, mpsc};
+
+    use ppnpack_service::Shutdown;
+
     use super::*;
 
-    fn route(router: &Router, cell: &Cell) {
-        let room = router.room(cell, 100).unwrap();
-        router.route(cell, room.with(v1::PointCloud::default()));
+    /// A router whose cells are made by this, which cannot be served then.
+    fn router(
+        settings: &Settings,
+        build: impl Fn(&Cell) + Send + Sync + 'static,
+    ) -> (Router<Unserved>, Arc<Counts>) {
+        let counts = Arc::new(Counts::new());
+        let supervisor = Supervisor::new(Shutdown::default());
+        let build = move |cell: &Cell, _: Clouds| {
+            build(cell);
+            Err("it is impossible".to_owned())
+        };
+        let router = Router::new(settings, Arc::clone(&counts), &supervisor, build);
+        (router, counts)
+    }
+
+    fn route(router: &Router<Unserved>, cell: &str) {
+        let cell = Cell::new(cell).unwrap();
+        let room = router.room(&cell, 100).unwrap();
+        router.route(&cell, room.with(v1::PointCloud::default()));
     }
 
     #[test]
     fn a_sensor_of_many_cells_leaves_those_that_are_listed_their_room() {
-        let counts = Arc::new(Counts::new());
-        let (address, mailbox) = actor::mailbox(MAX_CELLS);
         let mut settings = Settings::default();
         settings.cells.insert("listed".to_owned(), settings.grid);
-        let router = Router::new(&settings, address, Arc::clone(&counts));
+        let (told, begun) = mpsc::channel();
+        let told = Mutex::new(told);
+        let (router, _) = router(&settings, move |cell| {
+            told.lock().unwrap().send(cell.clone()).unwrap();
+        });
         for number in 0..MAX_CELLS {
-            let cell = Cell::new(&format!("c{number}")).unwrap();
-            route(&router, &cell);
+            route(&router, &format!("c{number}"));
         }
-        assert_eq!(counts.of(Fate::Unserved), 1);
-        route(&router, &Cell::new("listed").unwrap());
-        assert_eq!(counts.of(Fate::Unserved), 1);
-        assert_eq!(mailbox.take_waiting().count(), MAX_CELLS);
+        route(&router, "listed");
+        let threads = router.close();
+        assert_eq!(threads.len(), MAX_CELLS);
+        threads
+            .into_iter()
+            .for_each(|thread| thread.join().unwrap());
+        let begun: Vec<Cell> = begun.try_iter().collect();
+        assert_eq!(begun.len(), MAX_CELLS);
+        assert!(begun.contains(&Cell::new("listed").unwrap()));
     }
 
     #[test]
-    fn a_cell_whose_actor_could_not_begin_begins_anew_with_its_next_cloud() {
-        let counts = Arc::new(Counts::new());
-        let (address, mailbox) = actor::mailbox(MAX_CELLS);
-        let router = Router::new(&Settings::default(), address, Arc::clone(&counts));
-        let cell = Cell::new("c1").unwrap();
-        for unserved in 1..=2 {
-            route(&router, &cell);
-            assert_eq!(mailbox.take_waiting().count(), 1, "its actor is to begin");
-            router.give_up(&cell, &"there are no more threads");
-            assert_eq!(counts.of(Fate::Unserved), unserved);
+    fn a_new_cells_first_cloud_does_not_hold_up_zenohs_thread() {
+        let (release, released) = mpsc::channel::<()>();
+        let (released, both_build) = (Mutex::new(released), Arc::new(Barrier::new(3)));
+        let (router, counts) = router(&Settings::default(), {
+            let both_build = Arc::clone(&both_build);
+            move |_| {
+                both_build.wait();
+                released.lock().unwrap().recv().ok();
+            }
+        });
+        // Nothing is released yet, so these return while the cells are being built: one does not wait for the other.
+        route(&router, "c1");
+        route(&router, "c2");
+        both_build.wait();
+        route(&router, "c1");
+        assert_eq!(counts.of(Fate::Replaced), 1, "the newer one waits");
+        assert_eq!(counts.of(Fate::Unserved), 0);
+        drop(release);
+        for thread in router.close() {
+            thread.join().unwrap();
         }
-        assert_eq!(counts.of(Fate::Replaced), 0);
+        assert_eq!(counts.of(Fate::Unserved), 2);
     }
 }

@@ -1,18 +1,17 @@
 //! Algorithm 1 for one cell, over the services that are alive.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::plan::{Plan, PlanError, Planner};
 use ppnpack_packing::proposals::{Percent, Proposer};
 use ppnpack_packing::rules;
 use ppnpack_packing::search::Search;
-use ppnpack_packing::step::{Candidate, StageError, StepInput};
+use ppnpack_packing::step::{StageError, StepInput};
 use ppnpack_physics::trial;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
@@ -94,22 +93,14 @@ impl Planning {
         &self.grid
     }
 
-    /// Whether the placement of the least value is chosen, so that a search may be bounded by a value.
-    pub(crate) fn is_by_value(&self) -> bool {
-        self.planner.is_by_value()
-    }
-
     /// Plans a step.
     ///
     /// # Errors
     /// [`PlanError`] where the input does not match the grid or a stage failed.
-    pub(crate) fn plan(&mut self, step: &Step<'_>) -> Result<&Plan, PlanError> {
+    pub(crate) fn plan(&mut self, input: &StepInput<'_>) -> Result<&Plan, PlanError> {
         self.planner.plan(&StepInput {
-            step: step.number,
-            alternatives: step.alternatives,
-            below: step.below,
-            deadline: step.deadline,
-            ..StepInput::new(&self.grid, step.scene, step.candidates)
+            grid: &self.grid,
+            ..*input
         })
     }
 }
@@ -162,19 +153,6 @@ impl Parts<'_> {
         let planner = Planner::new(proposer, evaluator, checks, method.order, method.seed);
         Ok(Planning { grid, planner })
     }
-}
-
-/// A step of a cell, to be planned on its grid.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Step<'a> {
-    pub(crate) scene: &'a Scene,
-    pub(crate) candidates: &'a [Candidate],
-    pub(crate) number: u64,
-    pub(crate) alternatives: usize,
-    /// Only placements of a lower value are wanted.
-    pub(crate) below: Option<f64>,
-    /// When the plan has to be there; `None` where it is waited for as long as it takes.
-    pub(crate) deadline: Option<Instant>,
 }
 
 /// The ppn services, any of which has the network.

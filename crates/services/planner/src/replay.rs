@@ -8,12 +8,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ppnpack_packing::plan::{Plan, PlanError};
+use ppnpack_packing::step::StepInput;
 use ppnpack_physics::trial;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
-use crate::planning::{Planning, Step};
-use crate::record::{RecordedStep, items};
+use crate::planning::Planning;
+use crate::record;
 pub use crate::record::{ShapeSource, Unreadable};
 use crate::settings::CellSettings;
 use crate::step_plan::PlansContainers;
@@ -56,7 +57,6 @@ pub struct Replayer {
 struct ReplayedCell {
     /// What it was made of.
     made_of: MadeOf,
-    settings: CellSettings,
     plannings: HashMap<String, Planning>,
 }
 
@@ -93,15 +93,9 @@ impl Replayer {
         if record.is_cut {
             return Err(Unreplayable::Cut);
         }
-        let step = RecordedStep::read(record, shapes)?;
-        let cell = self.cell_of(record)?;
-        let found = step.plan(cell.settings.choice).plan(cell)?;
-        let Some(found) = found else {
-            return Ok(None);
-        };
-        let container = step.containers.get(found.container);
-        let decision = container.map(|at| found.decision(&items(record), &at.name, &at.grid));
-        Ok(decision.flatten())
+        let step = record::step(record, shapes)?;
+        let found = step.plan(self.cell_of(record)?)?;
+        Ok(found.and_then(|found| found.decision(&step)))
     }
 
     /// The cell of a record, which is kept for the next one.
@@ -141,7 +135,6 @@ impl ReplayedCell {
         });
         Ok(Self {
             plannings: plannings.collect::<Result<_, Unreplayable>>()?,
-            settings,
             made_of,
         })
     }
@@ -150,15 +143,10 @@ impl ReplayedCell {
 impl PlansContainers for ReplayedCell {
     type Error = Unreplayable;
 
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let planning = self.plannings.get(container);
-        planning.is_some_and(Planning::is_by_value)
-    }
-
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Unreplayable> {
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Unreplayable> {
         let unknown = || Unreplayable::Container(container.to_owned());
         let planning = self.plannings.get_mut(container).ok_or_else(unknown)?;
-        Ok(planning.plan(step)?.clone())
+        Ok(planning.plan(input)?.clone())
     }
 }
 

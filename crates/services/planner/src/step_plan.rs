@@ -2,33 +2,32 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::plan::{Plan, Timings};
-use ppnpack_packing::step::{Candidate, Evaluated};
+use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_wire::{convert, v1};
 
-use crate::planning::Step;
-
 /// What a step over the open containers is planned on.
-pub(crate) struct StepPlan<'a> {
+pub(crate) struct StepPlan {
+    /// The items of the buffer, as decisions name them.
+    pub(crate) items: Vec<v1::RecordedItem>,
+    /// The items in their order, each in all the poses in which it may be packed.
+    pub(crate) candidates: Vec<Candidate>,
     /// The open containers, the fullest first.
-    pub(crate) containers: Vec<ContainerStep<'a>>,
-    /// The items of the buffer in their order, each in all the poses in which it may be packed.
-    pub(crate) candidates: &'a [Candidate],
+    pub(crate) containers: Vec<ContainerStep>,
     /// The attempts to pack something: they are made until one finds anything.
     pub(crate) attempts: Vec<AttemptPlan>,
     pub(crate) number: u64,
     pub(crate) alternatives: usize,
-    pub(crate) choice: ContainerChoice,
     pub(crate) deadline: Option<Instant>,
 }
 
 /// A container as a step is planned on it.
-pub(crate) struct ContainerStep<'a> {
-    pub(crate) name: &'a str,
-    pub(crate) scene: &'a Scene,
+pub(crate) struct ContainerStep {
+    pub(crate) name: String,
+    pub(crate) grid: Grid,
+    pub(crate) scene: Scene,
 }
 
 /// By container: which candidates it may take in an attempt, by their indices.
@@ -38,10 +37,7 @@ pub(crate) type AttemptPlan = Vec<Vec<usize>>;
 pub(crate) trait PlansContainers {
     type Error;
 
-    /// Whether a container is searched no further than to a value.
-    fn is_by_value(&mut self, container: &str) -> bool;
-
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Self::Error>;
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Self::Error>;
 }
 
 /// What planning a step over the open containers found.
@@ -57,17 +53,9 @@ pub(crate) struct Found {
     pub(crate) is_cut: bool,
 }
 
-/// An item of the buffer, as decisions name it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BufferItem<'a> {
-    pub(crate) item_id: &'a str,
-    pub(crate) object: &'a str,
-    pub(crate) arrival: usize,
-}
-
-impl StepPlan<'_> {
-    /// Plans the step: the fullest container that can take an item of the buffer, or that of the best value. What the first attempt that
-    /// finds a placement finds; else the last of them. `None` where there is no container.
+impl StepPlan {
+    /// Plans the step: the fullest container that can take an item of the buffer. What the first attempt that finds a placement finds;
+    /// else the last of them. `None` where there is no container.
     pub(crate) fn plan<P: PlansContainers>(
         &self,
         planner: &mut P,
@@ -95,8 +83,7 @@ impl StepPlan<'_> {
         planner: &mut P,
         attempt: &AttemptPlan,
     ) -> Result<Option<Found>, P::Error> {
-        let mut best: Option<Found> = None;
-        let mut emptiest = None;
+        let mut last = None;
         let mut timings = Timings::default();
         let mut is_cut = false;
         for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
@@ -104,67 +91,55 @@ impl StepPlan<'_> {
                 .iter()
                 .filter_map(|index| self.candidates.get(*index));
             let candidates: Vec<Candidate> = candidates.cloned().collect();
-            let least = best.as_ref().and_then(|best| best.plan.choice());
-            let least = least.map(|choice| choice.value);
-            let step = Step {
-                below: least.filter(|_| planner.is_by_value(at.name)),
-                ..self.step(at.scene, &candidates)
-            };
             let plan = match candidates.is_empty() {
                 true => Plan::default(),
-                false => planner.plan_in(at.name, &step)?,
+                false => planner.plan_in(&at.name, &self.input(at, &at.scene, &candidates))?,
             };
             timings += plan.timings();
             is_cut |= plan.is_cut();
-            let value = plan.choice().map(|choice| choice.value);
-            let found = Found {
+            let is_found = plan.choice().is_some();
+            last = Some(Found {
                 container,
                 candidates,
                 plan,
                 timings,
                 is_cut,
-            };
-            match value {
-                None => emptiest = Some(found),
-                Some(value) if least.is_none_or(|least| value < least) => best = Some(found),
-                Some(_) => {}
-            }
-            if best.is_some() && self.choice == ContainerChoice::Fullest {
+            });
+            if is_found {
                 break;
             }
         }
-        Ok(best.or(emptiest).map(|found| Found {
-            timings,
-            is_cut,
-            ..found
-        }))
+        Ok(last)
     }
 
-    fn step<'a>(&self, scene: &'a Scene, candidates: &'a [Candidate]) -> Step<'a> {
-        Step {
-            scene,
-            candidates,
-            number: self.number,
+    /// The step in a container, on a scene of it and with some of the candidates.
+    pub(crate) fn input<'a>(
+        &self,
+        container: &'a ContainerStep,
+        scene: &'a Scene,
+        candidates: &'a [Candidate],
+    ) -> StepInput<'a> {
+        StepInput {
+            step: self.number,
             alternatives: self.alternatives,
-            below: None,
             deadline: self.deadline,
+            ..StepInput::new(&container.grid, scene, candidates)
         }
     }
 }
 
 impl Found {
-    /// What was chosen for a container, as a decision without all that does not follow from what it was planned on: its names, times and
+    /// What was chosen in a step, as a decision without all that does not follow from what it was planned on: its names, times and
     /// states. `None` where nothing was.
-    pub(crate) fn decision(
-        &self,
-        items: &[BufferItem<'_>],
-        container: &str,
-        grid: &Grid,
-    ) -> Option<v1::Decision> {
+    pub(crate) fn decision(&self, step: &StepPlan) -> Option<v1::Decision> {
+        let items = &step.items;
+        let container = step.containers.get(self.container)?;
         let choice = self.plan.choice()?;
         let held = self.candidates.get(choice.candidate)?;
-        let item = items.iter().find(|item| item.arrival == held.arrival)?;
-        let frame = held.item.container_from_item(grid, &choice.resting)?;
+        let item = items.iter().find(|item| is_of(item, held))?;
+        let frame = held
+            .item
+            .container_from_item(&container.grid, &choice.resting)?;
         let evidence = self.plan.evidence();
         let frame = evidence.map_or(frame, |evidence| evidence.lower(frame));
         let container_from_item = held.lying.own_frame(&frame);
@@ -173,34 +148,38 @@ impl Found {
         let load = evidence.and_then(|found| found.load.as_ref());
         let alternatives = self.plan.alternatives();
         Some(v1::Decision {
-            item_id: item.item_id.to_owned(),
-            object: item.object.to_owned(),
+            item_id: item.item_id.clone(),
+            object: item.object.clone(),
             placement: Some(convert::placement::write_resting(&choice.resting)),
             container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
             alternatives: alternatives
                 .map(|other| write_ranked(items, &self.candidates, other))
                 .collect(),
-            buffer: items.iter().map(|item| item.item_id.to_owned()).collect(),
+            buffer: items.iter().map(|item| item.item_id.clone()).collect(),
             is_widened: self.plan.is_widened(),
             cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
             settling: settling.map(convert::settling::write),
             load: load.map(|load| Box::new(convert::load::write(load))),
             pose: u32::try_from(held.pose).unwrap_or(u32::MAX),
-            container: container.to_owned(),
+            container: container.name.clone(),
             ..v1::Decision::default()
         })
     }
 }
 
+fn is_of(item: &v1::RecordedItem, held: &Candidate) -> bool {
+    usize::try_from(item.arrival) == Ok(held.arrival)
+}
+
 /// A placement of one of these candidates as one of its item.
 pub(crate) fn write_ranked(
-    items: &[BufferItem<'_>],
+    items: &[v1::RecordedItem],
     candidates: &[Candidate],
     ranked: &Evaluated,
 ) -> v1::RankedPlacement {
     let held = candidates.get(ranked.candidate);
-    let position = |held: &Candidate| items.iter().position(|item| item.arrival == held.arrival);
+    let position = |held: &Candidate| items.iter().position(|item| is_of(item, held));
     let item = held.and_then(position).unwrap_or_default();
     convert::placement::write_ranked_item(ranked, item, held.map_or(0, |held| held.pose))
 }

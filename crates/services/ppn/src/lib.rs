@@ -1,14 +1,10 @@
 //! The ppn service: which placements the network scores best, for the planners of any cell.
 //!
-//! One thread owns the network; requests wait for it in a bounded queue and are taken out together, so that a network
-//! that gains from it can run the steps of several cells at once. The network itself is behind the traits [`Network`]
+//! One thread owns the network; requests wait for it in a bounded queue. The network itself is behind the traits [`Network`]
 //! and [`Scorer`]: this crate does not link libtorch.
 
 mod settings;
 mod worker;
-
-use std::thread::JoinHandle;
-use std::time::Instant;
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Heightmap;
@@ -16,12 +12,9 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
-use ppnpack_service::Running;
-use ppnpack_service::actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::Listener;
-use ppnpack_service::{HealthLatch, ServiceError, alive, join};
+use ppnpack_service::{OneWorker, ServiceError};
 use ppnpack_wire::keys::Service;
 
 pub use settings::{Device, Settings};
@@ -41,8 +34,11 @@ pub trait Network: Send {
 
 /// A network on one grid.
 pub trait Scorer: Send {
-    /// The best placements of the items of several steps, one result per step.
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>>;
+    /// The best placements of the items of a step.
+    ///
+    /// # Errors
+    /// What keeps the network from scoring them.
+    fn best(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError>;
 }
 
 /// The best placements of a step's items by the network: per item, those with the best scores, best first.
@@ -71,14 +67,6 @@ pub enum StartError {
     Network(#[source] StageError),
 }
 
-/// The running service.
-pub struct PpnService {
-    alive: alive::Token,
-    listener: Listener,
-    _ready: HealthLatch,
-    thread: JoinHandle<()>,
-}
-
 /// Starts the service; it is ready when the network has run on the reference grid.
 ///
 /// # Errors
@@ -87,31 +75,12 @@ pub fn start(
     process: &Process,
     settings: &Settings,
     network: Box<dyn Network>,
-) -> Result<PpnService, StartError> {
+) -> Result<OneWorker, StartError> {
     let ready = process.health().check("network");
-    let (address, mailbox) = actor::mailbox(settings.queue.max(1));
     let planners = Alive::watch(process.session(), Service::Planner)?;
     process.set_model(Some(network.model().to_owned()));
     let mut worker = Worker::new(network, planners, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let thread = process
-        .supervisor()
-        .thread("network", move || worker.run(&mailbox))?;
-    let listener = address.listen(process, None, |incoming| incoming)?;
-    let alive = alive::announce(process, None)?;
-    ready.pass();
-    Ok(PpnService {
-        alive,
-        listener,
-        _ready: ready,
-        thread,
-    })
-}
-
-impl Running for PpnService {
-    fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        // Without a listener nobody has the address: the thread ends when the mailbox is empty.
-        drop((self.alive, self.listener));
-        join(vec![self.thread], deadline)
-    }
+    let started = OneWorker::start(process, "network", ready, settings.queue, worker);
+    Ok(started?)
 }

@@ -16,8 +16,6 @@ pub struct Settings {
     pub device: Device,
     /// Requests that wait for the network at most; more are refused.
     pub queue: usize,
-    /// Requests that are taken out of the queue together at most.
-    pub batch: usize,
     /// Items kept between requests, in MiB as they are encoded.
     pub items_kept_mib: usize,
     /// Grids that the network is kept ready for.
@@ -45,7 +43,6 @@ impl Default for Settings {
             model: None,
             device: Device::Cpu,
             queue: 16,
-            batch: 8,
             items_kept_mib: 128,
             grids_kept: 4,
             most_cells: 1 << 16,
@@ -57,7 +54,6 @@ impl Default for Settings {
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         in_range("queue", self.queue, 1..=65_536)?;
-        in_range("batch", self.batch, 1..=4_096)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
         in_range("grids_kept", self.grids_kept, 1..=256)?;
         in_range("most_cells", self.most_cells, 1..=1 << 22)?;

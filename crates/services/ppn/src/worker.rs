@@ -1,4 +1,4 @@
-//! The thread that owns the network.
+//! The actor that owns the network.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
-use ppnpack_service::actor::Mailbox;
+use ppnpack_service::actor::Actor;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;
@@ -18,7 +18,7 @@ use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use crate::settings::Settings;
-use crate::{Network, ScoredItems, ScoredStep, Scorer};
+use crate::{Network, ScoredStep, Scorer};
 
 /// The most candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
@@ -33,17 +33,9 @@ pub(crate) struct Worker {
     model: String,
     scorers: VecDeque<(Grid, Box<dyn Scorer>)>,
     items: ItemStore,
-    batch: usize,
     grids_kept: usize,
     most_cells: usize,
     most_placements: usize,
-}
-
-/// A request that was read.
-struct Ready {
-    incoming: Waiting,
-    step: Step,
-    began: Instant,
 }
 
 /// What a request asks for.
@@ -58,11 +50,36 @@ struct Step {
 enum Refusal {
     Invalid(String),
     Missing(MissingItems),
+    Failed(StageError),
 }
 
 impl<E: std::error::Error> From<E> for Refusal {
     fn from(error: E) -> Self {
         Self::Invalid(error.to_string())
+    }
+}
+
+impl Actor for Worker {
+    type Message = Waiting;
+
+    fn handle(&mut self, incoming: Waiting) {
+        let Some(incoming) = incoming.still_wanted(&self.planners) else {
+            return;
+        };
+        match self.propose(&incoming) {
+            Ok((reply, done)) => incoming.reply(reply, done),
+            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
+            Err(Refusal::Failed(error)) => incoming.refuse(Status::Failed, error.to_string()),
+            Err(Refusal::Missing(missing)) => {
+                let message = missing.to_string();
+                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
+                let reply = v1::ProposeReply {
+                    missing_items,
+                    ..v1::ProposeReply::default()
+                };
+                incoming.refuse_with(reply, Status::MissingItems, message);
+            }
+        }
     }
 }
 
@@ -74,7 +91,6 @@ impl Worker {
             network,
             scorers: VecDeque::new(),
             items: ItemStore::new(settings.items_kept_mib << 20),
-            batch: settings.batch.max(1),
             grids_kept: settings.grids_kept.max(1),
             most_cells: settings.most_cells,
             most_placements: settings.most_placements,
@@ -86,49 +102,31 @@ impl Worker {
         self.scorer(&Grid::reference()).map(|_| ())
     }
 
-    /// Works until nobody can send any more.
-    pub(crate) fn run(mut self, mailbox: &Mailbox<Waiting>) {
-        while let Ok(first) = mailbox.receive(None) {
-            let more = mailbox.take_waiting();
-            let waiting: Vec<Waiting> = first.into_iter().chain(more).take(self.batch).collect();
-            let mut ready: Vec<Ready> = Vec::with_capacity(waiting.len());
-            for incoming in waiting {
-                ready.extend(self.admit(incoming));
-            }
-            while let Some(grid) = ready.first().map(|ready| ready.step.grid.clone()) {
-                let (together, others) =
-                    ready.into_iter().partition(|ready| ready.step.grid == grid);
-                self.score(&grid, together);
-                ready = others;
-            }
-        }
-    }
-
-    /// Reads a request; answers it at once where nothing can be scored.
-    fn admit(&mut self, incoming: Waiting) -> Option<Ready> {
-        let incoming = incoming.still_wanted(&self.planners)?;
+    fn propose(&mut self, incoming: &Waiting) -> Result<(v1::ProposeReply, Done), Refusal> {
         let began = Instant::now();
-        match self.read(incoming.message()) {
-            Ok(step) => Some(Ready {
-                incoming,
-                step,
-                began,
-            }),
-            Err(Refusal::Invalid(message)) => {
-                incoming.refuse(Status::Invalid, message);
-                None
-            }
-            Err(Refusal::Missing(missing)) => {
-                let message = missing.to_string();
-                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
-                let reply = v1::ProposeReply {
-                    missing_items,
-                    ..v1::ProposeReply::default()
-                };
-                incoming.refuse_with(reply, Status::MissingItems, message);
-                None
-            }
-        }
+        let step = self.read(incoming.message())?;
+        let read = began.elapsed();
+        let items: Vec<&Item> = step.items.iter().map(|item| &**item).collect();
+        let scored = ScoredStep {
+            heightmap: step.scene.heightmap(),
+            items: &items,
+            share: step.share,
+        };
+        let scorer = self.scorer(&step.grid).map_err(Refusal::Failed)?;
+        let best = scorer.best(&scored).map_err(Refusal::Failed)?;
+        let proposals = best
+            .into_iter()
+            .map(|of_item| convert::placement::write_all(of_item.into_iter()));
+        let reply = v1::ProposeReply {
+            proposals: proposals.collect(),
+            ..v1::ProposeReply::default()
+        };
+        let stages = vec![
+            header::stage("read", read),
+            header::stage("network", began.elapsed().saturating_sub(read)),
+        ];
+        let model = Some(self.model.clone());
+        Ok((reply, Done { stages, model }))
     }
 
     fn read(&mut self, request: &v1::ProposeRequest) -> Result<Step, Refusal> {
@@ -176,64 +174,6 @@ impl Worker {
             )));
         }
         Ok(())
-    }
-
-    /// Scores requests on one grid together and answers them; those whose callers stopped to wait meanwhile are refused.
-    fn score(&mut self, grid: &Grid, ready: Vec<Ready>) {
-        let started = Instant::now();
-        let ready = ready.into_iter().filter_map(|ready| {
-            let incoming = ready.incoming.still_wanted(&self.planners)?;
-            Some(Ready { incoming, ..ready })
-        });
-        let ready: Vec<Ready> = ready.collect();
-        if ready.is_empty() {
-            return;
-        }
-        let items: Vec<Vec<&Item>> = ready
-            .iter()
-            .map(|ready| ready.step.items.iter().map(|item| &**item).collect())
-            .collect();
-        let steps: Vec<ScoredStep<'_>> = ready
-            .iter()
-            .zip(&items)
-            .map(|(ready, items)| ScoredStep {
-                heightmap: ready.step.scene.heightmap(),
-                items,
-                share: ready.step.share,
-            })
-            .collect();
-        let results = match self.scorer(grid) {
-            Ok(scorer) => scorer.best(&steps),
-            Err(error) => {
-                let reason = error.to_string();
-                steps.iter().map(|_| Err(reason.clone().into())).collect()
-            }
-        };
-        drop(steps);
-        drop(items);
-        for (ready, result) in ready.into_iter().zip(results) {
-            self.answer(ready, started, result);
-        }
-    }
-
-    fn answer(&self, ready: Ready, started: Instant, result: Result<ScoredItems, StageError>) {
-        let best = match result {
-            Ok(best) => best,
-            Err(error) => return ready.incoming.refuse(Status::Failed, error.to_string()),
-        };
-        let proposals = best
-            .into_iter()
-            .map(|of_item| convert::placement::write_all(of_item.into_iter()));
-        let reply = v1::ProposeReply {
-            proposals: proposals.collect(),
-            ..v1::ProposeReply::default()
-        };
-        let stages = vec![
-            header::stage("read", started.saturating_duration_since(ready.began)),
-            header::stage("network", started.elapsed()),
-        ];
-        let model = Some(self.model.clone());
-        ready.incoming.reply(reply, Done { stages, model });
     }
 
     /// The network for a grid; those longest unused go first.

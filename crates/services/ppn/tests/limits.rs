@@ -13,10 +13,10 @@ use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::step::StageError;
-use ppnpack_ppn_service::{Network, PpnService, ScoredItems, ScoredStep, Scorer, Settings};
-use ppnpack_service::Process;
+use ppnpack_ppn_service::{Network, ScoredItems, ScoredStep, Scorer, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::{OneWorker, Process};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Service};
@@ -42,11 +42,10 @@ impl Network for Idle {
 }
 
 impl Scorer for Idle {
-    fn best(&mut self, steps: &[ScoredStep<'_>]) -> Vec<Result<ScoredItems, StageError>> {
+    fn best(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError> {
         std::thread::sleep(self.takes);
-        self.scored.fetch_add(steps.len(), Ordering::Relaxed);
-        let nothing = |step: &ScoredStep<'_>| Ok(vec![Vec::new(); step.items.len()]);
-        steps.iter().map(nothing).collect()
+        self.scored.fetch_add(1, Ordering::Relaxed);
+        Ok(vec![Vec::new(); step.items.len()])
     }
 }
 
@@ -54,7 +53,7 @@ impl Scorer for Idle {
 struct Rig {
     network: Idle,
     client: Client,
-    _service: PpnService,
+    _service: OneWorker,
     _process: Process,
     _hub: Hub,
 }
@@ -152,7 +151,7 @@ fn what_nobody_waits_for_any_more_is_not_scored() {
         while rig.network.opened.load(Ordering::Relaxed) == 0 {
             std::thread::sleep(Duration::from_millis(1));
         }
-        // Taken out together, on two grids: the second is late when the first is done.
+        // The last one is late when those before are done.
         let patient = scope.spawn(|| rig.ask(request(33, 4, 1), Duration::from_secs(20)));
         std::thread::sleep(Duration::from_millis(100));
         let late = rig.ask(request(34, 4, 1), Duration::from_millis(700));

@@ -1,15 +1,50 @@
-//! What keeps a cell from being seen in ROS.
+//! What goes wrong in talking to ROS.
 
-use ppnpack_ros::RosError;
+use std::fmt::Display;
+
 use ppnpack_service::ServiceError;
+
+use crate::rmw::description::Message;
 
 /// What keeps a cell from being seen in ROS.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum FaceError {
-    /// Of the side of ROS.
-    #[error(transparent)]
-    Ros(#[from] RosError),
+pub(crate) enum RosError {
+    /// A name is none that ROS has.
+    #[error(
+        "'{0}' is no name of ROS: parts of letters, digits and _ that begin with no digit, each after a /, such as /ppnpack/state"
+    )]
+    Name(String),
+    /// A payload is no message of the type, or a message is no payload.
+    #[error("no {name}: {reason}")]
+    Message {
+        /// The type.
+        name: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Zenoh refused something.
+    #[error("{key}: {reason}")]
+    Zenoh {
+        /// What was declared or sent.
+        key: String,
+        /// What Zenoh says.
+        reason: String,
+    },
     /// Of the side of the stack.
     #[error(transparent)]
     Service(#[from] ServiceError),
+}
+
+impl RosError {
+    /// Says why something is no message of a type.
+    pub(crate) fn message<M: Message>(reason: impl Display) -> Self {
+        let (name, reason) = (M::NAME, reason.to_string());
+        Self::Message { name, reason }
+    }
+
+    /// Says what Zenoh refused.
+    pub(crate) fn zenoh(key: impl Display, error: &zenoh::Error) -> Self {
+        let (key, reason) = (key.to_string(), error.to_string());
+        Self::Zenoh { key, reason }
+    }
 }

@@ -1,38 +1,33 @@
-//! The cells in ROS 2: what they say as topics, what can be asked of them as services, and packing as an action.
+//! The cells in ROS 2: what they say as topics, and what can be asked of them as services.
 //!
 //! It is a client like any other of the stack, and a node of ROS as `rmw_zenoh` has them, on the stack's own router or on that of ROS. Each
-//! cell that is there, and each container, has its topics below a name of its own. What is large or has to be drawn is read only while
-//! somebody subscribes it.
+//! cell that is there, and each container, has its topics below a name of its own.
 
-mod cell;
 mod cells;
 mod convert;
 mod error;
-mod frames;
+mod face;
 mod requests;
+mod rmw;
 mod settings;
+#[cfg(test)]
+mod tests;
 
-use std::convert::Infallible;
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use ppnpack_ros::Node;
-use ppnpack_ros::names::Name;
 use ppnpack_service::configuration::ZenohSettings;
 use ppnpack_service::process::Process;
 use ppnpack_service::{HealthLatch, Running, ServiceError, ServiceSettings, Shutdown, alive};
 use zenoh::{Session, Wait};
 
 use cells::Cells;
+use rmw::Node;
+use rmw::keys::Name;
 pub use settings::Settings;
 
-/// How often it is looked what is new and who reads it.
-const LOOK: Duration = Duration::from_millis(100);
-
-/// How long goals may take to end with the service.
-const GOALS_END: Duration = Duration::from_secs(1);
+/// How often it is looked for cells.
+const LOOK: Duration = Duration::from_secs(1);
 
 /// The running service.
 pub struct Ros {
@@ -41,8 +36,6 @@ pub struct Ros {
     _ready: HealthLatch,
     shutdown: Shutdown,
     thread: JoinHandle<()>,
-    /// Closed when no goal is carried out any more.
-    goals: Receiver<Infallible>,
     /// That of ROS, where it is not the stack's.
     session: Option<Session>,
 }
@@ -59,8 +52,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
     let name = Name::new(&settings.namespace).map_err(ServiceError::start)?;
     let node = Node::new(own, settings.domain, &name).map_err(ServiceError::start)?;
     let shutdown = process.shutdown().of_part();
-    let (working, goals) = sync_channel(0);
-    let cells = Cells::new(process, &node, settings, &shutdown, Arc::new(working));
+    let cells = Cells::new(process, node, settings);
     let cells = cells.map_err(ServiceError::start)?;
     let thread = {
         let shutdown = shutdown.clone();
@@ -75,7 +67,6 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
         _ready: ready,
         shutdown,
         thread,
-        goals,
         session,
     })
 }
@@ -99,10 +90,13 @@ fn open(settings: &Settings) -> Result<Option<Session>, ServiceError> {
     opened.map(Some)
 }
 
-/// Follows the cells until it is told to end.
+/// Looks for cells until it is told to end.
 fn follow(mut cells: Cells, shutdown: &Shutdown) {
-    while !shutdown.wait_timeout(LOOK) {
-        cells.advance();
+    loop {
+        cells.look();
+        if shutdown.wait_timeout(LOOK) {
+            return;
+        }
     }
 }
 
@@ -111,11 +105,6 @@ impl Running for Ros {
         drop(self.alive);
         self.shutdown.request();
         let ended = ppnpack_service::join(vec![self.thread], deadline);
-        // Whoever waits for the result of a goal is told that it ended.
-        let limit = deadline.saturating_duration_since(Instant::now());
-        if let Err(RecvTimeoutError::Timeout) = self.goals.recv_timeout(limit.min(GOALS_END)) {
-            tracing::warn!("a goal does not end with the service");
-        }
         if let Some(session) = self.session
             && let Err(error) = session.close().wait()
         {

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ppnpack_perception::extrinsics::Extrinsics;
-use ppnpack_ros::names::Name;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::{Endpoints, in_range};
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
+
+use crate::rmw::keys::Name;
 
 /// The greatest domain that ROS has.
 const MAX_DOMAIN: u32 = 232;
@@ -21,7 +22,7 @@ pub struct Settings {
     pub domain: u32,
     /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`. Where none is given, the nodes of ROS are on the stack's own router.
     pub connect: Endpoints,
-    /// What the names of topics, services and actions begin with; the cell's name follows.
+    /// What the names of topics and services begin with; the cell's name follows.
     pub namespace: String,
     /// How long a request of ROS may take, in seconds.
     pub request_limit_s: f64,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::Args;
 use ppnpack_planner::replay::{Replayer, what_follows};
-use ppnpack_recording::{Difference, End, Reader, RecordedMessage, Topic, difference};
+use ppnpack_recording::{Difference, Reader, RecordedMessage, Topic, difference};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use serde::Serialize;
@@ -108,7 +108,7 @@ fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
         let why = "they came faster than they could be recorded".to_owned();
         replayed.not_replayed.insert(why, lost);
     }
-    replayed.is_whole = reader.end() == Some(End::Whole);
+    replayed.is_whole = reader.is_whole();
     Ok(replayed)
 }
 

@@ -3,10 +3,10 @@ use super::super::{End, Session, SessionError};
 use super::*;
 use ppnpack_wire::v1::{self, OutcomeKind};
 
-fn start(name: &str, sequence: u64, least_state_number: u64) -> Container {
-    Container {
+fn start(name: &str, sequence: u64, least_state_number: u64) -> v1::SessionContainer {
+    v1::SessionContainer {
         sequence,
-        ..Container::open(name.to_owned(), Vec::new(), least_state_number)
+        ..open_container(name.to_owned(), Vec::new(), least_state_number)
     }
 }
 
@@ -39,7 +39,17 @@ fn lying_in(session: &Session, container: &str) -> Vec<String> {
 }
 
 fn close(session: &mut Session, name: &str, sequence: u64) -> Result<(), SessionError> {
-    session.close(name, sequence, Closing::NothingFits, None)
+    session.close(closing(name, sequence), None)
+}
+
+/// A closing that says nothing yet of how many items there are.
+fn closing(name: &str, sequence: u64) -> v1::ClosedContainer {
+    v1::ClosedContainer {
+        container: name.to_owned(),
+        sequence,
+        reason: v1::ClosingReason::NothingFits.into(),
+        ..v1::ClosedContainer::default()
+    }
 }
 
 #[test]
@@ -65,7 +75,7 @@ fn a_container_is_closed_and_opened_once_however_often_it_is_asked_for() {
     pack(&mut session, "a", "left", 11);
     close(&mut session, "left", 0).unwrap();
     assert!(lying_in(&session, "left").is_empty());
-    assert!(!session.container("left").unwrap().is_open());
+    assert!(!session.container("left").unwrap().is_open);
     let before = session.clone();
     close(&mut session, "left", 0).unwrap();
     assert_eq!(session, before);
@@ -83,11 +93,9 @@ fn a_container_is_closed_and_opened_once_however_often_it_is_asked_for() {
     close(&mut session, "left", 0).unwrap();
     assert_eq!(session, opened);
     assert_eq!(session.least_state_number("left"), 12);
-    let closed = ClosedContainer {
-        name: "left".to_owned(),
-        sequence: 0,
-        closing: Closing::NothingFits,
+    let closed = v1::ClosedContainer {
         items: 1,
+        ..closing("left", 0)
     };
     assert_eq!(session.closed(), [closed]);
     pack(&mut session, "b", "left", 13);
@@ -154,10 +162,8 @@ fn a_session_outlives_its_containers_and_forgets_what_left_first() {
     session.announce(vec![announced("i11-99")]).unwrap();
     assert_eq!(session.buffer(10).count(), 0);
     session.announce(vec![announced("new")]).unwrap();
-    let arrival = usize::try_from(containers * items_each).unwrap();
+    let arrival = containers * items_each;
     assert_eq!(session.waiting("new").unwrap().arrival, arrival);
-    let message = session.to_message(1);
-    assert_eq!(Session::from_message(message).unwrap(), session);
 }
 
 #[test]
@@ -181,46 +187,14 @@ fn as_many_items_as_a_session_holds_can_wait_where_others_left() {
 }
 
 #[test]
-fn sessions_of_older_versions_have_one_container() {
-    let region = v1::Region {
-        x_max_m: 0.1,
-        y_max_m: 0.2,
-        ..v1::Region::default()
-    };
-    let old = v1::Session {
-        session_id: "old".to_owned(),
-        keep_out: vec![region],
-        least_state_number: 7,
-        ..v1::Session::default()
-    };
-    let session = Session::from_message(old).unwrap();
-    let only = session.container("").unwrap();
-    assert!(only.is_open());
-    assert_eq!((only.keep_out.len(), only.least_state_number), (1, 7));
-    // And older ones find theirs where it was.
-    let message = session.to_message(1);
-    assert_eq!((message.keep_out.len(), message.least_state_number), (1, 7));
-}
-
-#[test]
 fn a_container_that_is_to_be_renewed_says_by_which_request() {
     let mut session = over_two(&["a"]);
     let renewal = Some("renewal".to_owned());
-    session
-        .close(
-            "left",
-            0,
-            Closing::Request("full".to_owned()),
-            renewal.clone(),
-        )
-        .unwrap();
-    assert_eq!(
-        session.container("left").unwrap().renewal_id(),
-        renewal.as_deref()
-    );
+    session.close(closing("left", 0), renewal.clone()).unwrap();
+    let renewal_id = |session: &Session| session.container("left").unwrap().renewal_id.clone();
+    assert_eq!(Some(renewal_id(&session)), renewal);
     let message = session.to_message(1);
-    assert_eq!(message.closed[0].text, "full");
     assert_eq!(Session::from_message(message).unwrap(), session);
     session.open(start("left", 1, 12)).unwrap();
-    assert_eq!(session.container("left").unwrap().renewal_id(), None);
+    assert_eq!(renewal_id(&session), "");
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::Settings;
 use crate::clock;
+use crate::settings::span;
 
 /// How old what is carried out may be, and how long that may take; 0 where it does not matter.
 #[derive(Debug, Clone, Copy)]
@@ -17,8 +18,8 @@ pub(crate) struct TimeLimits {
 impl TimeLimits {
     pub(crate) fn of(settings: &Settings) -> Self {
         Self {
-            decision_age: settings.decision_age_limit(),
-            overdue: settings.overdue(),
+            decision_age: span(settings.decision_age_limit_s),
+            overdue: span(settings.overdue_s),
         }
     }
 

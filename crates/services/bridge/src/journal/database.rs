@@ -18,13 +18,13 @@ use ppnpack_protocol::ledger::{Change, Ledger, Record};
 const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-3");
 
 /// Per cell and number: its [`Record`]s.
-const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-1");
+const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-2");
 
 /// Per cell: the number of its last placement with a motion, and the motion.
 const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 
 /// The version of this program.
-const VERSION: u64 = 3;
+const VERSION: u64 = 4;
 
 /// What it holds is not what was written.
 #[derive(Debug, thiserror::Error)]
@@ -160,7 +160,7 @@ fn insert(
     Ok(())
 }
 
-fn encode(value: &impl Serialize) -> Result<Vec<u8>, Fault> {
+pub(super) fn encode(value: &impl Serialize) -> Result<Vec<u8>, Fault> {
     Ok(postcard::to_stdvec(value).map_err(NoLedger)?)
 }
 

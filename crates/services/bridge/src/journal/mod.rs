@@ -15,7 +15,7 @@ mod database;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ppnpack_service::database::{guarded, open};
+use ppnpack_service::database::{Kept, open};
 use ppnpack_service::{Health, HealthLatch};
 use ppnpack_wire::keys::Cell;
 use redb::Database;
@@ -39,15 +39,7 @@ pub(crate) struct Journal {
     path: PathBuf,
     open: Open,
     health: HealthLatch,
-    state: Mutex<State>,
-}
-
-#[derive(Default)]
-struct State {
-    /// `None` before it is opened, and after an error.
-    database: Option<Database>,
-    /// How often it was opened.
-    generation: u64,
+    database: Mutex<Kept<Database>>,
 }
 
 /// The part of a journal that is one cell's. Without a journal, everything is forgotten with the process.
@@ -71,24 +63,19 @@ impl Journal {
             path: path.to_owned(),
             open,
             health,
-            state: Mutex::default(),
+            database: Mutex::default(),
         }
     }
 
-    /// Works with the database. Where that is damaged, it is put aside, and the work done with a new one.
+    /// Works with the database, as [`Kept::with`] does.
     fn with<T>(
         &self,
-        mut work: impl FnMut(&Database, u64) -> Result<T, Fault>,
+        work: impl FnMut(&mut Database, u64) -> Result<T, Fault>,
     ) -> Result<T, JournalError> {
-        // An error leaves no database, and a panic is caught: the state is whole at any time.
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut result = self.attempt(&mut state, &mut work);
-        if let Err(fault) = &result
-            && fault.is_damage()
-        {
-            result =
-                put_aside(&self.path, fault).and_then(|()| self.attempt(&mut state, &mut work));
-        }
+        // An error leaves no database, and a panic is caught: it is whole at any time.
+        let database = self.database.lock();
+        let mut database = database.unwrap_or_else(PoisonError::into_inner);
+        let result = database.with(&self.open, |fault| put_aside(&self.path, fault), work);
         match result {
             Ok(done) => {
                 self.health.pass();
@@ -103,27 +90,6 @@ impl Journal {
                 Err(error)
             }
         }
-    }
-
-    fn attempt<T>(
-        &self,
-        state: &mut State,
-        work: &mut impl FnMut(&Database, u64) -> Result<T, Fault>,
-    ) -> Result<T, Fault> {
-        let database = match state.database.take() {
-            Some(database) => database,
-            None => {
-                let database = (self.open)()?;
-                state.generation += 1;
-                database
-            }
-        };
-        let generation = state.generation;
-        let result = guarded(|| work(&database, generation));
-        if result.is_ok() {
-            state.database = Some(database);
-        }
-        result
     }
 }
 
@@ -208,7 +174,5 @@ pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
     }
 }
 
-#[cfg(test)]
-mod formats;
 #[cfg(test)]
 mod tests;

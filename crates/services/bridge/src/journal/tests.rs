@@ -243,46 +243,6 @@ fn in_file(path: &Path) -> Ledger {
     ledger
 }
 
-#[test]
-fn damaged_files_are_put_aside() {
-    type Damage = fn(&mut Vec<u8>);
-    let damages: [Damage; 4] = [
-        |bytes| bytes.truncate(bytes.len() / 3),
-        |bytes| *bytes = b"something else altogether".to_vec(),
-        |bytes| bytes.iter_mut().skip(4096).for_each(|byte| *byte = !*byte),
-        |bytes| bytes.iter_mut().take(64).for_each(|byte| *byte = 0),
-    ];
-    for (index, damage) in damages.into_iter().enumerate() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("journal.redb");
-        let before = in_file(&path);
-        let mut bytes = std::fs::read(&path).unwrap();
-        damage(&mut bytes);
-        std::fs::write(&path, &bytes).unwrap();
-
-        let health = Health::default();
-        let journal = Arc::new(Journal::new(&path, health.check("journal")));
-        let (mut own, mut ledger) = begin(&journal, "a");
-        let stale = placement("p1", before.head().state_number);
-        assert_eq!(
-            ledger.judge(&stale),
-            PlacementVerdict::Forgotten,
-            "damage {index}"
-        );
-        place(&mut own, &mut ledger, "p2");
-        assert!(health.is_ready());
-        let entries = std::fs::read_dir(folder.path()).unwrap();
-        let names: Vec<String> = entries
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .collect();
-        let aside = names
-            .iter()
-            .find(|name| name.starts_with("journal.redb.damaged-"));
-        let kept = std::fs::read(folder.path().join(aside.unwrap())).unwrap();
-        assert_eq!(kept, bytes, "damage {index}");
-    }
-}
-
 /// How many files of a folder were put aside.
 fn count_put_aside(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).unwrap();
@@ -326,7 +286,7 @@ fn a_file_that_is_damaged_while_it_is_open_costs_nothing_that_is_known() {
     let (mut own, mut ledger) = begin(&journal, "a");
     place(&mut own, &mut ledger, "p1");
     // As if the disk had given up and come back with something else.
-    journal.state.lock().unwrap().database = None;
+    journal.database.lock().unwrap().close();
     std::fs::write(&path, b"something else altogether").unwrap();
     place(&mut own, &mut ledger, "p2");
     drop((own, journal));
@@ -359,16 +319,42 @@ fn the_journal_of_another_version_is_refused_and_left_as_it_is() {
             table.insert("version", version).unwrap();
         });
     };
-    set(4);
+    set(5);
     let (other, health) = journal(&disk);
     let refused = CellJournal::new(Some(other), cell("c1")).load();
     let text = refused.unwrap_err().to_string();
     assert!(
-        text.contains("another version") && text.contains("format 4"),
+        text.contains("another version") && text.contains("format 5"),
         "{text}"
     );
     assert!(!health.is_ready());
-    set(3);
+    set(4);
     let (again, _) = journal(&disk);
     assert_eq!(begin(&again, "c1").1, ledger);
 }
+
+/// What is in a file stays readable as long as its version is the same.
+#[test]
+fn what_is_written_is_encoded_as_this_version_does() {
+    let mut ledger = Ledger::beginning_at(77);
+    ledger.apply(ledger.accept(placement("p1", 77)));
+    let end = ledger.end_placement(placed(), vec![body("a")]);
+    ledger.apply(end);
+    ledger.apply(ledger.begin_renewal("r1".to_owned()));
+    ledger.apply(ledger.hold("a door is open"));
+    let mut written = database::encode(ledger.head()).unwrap();
+    for (_, record) in ledger.records() {
+        written.extend(database::encode(record).unwrap());
+    }
+    let hex: String = written.iter().map(|byte| format!("{byte:02x}")).collect();
+    assert_eq!(hex, ENCODED);
+}
+
+/// A head, a placement that was carried out, and a renewal under way.
+const ENCODED: &str = "\
+    4e4d010e6120646f6f72206973206f70656e0301016103626f78010000000000000000000000000000000000\
+    00000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100027031\
+    076974656d2d703103626f78000000000000000000000000000000000000000000000000000000000000f03f\
+    9a9999999999b93f9a9999999999c93f333333333333d33f4d01000001010000000000000000000000000000\
+    00000000000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100\
+    0000000000000000000000000000004e0102723100";

@@ -1,6 +1,5 @@
 //! The simulated cell as a robot.
 
-mod motion;
 mod settings;
 mod view;
 
@@ -22,10 +21,10 @@ use rand_chacha::ChaCha8Rng;
 use crate::robot::{
     Body, CutOff, Ending, Finding, KnownPose, Placement, Robot, RobotError, View as RobotView,
 };
-use motion::Motion;
-pub use motion::{JointState, JointWatch};
 pub use settings::{FaultSettings, Scan, SimulatedSettings};
 use view::View;
+
+use crate::settings::span;
 
 /// Why a simulated cell cannot be had.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -58,7 +57,6 @@ pub struct SimulatedRobot {
     /// The items by the numbers of their bodies.
     items: Vec<String>,
     faults: ChaCha8Rng,
-    motion: Motion,
 }
 
 impl SimulatedRobot {
@@ -76,27 +74,21 @@ impl SimulatedRobot {
                 .collect(),
             items: Vec::new(),
             faults: ChaCha8Rng::seed_from_u64(settings.faults.seed),
-            motion: Motion::new(settings.motion_speed),
             settings,
         })
     }
 
-    /// Tells where the joints are as the robot follows the motions of placements.
-    pub fn watch_joints(&mut self, watch: JointWatch) {
-        self.motion.watch = Some(watch);
-    }
-
-    /// Follows the legs of a motion up to the release of the item.
+    /// Follows the legs of a motion up to the release of the item, in time.
     fn bring(&mut self, cycle: &Cycle, cut_off: &Shutdown) -> Result<(), CutOff> {
         for leg in cycle.legs.iter().take_while(|leg| !is_way_back(leg.kind)) {
-            let is_cut_off = self.motion.follow(leg, cut_off);
+            let is_cut_off = self.wait(leg.duration_s(), cut_off);
             // Until the item is held nothing in the cell is touched. What is on its way then is brought to its end.
             match leg.kind {
-                LegKind::Descend if is_cut_off || self.motion.wait(cycle.grip_s, cut_off) => {
+                LegKind::Descend if is_cut_off || self.wait(cycle.grip_s, cut_off) => {
                     return Err(CutOff);
                 }
                 LegKind::Insert => {
-                    self.motion.wait(cycle.release_s, cut_off);
+                    self.wait(cycle.release_s, cut_off);
                 }
                 _ => {}
             }
@@ -104,11 +96,18 @@ impl SimulatedRobot {
         Ok(())
     }
 
-    /// Follows the legs after the release of the item.
+    /// Follows the legs after the release of the item, in time.
     fn come_back(&mut self, cycle: &Cycle, cut_off: &Shutdown) {
         for leg in cycle.legs.iter().filter(|leg| is_way_back(leg.kind)) {
-            self.motion.follow(leg, cut_off);
+            self.wait(leg.duration_s(), cut_off);
         }
+    }
+
+    /// Lets time pass, in seconds of the motion. Says whether the end was asked for: then the rest is not waited for.
+    fn wait(&self, motion_s: f64, end: &Shutdown) -> bool {
+        let speed = self.settings.motion_speed;
+        let passing_s = if speed > 0.0 { motion_s / speed } else { 0.0 };
+        end.wait_timeout(span(passing_s))
     }
 
     /// The fault that this placement meets, if any. Takes one random number a placement.
@@ -209,7 +208,9 @@ impl Robot for SimulatedRobot {
     fn place(&mut self, placement: &Placement, cut_off: &Shutdown) -> Result<Finding, CutOff> {
         match &placement.cycle {
             Some(cycle) => self.bring(cycle, cut_off)?,
-            None if cut_off.wait_timeout(self.settings.place_duration()) => return Err(CutOff),
+            None if cut_off.wait_timeout(span(self.settings.place_duration_s)) => {
+                return Err(CutOff);
+            }
             None => {}
         }
         let finding = match self.fault() {

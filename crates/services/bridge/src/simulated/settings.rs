@@ -1,7 +1,5 @@
 //! What can be set of a simulated cell.
 
-use std::time::Duration;
-
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
 use ppnpack_service::configuration::in_range;
@@ -76,10 +74,6 @@ impl Default for SimulatedSettings {
 }
 
 impl SimulatedSettings {
-    pub(super) fn place_duration(&self) -> Duration {
-        Duration::try_from_secs_f64(self.place_duration_s).unwrap_or(Duration::ZERO)
-    }
-
     /// Checks that every number is possible.
     pub(crate) fn validate(&self) -> Result<(), String> {
         self.physics
@@ -145,7 +139,32 @@ mod tests {
         assert!(refused(|s| s.place_duration_s = f64::NAN).contains("place_duration_s"));
         assert!(refused(|s| s.faults.drops = 1.1).contains("drops"));
         assert!(refused(|s| s.scan_pitch_m = 0.01).contains("scan_pitch_m"));
-        assert!(refused(|s| (s.scan, s.camera.height_m) = (Scan::Camera, 0.1)).contains("camera"));
+        type Change = fn(&mut CameraSettings);
+        let refused_camera = |change: Change| {
+            let mut settings = SimulatedSettings {
+                scan: Scan::Camera,
+                ..SimulatedSettings::default()
+            };
+            change(&mut settings.camera);
+            settings.validate().unwrap_err()
+        };
+        let cameras: [(Change, &str); 8] = [
+            (|camera| camera.height_m = 0.2, "height_m"),
+            (|camera| camera.height_m = f64::NAN, "height_m"),
+            (|camera| camera.cameras = 3, "cameras"),
+            (|camera| camera.width_px = 0, "width"),
+            (|camera| camera.height_px = 1 << 40, "height"),
+            (|camera| camera.noise.sigma_m = -1.0, "camera.noise.sigma_m"),
+            (|camera| camera.noise.dropout = 1.5, "camera.noise.dropout"),
+            (
+                |camera| camera.noise.step_m = f64::NAN,
+                "camera.noise.step_m",
+            ),
+        ];
+        for (change, named) in cameras {
+            let refusal = refused_camera(change);
+            assert!(refusal.contains(named), "{refusal}");
+        }
         let both = refused(|s| (s.faults.drops, s.faults.missed_picks) = (0.6, 0.6));
         assert!(both.contains("more than 1"));
     }

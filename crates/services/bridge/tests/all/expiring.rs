@@ -70,13 +70,3 @@ fn where_it_does_not_matter_any_age_will_do() {
     script.go.send(()).unwrap();
     assert_eq!(controller.outcome("old").kind(), OutcomeKind::Placed);
 }
-
-#[test]
-fn an_older_planner_that_does_not_say_when_it_decided_has_its_decisions_carried_out() {
-    let (rig, script) = Rig::scripted(false, None);
-    let controller = &rig.controller;
-    let request = decided("p1", controller.state_number(), 0);
-    assert_eq!(controller.place(request).phase(), ExecutionPhase::Accepted);
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p1").kind(), OutcomeKind::Placed);
-}

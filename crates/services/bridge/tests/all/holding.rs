@@ -135,8 +135,7 @@ fn a_hand_in_the_container_makes_earlier_plans_stale_and_has_it_seen_anew() {
         }
     };
     assert!(!cloud.data.is_empty());
-    controller.place(place("p4", after.state_number, 0.08));
-    let outcome = controller.outcome("p4");
+    let outcome = controller.carry_out("p4", after.state_number, 0.08);
     assert_eq!(outcome.kind(), OutcomeKind::Placed);
     assert!(outcome.slide_m < 0.01 && outcome.tilt_rad < 0.1);
 }

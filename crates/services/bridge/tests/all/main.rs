@@ -10,7 +10,5 @@
 mod common;
 mod expiring;
 mod holding;
-mod motion;
 mod placing;
-mod restarting;
 mod scanning;

@@ -1,13 +1,17 @@
 //! Placements, renewals and what is published of them, over a real session.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::common::{self, PATIENCE, Rig, cell, deadline, place, renew};
-use ppnpack_bridge::simulated::SimulatedSettings;
-use ppnpack_service::Running;
+use nalgebra::Isometry3;
+use ppnpack_bridge::robot::{CutOff, Ending, Placement, Robot};
+use ppnpack_bridge::simulated::{SimulatedRobot, SimulatedSettings};
+use ppnpack_packing::motion::{Cycle, Leg, LegKind};
 use ppnpack_service::metrics;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
+use ppnpack_service::{Running, Shutdown};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
@@ -21,8 +25,17 @@ fn outcome_request(placement_id: &str) -> v1::OutcomeRequest {
 }
 
 #[test]
-fn a_placement_is_carried_out_and_its_outcome_told() {
+fn a_placement_is_carried_out_its_outcome_told_and_counted() {
+    metrics::install().unwrap();
     let rig = Rig::simulated(SimulatedSettings::default());
+    let count = |kind: &str, count: u64| {
+        let line = format!(
+            "ppnpack_outcomes_total{{cell=\"cell-1\",kind=\"OUTCOME_KIND_{kind}\"}} {count}\n"
+        );
+        let text = metrics::render();
+        assert!(text.contains(&line), "{line} is not in:\n{text}");
+    };
+    count("PLACED", 0);
     let before = rig.controller.state();
     assert!(rig.process.health().is_ready());
     assert!(before.is_simulated && before.bodies.is_empty());
@@ -45,29 +58,8 @@ fn a_placement_is_carried_out_and_its_outcome_told() {
     );
     // A simulated cell knows where its items lie.
     assert!(after.bodies[0].is_found && outcome.is_found);
-}
-
-#[test]
-fn outcomes_are_counted_by_cell() {
-    metrics::install().unwrap();
-    let rig = Rig::simulated(SimulatedSettings::default());
-    let line = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_PLACED"}"#;
-    let lost = r#"ppnpack_outcomes_total{cell="cell-1",kind="OUTCOME_KIND_LOST"} 0"#;
-    let text = metrics::render();
-    assert!(
-        text.contains(&format!("{line} 0\n")) && text.contains(lost),
-        "{text}"
-    );
-    let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    rig.controller.outcome("p1");
-    // Counted before the new state is told.
-    assert_eq!(rig.controller.state_number(), state + 1);
-    let text = metrics::render();
-    assert!(
-        text.contains(&format!("{line} 1\n")) && text.contains(lost),
-        "{text}"
-    );
+    count("PLACED", 1);
+    count("LOST", 0);
 }
 
 #[test]
@@ -123,8 +115,7 @@ fn what_was_planned_on_another_state_is_stale() {
         let refused = rig.controller.refused(place("p1", other, 0.16));
         assert_eq!(refused, status);
     }
-    rig.controller.place(place("p1", state, 0.1));
-    rig.controller.outcome("p1");
+    rig.controller.carry_out("p1", state, 0.1);
     assert_eq!(
         rig.controller.refused(place("p2", state, 0.2)),
         Status::Stale
@@ -203,8 +194,7 @@ fn faults_that_are_asked_for_happen() {
     settings.faults.missed_picks = 1.0;
     let rig = Rig::simulated(settings.clone());
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    let outcome = rig.controller.outcome("p1");
+    let outcome = rig.controller.carry_out("p1", state, 0.16);
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
     assert_eq!(
         (outcome.state_number, outcome.container_from_item),
@@ -215,8 +205,7 @@ fn faults_that_are_asked_for_happen() {
     (settings.faults.missed_picks, settings.faults.drops) = (0.0, 1.0);
     let rig = Rig::simulated(settings);
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    let outcome = rig.controller.outcome("p1");
+    let outcome = rig.controller.carry_out("p1", state, 0.16);
     assert_eq!(outcome.kind(), OutcomeKind::Lost);
     assert_eq!(outcome.state_number, state + 1);
     assert!(rig.controller.state().bodies.is_empty());
@@ -226,13 +215,11 @@ fn faults_that_are_asked_for_happen() {
 fn a_container_is_renewed_once_per_request() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    rig.controller.outcome("p1");
+    rig.controller.carry_out("p1", state, 0.16);
     let renewed = rig.controller.renew("r1");
     assert_eq!(renewed, state + 2);
     assert!(rig.controller.state().bodies.is_empty());
-    rig.controller.place(place("p2", renewed, 0.16));
-    rig.controller.outcome("p2");
+    rig.controller.carry_out("p2", renewed, 0.16);
     assert_eq!(
         rig.controller.renew("r1"),
         renewed,
@@ -287,8 +274,8 @@ fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another
         let folder = tempfile::tempdir().unwrap();
         let journal = Some(folder.path().join("bridge.redb"));
         let (mut rig, script) = Rig::scripted(is_simulated, journal.clone());
-        let state = rig.controller.state_number();
-        rig.controller.place(place("p1", state, 0.1));
+        let renewed = rig.controller.renew("r1");
+        rig.controller.place(place("p1", renewed, 0.1));
         script.go.send(()).unwrap();
         let first = rig.controller.outcome("p1");
         rig.controller.place(place("p2", first.state_number, 0.2));
@@ -301,6 +288,7 @@ fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another
         assert!(outcome.failure.contains("restarted"));
         assert_eq!(outcome.state_number, first.state_number + more);
         assert_eq!(rig.controller.outcome("p1"), first);
+        assert_eq!(rig.controller.renew("r1"), renewed);
         assert_eq!(rig.controller.state().bodies.len(), 1);
         let again = rig.controller.place(place("p2", first.state_number, 0.2));
         assert_eq!(again.phase(), ExecutionPhase::Ended);
@@ -402,4 +390,63 @@ fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     message.cycle_s = f64::NAN;
     wrong.cycle = Some(Box::new(message));
     assert_eq!(rig.controller.refused(wrong), Status::Invalid);
+}
+
+/// A motion of which each leg but the first takes so long.
+fn cycle(leg_s: f64) -> Cycle {
+    let kinds = [
+        LegKind::Descend,
+        LegKind::Lift,
+        LegKind::Insert,
+        LegKind::Return,
+    ];
+    let leg = |kind| Leg {
+        kind,
+        points: [0.0, if kind == LegKind::Descend { 0.0 } else { leg_s }]
+            .map(common::point)
+            .into(),
+    };
+    Cycle {
+        grip_s: 0.0,
+        release_s: 0.0,
+        legs: kinds.map(leg).into(),
+        ..common::cycle(3.0 * leg_s)
+    }
+}
+
+#[test]
+fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_holds_the_item() {
+    let mut robot =
+        SimulatedRobot::new(SimulatedSettings::default(), &common::catalogue()).unwrap();
+    let mut placement = Placement {
+        placement_id: "one".to_owned(),
+        item_id: "item-one".to_owned(),
+        object: "brick".to_owned(),
+        container_from_item: Isometry3::translation(0.16, 0.16, 0.02),
+        state_number: 1,
+        cycle: Some(Arc::new(cycle(0.1))),
+    };
+    let stopped = Shutdown::default();
+    stopped.request();
+    assert_eq!(robot.place(&placement, &stopped).unwrap_err(), CutOff);
+    assert!(robot.bodies().is_empty());
+
+    let started = Instant::now();
+    let finding = robot.place(&placement, &Shutdown::default()).unwrap();
+    assert!(started.elapsed() >= Duration::from_millis(300));
+    assert_eq!(finding.ending, Ending::Placed);
+
+    placement.cycle = Some(Arc::new(cycle(600.0)));
+    let end = Shutdown::default();
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_secs(1));
+            end.request();
+        });
+        assert_eq!(
+            robot.place(&placement, &end).unwrap().ending,
+            Ending::Placed
+        );
+    });
+    assert!(started.elapsed() < PATIENCE);
 }

@@ -13,7 +13,6 @@ use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
-use zenoh::Session;
 
 use crate::directory::Directory;
 use crate::follow::Told;
@@ -67,7 +66,6 @@ impl ControlError {
 
 /// Makes the requests.
 pub(crate) struct Controls {
-    session: Session,
     client: Client,
     directory: Arc<Directory>,
     follower: WeakAddress<Told>,
@@ -83,13 +81,12 @@ struct Target {
 
 impl Controls {
     pub(crate) fn new(
-        session: &Session,
+        client: Client,
         directory: Arc<Directory>,
         follower: WeakAddress<Told>,
     ) -> Self {
         Self {
-            session: session.clone(),
-            client: Client::new(session),
+            client,
             directory,
             follower,
             stepping: Mutex::default(),
@@ -100,14 +97,18 @@ impl Controls {
     ///
     /// # Errors
     /// [`ControlError`]
-    pub(crate) fn carry_out(&self, action: Action, order: &Order) -> Result<String, ControlError> {
+    pub(crate) fn carry_out(
+        &self,
+        name: &str,
+        action: Action,
+        order: &Order,
+    ) -> Result<String, ControlError> {
         let target = self.target(order)?;
         let result = match action.question(order) {
             Some(question) if !order.confirmed => return Err(ControlError::Unconfirmed(question)),
             _ => self.perform(action, order, &target),
         };
         let outcome = result.as_ref().err().map_or("done", ControlError::outcome);
-        let name = action.as_str();
         let labels = [("action", name), ("outcome", outcome)];
         metrics::counter(Metric::ControlsTotal, &labels).increment(1);
         let reason = result.as_ref().err();

@@ -4,8 +4,9 @@ use serde::Deserialize;
 
 use super::ControlError;
 
-/// What may be ordered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What may be ordered, by its name in the address.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Action {
     /// Nothing is begun any more.
     Hold,
@@ -28,34 +29,8 @@ pub(crate) enum Action {
 }
 
 impl Action {
-    const ALL: [Self; 9] = [
-        Self::Hold,
-        Self::Abort,
-        Self::Resume,
-        Self::Step,
-        Self::Touched,
-        Self::Removed,
-        Self::Withdraw,
-        Self::NewContainer,
-        Self::Automatic,
-    ];
-
     pub(crate) fn parse(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|action| action.as_str() == name)
-    }
-
-    pub(crate) fn as_str(self) -> &'static str {
-        match self {
-            Self::Hold => "hold",
-            Self::Abort => "abort",
-            Self::Resume => "resume",
-            Self::Step => "step",
-            Self::Touched => "touched",
-            Self::Removed => "removed",
-            Self::Withdraw => "withdraw",
-            Self::NewContainer => "new_container",
-            Self::Automatic => "automatic",
-        }
+        serde_json::from_value(name.into()).ok()
     }
 
     /// Whether it stops a robot: then it waits for no other control.
@@ -115,37 +90,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_action_has_a_name_of_its_own() {
-        for action in Action::ALL {
-            assert_eq!(Action::parse(action.as_str()), Some(action));
-        }
-        assert_eq!(Action::parse("check"), None);
-    }
-
-    #[test]
     fn what_moves_the_robot_is_asked_again_and_what_stops_it_is_not() {
-        let order = |is_on| Order {
-            is_on: Some(is_on),
-            ..Order::default()
-        };
-        let asked = Action::ALL
-            .into_iter()
-            .filter(|action| action.question(&order(true)).is_some());
-        let moving = [
-            Action::Resume,
-            Action::Step,
-            Action::NewContainer,
-            Action::Automatic,
-        ];
-        assert_eq!(asked.collect::<Vec<_>>(), moving);
-        assert_eq!(Action::Automatic.question(&order(false)), None);
-        assert!(
-            Action::ALL
-                .into_iter()
-                .filter(|action| action.is_stop())
-                .count()
-                == 2
-        );
+        for (name, is_asked, is_stop) in [
+            ("hold", false, true),
+            ("abort", false, true),
+            ("resume", true, false),
+            ("step", true, false),
+            ("touched", false, false),
+            ("removed", false, false),
+            ("withdraw", false, false),
+            ("new_container", true, false),
+            ("automatic", true, false),
+        ] {
+            let action = Action::parse(name).unwrap();
+            let on = Order {
+                is_on: Some(true),
+                ..Order::default()
+            };
+            assert_eq!(action.question(&on).is_some(), is_asked, "{name}");
+            assert_eq!(action.is_stop(), is_stop, "{name}");
+        }
+        assert_eq!(Action::Automatic.question(&Order::default()), None);
+        assert_eq!(Action::parse("check"), None);
     }
 
     #[test]

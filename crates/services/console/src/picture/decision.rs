@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use ppnpack_packing::grid::Grid;
 use ppnpack_wire::v1;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::known::KnownShapes;
 use super::pose::{self, PosePart};
 use super::words;
-use crate::shapes::ShapeId;
 
 /// Decisions that are kept.
 const MOST_DECISIONS: usize = 16;
@@ -20,132 +20,43 @@ const MOST_STEPS: usize = 256;
 /// Items whose explanations are kept with a decision.
 const MOST_EXPLAINED: usize = 64;
 
-/// Why an item is placed nowhere.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct ReasonPart {
-    item_id: String,
-    object: String,
-    reason: String,
-    text: String,
+/// Why an item is placed nowhere, as pages show it.
+pub(super) fn reason_part(reason: &v1::ItemReason, object: &str) -> Value {
+    json!({
+        "item_id": reason.item_id,
+        "object": object,
+        "reason": words::short(reason.reason().as_str_name(), "REASON_"),
+        "text": reason.text,
+    })
 }
 
-impl ReasonPart {
-    pub(crate) fn new(reason: &v1::ItemReason, object: &str) -> Self {
-        Self {
-            item_id: reason.item_id.clone(),
-            object: object.to_owned(),
-            reason: words::of_reason(reason.reason()),
-            text: reason.text.clone(),
-        }
-    }
+/// What an item carries, against what it may, as pages show it.
+pub(super) fn load_part(load: &v1::Load) -> Value {
+    json!({
+        "item_id": load.item_id,
+        "estimated_kg": load.estimated_kg,
+        "carries_kg": load.carries_kg,
+    })
 }
 
-/// A placement that would be possible.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub(crate) struct PlacementPart {
-    item_id: String,
-    object: String,
-    pose: u32,
-    value: f64,
-    shape: Option<ShapeId>,
-    #[serde(flatten)]
-    corner: CornerPart,
-}
-
-/// Where the footprint of a placement is.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-struct CornerPart {
-    yaw_rad: Option<f64>,
-    /// The corner of its box with the lowest coordinates, in the container frame.
-    corner_m: Option<[f64; 3]>,
-}
-
-impl CornerPart {
-    fn new(resting: Option<&v1::RestingPlacement>, grid: Option<&Grid>) -> Self {
-        let Some((at, grid)) = resting.zip(grid) else {
-            return Self::default();
-        };
-        let resolution = grid.resolution();
-        let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
-        let yaw = usize::try_from(at.yaw).unwrap_or(usize::MAX);
-        Self {
-            yaw_rad: resolution.yaws().radians().get(yaw).copied(),
-            corner_m: Some([
-                f64::from(at.x) * cell_m,
-                f64::from(at.y) * cell_m,
-                f64::from(at.resting_height) * unit_m,
-            ]),
-        }
-    }
-}
-
-#[derive(Debug, Serialize)]
-struct StagePart<'a> {
-    stage: &'a str,
-    ms: f64,
-}
-
-#[derive(Debug, Serialize)]
-struct SettlingPart {
-    tilt_rad: f64,
-    slide_m: f64,
-    disturbance_m: f64,
-    is_still: bool,
-    above_rim_m: f64,
-}
-
-/// What an item carries, against what it may.
-#[derive(Debug, Serialize)]
-pub(super) struct LoadPart<'a> {
-    item_id: &'a str,
-    estimated_kg: f64,
-    carries_kg: f64,
-}
-
-impl<'a> From<&'a v1::Load> for LoadPart<'a> {
-    fn from(load: &'a v1::Load) -> Self {
-        Self {
-            item_id: &load.item_id,
-            estimated_kg: load.estimated_kg,
-            carries_kg: load.carries_kg,
-        }
-    }
-}
-
-#[derive(Debug, Serialize)]
-struct OutcomePart<'a> {
-    kind: String,
-    text: &'a str,
-    slide_m: f64,
-    tilt_rad: f64,
-    at_ms: u64,
-}
-
-/// A decision as pages show it.
-#[derive(Debug, Serialize)]
-pub(super) struct DecisionPart<'a> {
-    decision_id: &'a str,
-    at_ms: u64,
-    step: u64,
-    item_id: &'a str,
-    object: &'a str,
-    container: &'a str,
-    pose: u32,
-    value: f64,
-    shape: Option<ShapeId>,
-    container_from_shape: Option<PosePart>,
-    #[serde(flatten)]
-    corner: CornerPart,
-    alternatives: Vec<PlacementPart>,
-    others: Vec<ReasonPart>,
-    degraded: &'a [String],
-    is_widened: bool,
-    stages: Vec<StagePart<'a>>,
-    plan_ms: f64,
-    cycle_s: Option<f64>,
-    settling: Option<SettlingPart>,
-    load: Option<LoadPart<'a>>,
-    outcome: Option<OutcomePart<'a>>,
+/// The yaw of a placement, and the corner of its box with the lowest coordinates, in the container frame.
+fn corner(
+    resting: Option<&v1::RestingPlacement>,
+    grid: Option<&Grid>,
+) -> (Option<f64>, Option<[f64; 3]>) {
+    let Some((at, grid)) = resting.zip(grid) else {
+        return (None, None);
+    };
+    let resolution = grid.resolution();
+    let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
+    let yaw = usize::try_from(at.yaw).unwrap_or(usize::MAX);
+    let corner_m = [
+        f64::from(at.x) * cell_m,
+        f64::from(at.y) * cell_m,
+        f64::from(at.resting_height) * unit_m,
+    ];
+    let yaw_rad = resolution.yaws().radians().get(yaw).copied();
+    (yaw_rad, Some(corner_m))
 }
 
 /// What is looked up to show a decision.
@@ -161,26 +72,26 @@ pub(super) struct Context<'a> {
 impl Context<'_> {
     /// The name of the object that an item of the session is; empty where it is not known.
     pub(super) fn object(&self, item_id: &str) -> &str {
-        let mut items = self.session.into_iter().flat_map(|session| &session.items);
-        let item = items.find(|item| item.item_id == item_id);
-        item.map_or("", |item| item.object.as_str())
+        let session = self.session;
+        session.map_or("", |session| super::session::object(session, item_id))
     }
 
     /// A placement of an item, which may be another than that of a decision.
-    pub(super) fn placement(&self, item_id: &str, ranked: &v1::RankedPlacement) -> PlacementPart {
+    pub(super) fn placement(&self, item_id: &str, ranked: &v1::RankedPlacement) -> Value {
         let object = self.object(item_id);
-        let session_id = self
-            .session
-            .map_or("", |session| session.session_id.as_str());
+        let session = self.session;
+        let session_id = session.map_or("", |session| session.session_id.as_str());
         let shape = self.shapes.named(session_id, item_id, object, ranked.pose);
-        PlacementPart {
-            item_id: item_id.to_owned(),
-            object: object.to_owned(),
-            pose: ranked.pose,
-            value: ranked.value,
-            shape: shape.map(|known| known.shape),
-            corner: CornerPart::new(ranked.placement.as_ref(), self.grid),
-        }
+        let (yaw_rad, corner_m) = corner(ranked.placement.as_ref(), self.grid);
+        json!({
+            "item_id": item_id,
+            "object": object,
+            "pose": ranked.pose,
+            "value": ranked.value,
+            "shape": shape.map(|known| known.shape.to_string()),
+            "yaw_rad": yaw_rad,
+            "corner_m": corner_m,
+        })
     }
 }
 
@@ -194,11 +105,12 @@ pub(super) struct Decided {
     /// How it ended, and when that was heard.
     outcome: Option<(u64, v1::Outcome)>,
     /// What was explained of other items since.
-    explained: Vec<ReasonPart>,
+    explained: Vec<v1::ItemReason>,
 }
 
 impl Decided {
-    pub(super) fn part<'a>(&'a self, context: &Context<'a>) -> DecisionPart<'a> {
+    /// The decision as pages show it.
+    pub(super) fn part(&self, context: &Context<'_>) -> Value {
         let decision = &self.decision;
         let object = decision.object.as_str();
         let known = context.shapes.named(
@@ -209,48 +121,42 @@ impl Decided {
         );
         let placed = pose::read(decision.container_from_item.as_ref());
         let placed = known.zip(placed).map(|(known, at)| known.placed(&at));
-        let aside = decision.set_aside.iter();
-        let aside = aside.map(|reason| ReasonPart::new(reason, context.object(&reason.item_id)));
-        DecisionPart {
-            decision_id: &decision.decision_id,
-            at_ms: self.at_ms,
-            step: decision.step,
-            item_id: &decision.item_id,
-            object,
-            container: context.container,
-            pose: decision.pose,
-            value: decision.value,
-            shape: known.map(|known| known.shape),
-            container_from_shape: placed.as_ref().map(PosePart::from),
-            corner: CornerPart::new(decision.placement.as_ref(), context.grid),
-            alternatives: self.alternatives(context),
-            others: aside.chain(self.explained.iter().cloned()).collect(),
-            degraded: &decision.degraded,
-            is_widened: decision.is_widened,
-            stages: decision.stages.iter().map(stage).collect(),
-            plan_ms: plan_ms(decision),
-            cycle_s: self.cycle_s,
-            settling: decision.settling.as_ref().map(settling),
-            load: decision.load.as_deref().map(LoadPart::from),
-            outcome: self.outcome.as_ref().map(outcome),
-        }
-    }
-
-    fn alternatives(&self, context: &Context<'_>) -> Vec<PlacementPart> {
-        let Decided { decision, .. } = self;
+        let (yaw_rad, corner_m) = corner(decision.placement.as_ref(), context.grid);
         let alternatives = decision.alternatives.iter().filter_map(|ranked| {
             let index = usize::try_from(ranked.candidate).ok()?;
             Some(context.placement(decision.buffer.get(index)?, ranked))
         });
-        alternatives.collect()
+        let others = decision.set_aside.iter().chain(&self.explained);
+        let others = others.map(|reason| reason_part(reason, context.object(&reason.item_id)));
+        json!({
+            "decision_id": decision.decision_id,
+            "at_ms": self.at_ms,
+            "step": decision.step,
+            "item_id": decision.item_id,
+            "object": object,
+            "container": context.container,
+            "pose": decision.pose,
+            "value": decision.value,
+            "shape": known.map(|known| known.shape.to_string()),
+            "container_from_shape": placed.as_ref().map(PosePart::from),
+            "yaw_rad": yaw_rad,
+            "corner_m": corner_m,
+            "alternatives": alternatives.collect::<Vec<_>>(),
+            "others": others.collect::<Vec<_>>(),
+            "degraded": decision.degraded,
+            "is_widened": decision.is_widened,
+            "stages": decision.stages.iter().map(stage).collect::<Vec<_>>(),
+            "plan_ms": plan_ms(decision),
+            "cycle_s": self.cycle_s,
+            "settling": decision.settling.as_ref().map(settling),
+            "load": decision.load.as_deref().map(load_part),
+            "outcome": self.outcome.as_ref().map(outcome),
+        })
     }
 }
 
-fn stage(timing: &v1::StageTiming) -> StagePart<'_> {
-    StagePart {
-        stage: &timing.stage,
-        ms: timing.duration_ns as f64 / 1e6,
-    }
+fn stage(timing: &v1::StageTiming) -> Value {
+    json!({"stage": timing.stage, "ms": timing.duration_ns as f64 / 1e6})
 }
 
 fn plan_ms(decision: &v1::Decision) -> f64 {
@@ -258,24 +164,24 @@ fn plan_ms(decision: &v1::Decision) -> f64 {
     stages.map(|stage| stage.duration_ns as f64).sum::<f64>() / 1e6
 }
 
-fn settling(settling: &v1::Settling) -> SettlingPart {
-    SettlingPart {
-        tilt_rad: settling.tilt_rad,
-        slide_m: settling.slide_m,
-        disturbance_m: settling.disturbance_m,
-        is_still: settling.is_still,
-        above_rim_m: settling.above_rim_m,
-    }
+fn settling(settling: &v1::Settling) -> Value {
+    json!({
+        "tilt_rad": settling.tilt_rad,
+        "slide_m": settling.slide_m,
+        "disturbance_m": settling.disturbance_m,
+        "is_still": settling.is_still,
+        "above_rim_m": settling.above_rim_m,
+    })
 }
 
-fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> OutcomePart<'_> {
-    OutcomePart {
-        kind: words::of_outcome(outcome.kind()),
-        text: &outcome.failure,
-        slide_m: outcome.slide_m,
-        tilt_rad: outcome.tilt_rad,
-        at_ms: *at_ms,
-    }
+fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> Value {
+    json!({
+        "kind": words::short(outcome.kind().as_str_name(), "OUTCOME_KIND_"),
+        "text": outcome.failure,
+        "slide_m": outcome.slide_m,
+        "tilt_rad": outcome.tilt_rad,
+        "at_ms": at_ms,
+    })
 }
 
 /// How long a step took.
@@ -290,14 +196,6 @@ struct StepPart {
     plan_ms: f64,
     took_s: Option<f64>,
     cycle_s: Option<f64>,
-}
-
-/// How long the steps of a session took.
-#[derive(Debug, Serialize)]
-pub(super) struct CyclesPart<'a> {
-    steps: &'a VecDeque<StepPart>,
-    mean_took_s: Option<f64>,
-    mean_cycle_s: Option<f64>,
 }
 
 /// The last decisions, newest first, and the times of the session's steps.
@@ -356,7 +254,7 @@ impl Decisions {
     }
 
     /// Takes in why an item has no place.
-    pub(super) fn explain(&mut self, reason: ReasonPart) {
+    pub(super) fn explain(&mut self, reason: v1::ItemReason) {
         let Some(newest) = self.decisions.front_mut() else {
             return;
         };
@@ -382,23 +280,22 @@ impl Decisions {
             .find(|decided| decided.decision.decision_id == decision_id)
     }
 
-    pub(super) fn cycles(&self) -> CyclesPart<'_> {
+    /// How long the steps of the session took.
+    pub(super) fn cycles(&self) -> Value {
         let mean = |times: &dyn Fn(&StepPart) -> Option<f64>| {
             let times: Vec<f64> = self.steps.iter().filter_map(times).collect();
             (!times.is_empty()).then(|| times.iter().sum::<f64>() / times.len() as f64)
         };
-        CyclesPart {
-            steps: &self.steps,
-            mean_took_s: mean(&|step| step.took_s),
-            mean_cycle_s: mean(&|step| step.cycle_s),
-        }
+        json!({
+            "steps": self.steps,
+            "mean_took_s": mean(&|step| step.took_s),
+            "mean_cycle_s": mean(&|step| step.cycle_s),
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     fn decision(number: usize) -> v1::Decision {
@@ -438,7 +335,7 @@ mod tests {
         };
         assert!(decisions.end(2_299, &outcome).is_some());
         assert!(decisions.end(9_999, &outcome).is_none(), "it has ended");
-        let cycles = serde_json::to_value(decisions.cycles()).unwrap();
+        let cycles = decisions.cycles();
         assert_eq!(cycles["mean_took_s"], json!(2.0));
         assert_eq!(cycles["mean_cycle_s"], json!(null));
         assert_eq!(cycles["steps"][255]["step"], json!(299));
@@ -456,7 +353,7 @@ mod tests {
             grid: Some(&grid),
             container: "cell-1",
         };
-        let part = serde_json::to_value(decisions.iter().next().unwrap().part(&context)).unwrap();
+        let part = decisions.iter().next().unwrap().part(&context);
         let alternative = &part["alternatives"][0];
         assert_eq!(alternative["item_id"], json!("i-2"));
         let corner: Vec<f64> = serde_json::from_value(alternative["corner_m"].clone()).unwrap();
@@ -475,13 +372,10 @@ mod tests {
     #[test]
     fn what_is_explained_stands_with_the_last_decision() {
         let mut decisions = Decisions::default();
-        let reason = |text: &str| {
-            let reason = v1::ItemReason {
-                item_id: "i-2".to_owned(),
-                reason: v1::Reason::NoFit.into(),
-                text: text.to_owned(),
-            };
-            ReasonPart::new(&reason, "pan")
+        let reason = |text: &str| v1::ItemReason {
+            item_id: "i-2".to_owned(),
+            reason: v1::Reason::NoFit.into(),
+            text: text.to_owned(),
         };
         decisions.explain(reason("nothing was decided"));
         decisions.add(5, decision(0));

@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use ppnpack_wire::v1;
 
 use super::pose;
-use crate::shapes::ShapeId;
+use crate::shapes::{self, ShapeId};
 
 /// Items, and objects, whose shapes are kept before all are forgotten and learnt anew.
 const MOST_KEPT: usize = 10_000;
@@ -23,7 +23,7 @@ impl ItemShape {
     /// The shape of an item as it was announced: its heightmaps, of which planners know those that they planned with.
     fn as_announced(item: &v1::SessionItem) -> Option<Self> {
         Some(Self {
-            shape: ShapeId::of_bytes(&item.shape)?,
+            shape: shapes::id(&item.shape)?,
             shape_from_item: pose::read(item.heightmap_from_item.as_ref()),
         })
     }
@@ -73,7 +73,7 @@ impl KnownShapes {
         let poses = self.by_item.entry(item.item_id.clone()).or_default();
         let objects = self.by_object.entry(item.object.clone()).or_default();
         for held in candidates {
-            let id = ShapeId::of_bytes(&held.solid).or_else(|| ShapeId::of_bytes(&held.item));
+            let id = shapes::id(&held.solid).or_else(|| shapes::id(&held.item));
             let Some(shape) = id else {
                 continue;
             };
@@ -149,7 +149,7 @@ mod tests {
     }
 
     fn id(shape: u8) -> ShapeId {
-        ShapeId::of_bytes(&[shape; 32]).unwrap()
+        shapes::id(&[shape; 32]).unwrap()
     }
 
     #[test]

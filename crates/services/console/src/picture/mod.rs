@@ -3,7 +3,6 @@
 //! All of it is bounded: the last decisions and events are kept, histories are thinned out, and cells beyond a number are left out.
 
 mod decision;
-mod explained;
 mod history;
 mod known;
 mod log;
@@ -16,22 +15,21 @@ mod status;
 mod tell;
 mod words;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use nalgebra::Isometry3;
+use ppnpack_service::alive::Found;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, ItemState};
 
 use crate::directory::{CellSize, Entry};
 use crate::shapes::{ShapeId, Wanted};
 use decision::Decisions;
-pub(crate) use explained::ExplainedPart;
 use known::KnownShapes;
 use log::{Level, Log};
 pub(crate) use place::SeenContainer;
 use place::{Content, LyingItem, Place};
 use services::Services;
-pub(crate) use services::{FoundService, Health};
 
 /// Cells and containers that are kept at most.
 const MOST_CELLS: usize = 256;
@@ -48,8 +46,6 @@ pub(crate) enum News {
     Decision(Box<v1::Decision>),
     /// Of a cell: what a step was planned on.
     Record(Box<v1::PlanningRecord>),
-    /// Of a cell: why an item has no place.
-    Explained(v1::ItemReason),
     /// Of a cell: what an operator had it do, for people.
     Control(String),
     /// Of a container: its state.
@@ -77,7 +73,7 @@ pub(crate) struct Picture {
     places: BTreeMap<Cell, Place>,
     services: Services,
     /// The volumes of shapes, in cubic metres.
-    volumes: BTreeMap<ShapeId, f64>,
+    volumes: HashMap<ShapeId, f64>,
 }
 
 impl Picture {
@@ -91,7 +87,6 @@ impl Picture {
             News::Session(session) => self.hear_session(at_ms, of, *session),
             News::Decision(decision) => self.hear_decision(at_ms, of, *decision),
             News::Record(record) => wanted = self.learn(of, &record),
-            News::Explained(reason) => self.explain(of, &reason),
             News::Control(text) => self.note(at_ms, of, Level::Info, "control", text),
         }
         self.note_content(at_ms, of);
@@ -99,7 +94,7 @@ impl Picture {
     }
 
     /// Takes in which services there are.
-    pub(crate) fn look(&mut self, now_ms: u64, found: Vec<FoundService>) {
+    pub(crate) fn look(&mut self, now_ms: u64, found: Vec<(Found, v1::HealthReply)>) {
         let turns = self.services.look(now_ms, found);
         let planned: Vec<Cell> = self.services.planned_cells().cloned().collect();
         for cell in planned {
@@ -137,7 +132,7 @@ impl Picture {
             let lying = containers.iter().flat_map(|it| self.lying(cell, it));
             let shapes = lying.filter_map(|item| item.shape);
             let unknown = shapes.filter(|shape| !self.volumes.contains_key(shape));
-            let shapes: BTreeSet<ShapeId> = unknown.collect();
+            let shapes: HashSet<ShapeId> = unknown.collect();
             (!shapes.is_empty()).then(|| Wanted {
                 cell: cell.clone(),
                 shapes,

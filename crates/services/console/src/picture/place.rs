@@ -5,9 +5,9 @@ use base64::engine::general_purpose::STANDARD;
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_wire::{WireError, convert, v1};
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use super::decision::LoadPart;
+use super::decision::load_part;
 use super::history::History;
 use super::pose::PosePart;
 use super::words;
@@ -55,51 +55,6 @@ impl SeenContainer {
     }
 }
 
-#[derive(Debug, Serialize)]
-pub(super) struct HeightmapPart<'a> {
-    nx: usize,
-    ny: usize,
-    cell_m: f64,
-    height_unit_m: f64,
-    size_m: [f64; 3],
-    rim_units: Units,
-    heights: String,
-    state_number: u64,
-    doubts: &'a [String],
-    unknown_cells: u32,
-    at_ms: u64,
-}
-
-#[derive(Debug, Serialize)]
-pub(super) struct StatePart<'a> {
-    state_number: u64,
-    held: Option<&'a str>,
-    executing: Option<&'a str>,
-    is_simulated: bool,
-    heard_ms: u64,
-}
-
-#[derive(Debug, Serialize)]
-struct InspectionPart<'a> {
-    kind: String,
-    slide_m: f64,
-    tilt_rad: f64,
-    reason: &'a str,
-}
-
-/// An item in a container as pages show it.
-#[derive(Debug, Serialize)]
-pub(super) struct ItemPart<'a> {
-    item_id: &'a str,
-    object: &'a str,
-    shape: Option<ShapeId>,
-    container_from_shape: Option<PosePart>,
-    is_inside: bool,
-    step: Option<u64>,
-    inspection: Option<InspectionPart<'a>>,
-    load: Option<LoadPart<'a>>,
-}
-
 /// An item that lies in a container.
 #[derive(Debug, Clone)]
 pub(super) struct LyingItem<'a> {
@@ -114,42 +69,34 @@ pub(super) struct LyingItem<'a> {
     pub(super) session_item: Option<&'a v1::SessionItem>,
 }
 
-impl<'a> LyingItem<'a> {
-    pub(super) fn part(&self) -> ItemPart<'a> {
-        let session_item = self.session_item;
-        let inspection = session_item.and_then(|item| item.inspection.as_ref());
-        let load = session_item.and_then(|item| item.load.as_deref());
-        ItemPart {
-            item_id: self.item_id,
-            object: self.object,
-            shape: self.shape,
-            container_from_shape: self.container_from_shape.as_ref().map(PosePart::from),
-            is_inside: self.is_inside,
-            step: self.step,
-            inspection: inspection.and_then(inspected),
-            load: load.map(LoadPart::from),
-        }
+impl LyingItem<'_> {
+    /// The item as pages show it.
+    pub(super) fn part(&self) -> Value {
+        let inspection = self.session_item.and_then(|item| item.inspection.as_ref());
+        let load = self.session_item.and_then(|item| item.load.as_deref());
+        json!({
+            "item_id": self.item_id,
+            "object": self.object,
+            "shape": self.shape.map(|shape| shape.to_string()),
+            "container_from_shape": self.container_from_shape.as_ref().map(PosePart::from),
+            "is_inside": self.is_inside,
+            "step": self.step,
+            "inspection": inspection.and_then(inspected),
+            "load": load.map(load_part),
+        })
     }
 }
 
-fn inspected(inspection: &v1::Inspection) -> Option<InspectionPart<'_>> {
+fn inspected(inspection: &v1::Inspection) -> Option<Value> {
     let kind = inspection.kind();
-    (kind != v1::InspectionKind::Unspecified).then(|| InspectionPart {
-        kind: words::of_inspection(kind),
-        slide_m: inspection.slide_m,
-        tilt_rad: inspection.tilt_rad,
-        reason: &inspection.reason,
+    (kind != v1::InspectionKind::Unspecified).then(|| {
+        json!({
+            "kind": words::short(kind.as_str_name(), "INSPECTION_KIND_"),
+            "slide_m": inspection.slide_m,
+            "tilt_rad": inspection.tilt_rad,
+            "reason": inspection.reason,
+        })
     })
-}
-
-/// How full a container is, as pages show it.
-#[derive(Debug, Serialize)]
-pub(super) struct FiguresPart<'a> {
-    utilisation: Option<f64>,
-    items: usize,
-    items_without_volume: usize,
-    filled: Option<f64>,
-    history: &'a History,
 }
 
 /// How much of a container items fill.
@@ -231,46 +178,47 @@ impl Place {
         self.history.clear();
     }
 
-    pub(super) fn state_part(&self) -> Option<StatePart<'_>> {
+    pub(super) fn state_part(&self) -> Option<Value> {
         let state = self.state.as_ref()?;
-        Some(StatePart {
-            state_number: state.state_number,
-            held: self.held(),
-            executing: self.executing(),
-            is_simulated: state.is_simulated,
-            heard_ms: self.state_at_ms,
-        })
+        Some(json!({
+            "state_number": state.state_number,
+            "held": self.held(),
+            "executing": self.executing(),
+            "is_simulated": state.is_simulated,
+            "heard_ms": self.state_at_ms,
+        }))
     }
 
-    pub(super) fn heightmap_part(&self) -> Option<HeightmapPart<'_>> {
+    pub(super) fn heightmap_part(&self) -> Option<Value> {
         let seen = self.seen.as_ref()?;
         let size = seen.grid.container();
         let resolution = seen.grid.resolution();
         let heights = seen.heights.iter();
         let bytes: Vec<u8> = heights.flat_map(|height| height.to_le_bytes()).collect();
-        Some(HeightmapPart {
-            nx: seen.grid.nx(),
-            ny: seen.grid.ny(),
-            cell_m: resolution.cell_m(),
-            height_unit_m: resolution.height_unit_m(),
-            size_m: [size.x_m, size.y_m, size.z_m],
-            rim_units: seen.grid.rim(),
-            heights: STANDARD.encode(bytes),
-            state_number: seen.state_number,
-            doubts: &seen.doubts,
-            unknown_cells: seen.unknown_cells,
-            at_ms: self.seen_at_ms,
-        })
+        Some(json!({
+            "nx": seen.grid.nx(),
+            "ny": seen.grid.ny(),
+            "cell_m": resolution.cell_m(),
+            "height_unit_m": resolution.height_unit_m(),
+            "size_m": [size.x_m, size.y_m, size.z_m],
+            "rim_units": seen.grid.rim(),
+            "heights": STANDARD.encode(bytes),
+            "state_number": seen.state_number,
+            "doubts": seen.doubts,
+            "unknown_cells": seen.unknown_cells,
+            "at_ms": self.seen_at_ms,
+        }))
     }
 
-    pub(super) fn figures_part(&self, content: &Content) -> FiguresPart<'_> {
-        FiguresPart {
-            utilisation: self.utilisation(content),
-            items: content.items,
-            items_without_volume: content.without_volume,
-            filled: self.seen.as_ref().map(SeenContainer::filled),
-            history: &self.history,
-        }
+    /// How full it is, as pages show it.
+    pub(super) fn figures_part(&self, content: &Content) -> Value {
+        json!({
+            "utilisation": self.utilisation(content),
+            "items": content.items,
+            "items_without_volume": content.without_volume,
+            "filled": self.seen.as_ref().map(SeenContainer::filled),
+            "history": self.history,
+        })
     }
 }
 
@@ -308,11 +256,13 @@ mod tests {
         assert!(place.heightmap_part().is_none());
         place.see(7, seen(1, Some(75)));
         let part = place.heightmap_part().unwrap();
-        let bytes = STANDARD.decode(&part.heights).unwrap();
+        let bytes = STANDARD.decode(part["heights"].as_str().unwrap()).unwrap();
         assert_eq!(bytes.len(), 2 * 32 * 32);
         let at = 2 * (32 + 2);
         assert_eq!(u16::from_le_bytes([bytes[at], bytes[at + 1]]), 75);
-        let filled = place.figures_part(&Content::default()).filled.unwrap();
+        let filled = place.figures_part(&Content::default())["filled"]
+            .as_f64()
+            .unwrap();
         assert!((filled - 0.5 / 1024.0).abs() < 1e-12);
     }
 
@@ -321,9 +271,9 @@ mod tests {
         let mut place = Place::default();
         place.see(1, seen(1, None));
         place.see(2, seen(1, None));
-        assert_eq!(place.heightmap_part().unwrap().at_ms, 1);
+        assert_eq!(place.heightmap_part().unwrap()["at_ms"], 1);
         place.see(3, seen(1, Some(4)));
-        assert_eq!(place.heightmap_part().unwrap().at_ms, 3);
+        assert_eq!(place.heightmap_part().unwrap()["at_ms"], 3);
     }
 
     #[test]
@@ -349,12 +299,13 @@ mod tests {
             without_volume: 1,
             volume_m3: 0.32 * 0.32 * 0.3 / 4.0,
         };
-        assert_eq!(place.figures_part(&content).utilisation, None);
+        assert!(place.figures_part(&content)["utilisation"].is_null());
         place.see(1, seen(1, None));
-        let utilisation = place.figures_part(&content).utilisation.unwrap();
+        let utilisation = place.figures_part(&content)["utilisation"]
+            .as_f64()
+            .unwrap();
         assert!((utilisation - 0.25).abs() < 1e-12);
         place.note(2, &content);
-        let part = serde_json::to_value(place.figures_part(&content)).unwrap();
-        assert_eq!(part["history"][0][0], 2);
+        assert_eq!(place.figures_part(&content)["history"][0][0], 2);
     }
 }

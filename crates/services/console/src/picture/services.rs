@@ -2,8 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use ppnpack_service::alive::Found;
+use ppnpack_service::survey;
 use ppnpack_wire::keys::{Cell, Instance, Service};
-use serde::Serialize;
+use ppnpack_wire::v1;
+use serde_json::{Value, json};
 
 use super::words;
 
@@ -12,27 +15,6 @@ const REMEMBERED_MS: u64 = 600_000;
 
 /// Services that are remembered at most.
 const MOST_KEPT: usize = 256;
-
-/// A service as it was found.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FoundService {
-    pub(crate) service: Service,
-    pub(crate) instance: Instance,
-    /// The cells that it serves; none where it serves any.
-    pub(crate) cells: Vec<Cell>,
-    /// What it says of itself; or why it says nothing.
-    pub(crate) health: Result<Health, String>,
-}
-
-/// What a service says of itself.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Health {
-    pub(crate) is_ready: bool,
-    /// What does not pass, with what is wrong.
-    pub(crate) failing: Vec<String>,
-    pub(crate) version: String,
-    pub(crate) uptime_s: f64,
-}
 
 /// How a service is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,23 +27,10 @@ enum Condition {
 
 #[derive(Debug)]
 struct Known {
-    found: FoundService,
+    found: Found,
+    health: v1::HealthReply,
     condition: Condition,
     /// Since when it is in that condition, in milliseconds since 1970.
-    since_ms: u64,
-}
-
-/// A service as pages show it.
-#[derive(Debug, Serialize)]
-pub(super) struct ServicePart<'a> {
-    service: &'static str,
-    instance: &'a str,
-    cells: Vec<&'a str>,
-    is_alive: bool,
-    is_ready: bool,
-    failing: Vec<&'a str>,
-    version: &'a str,
-    uptime_s: f64,
     since_ms: u64,
 }
 
@@ -83,13 +52,11 @@ pub(super) struct Services {
 
 impl Services {
     /// Takes in which services were found; gives those that went or came back.
-    pub(super) fn look(&mut self, now_ms: u64, found: Vec<FoundService>) -> Vec<Turn> {
+    pub(super) fn look(&mut self, now_ms: u64, found: Vec<(Found, v1::HealthReply)>) -> Vec<Turn> {
         let mut turns = Vec::new();
-        for (key, known) in &mut self.known {
-            let is_found = found
-                .iter()
-                .any(|found| (&found.service, &found.instance) == (&key.0, &key.1));
-            if !is_found {
+        for ((service, instance), known) in &mut self.known {
+            let mut all = found.iter().map(|(found, _)| found);
+            if !all.any(|found| (&found.service, &found.instance) == (service, instance)) {
                 turns.extend(known.turn(Condition::Gone, now_ms));
             }
         }
@@ -97,32 +64,31 @@ impl Services {
             known.condition != Condition::Gone
                 || now_ms.saturating_sub(known.since_ms) < REMEMBERED_MS
         });
-        for found in found {
+        for (found, health) in found {
             let key = (found.service, found.instance.clone());
-            let condition = match &found.health {
-                Ok(health) if health.is_ready => Condition::Ready,
-                Ok(_) => Condition::NotReady,
-                Err(_) => Condition::Silent,
+            let condition = match health.is_ready {
+                true => Condition::Ready,
+                false if survey::is_silent(&health) => Condition::Silent,
+                false => Condition::NotReady,
             };
             if let Some(known) = self.known.get_mut(&key) {
-                known.found = found;
+                (known.found, known.health) = (found, health);
                 turns.extend(known.turn(condition, now_ms));
             } else if self.known.len() < MOST_KEPT {
-                let since_ms = now_ms;
-                self.known.insert(
-                    key,
-                    Known {
-                        found,
-                        condition,
-                        since_ms,
-                    },
-                );
+                let known = Known {
+                    found,
+                    health,
+                    condition,
+                    since_ms: now_ms,
+                };
+                self.known.insert(key, known);
             }
         }
         turns
     }
 
-    pub(super) fn parts(&self) -> Vec<ServicePart<'_>> {
+    /// All of them, as pages show them.
+    pub(super) fn parts(&self) -> Vec<Value> {
         self.known.values().map(Known::part).collect()
     }
 
@@ -168,11 +134,14 @@ impl Known {
         self.found.cells.is_empty() || self.found.cells.contains(cell)
     }
 
-    fn failing(&self) -> Vec<&str> {
-        match &self.found.health {
-            Ok(health) => health.failing.iter().map(String::as_str).collect(),
-            Err(silent) => vec![silent.as_str()],
-        }
+    /// What does not pass, with what is wrong; of one that is silent, why.
+    fn failing(&self) -> Vec<String> {
+        let failing = self.health.checks.iter().filter(|check| !check.is_passing);
+        let told = failing.map(|check| match survey::is_silent(&self.health) {
+            true => check.message.clone(),
+            false => format!("{}: {}", check.name, check.message),
+        });
+        told.collect()
     }
 
     /// It is in this condition now; gives what is worth telling of that.
@@ -182,7 +151,7 @@ impl Known {
             return None;
         }
         self.since_ms = now_ms;
-        let FoundService {
+        let Found {
             service, instance, ..
         } = &self.found;
         let text = match condition {
@@ -203,28 +172,22 @@ impl Known {
         })
     }
 
-    fn part(&self) -> ServicePart<'_> {
-        let FoundService {
-            service,
-            instance,
-            cells,
-            health,
-        } = &self.found;
-        let health = health.as_ref().ok();
-        ServicePart {
-            service: service.as_str(),
-            instance: instance.as_str(),
-            cells: cells.iter().map(Cell::as_str).collect(),
-            is_alive: self.condition != Condition::Gone,
-            is_ready: self.condition == Condition::Ready,
-            failing: match self.condition {
-                Condition::Gone => Vec::new(),
-                _ => self.failing(),
-            },
-            version: health.map_or("", |health| health.version.as_str()),
-            uptime_s: health.map_or(0.0, |health| health.uptime_s),
-            since_ms: self.since_ms,
-        }
+    fn part(&self) -> Value {
+        let is_alive = self.condition != Condition::Gone;
+        let header = self.health.header.as_ref();
+        let versions = header.and_then(|header| header.versions.as_ref());
+        let cells: Vec<&str> = self.found.cells.iter().map(Cell::as_str).collect();
+        json!({
+            "service": self.found.service.as_str(),
+            "instance": self.found.instance.as_str(),
+            "cells": cells,
+            "is_alive": is_alive,
+            "is_ready": self.condition == Condition::Ready,
+            "failing": if is_alive { self.failing() } else { Vec::new() },
+            "version": versions.map_or("", |versions| versions.software.as_str()),
+            "uptime_s": self.health.uptime_ns as f64 / 1e9,
+            "since_ms": self.since_ms,
+        })
     }
 }
 
@@ -232,24 +195,24 @@ impl Known {
 mod tests {
     use super::*;
 
-    fn planner(health: Result<bool, &str>) -> FoundService {
-        FoundService {
+    /// A planner with this health: ready, or with a check that fails.
+    fn planner(failing: Option<(&str, &str)>) -> (Found, v1::HealthReply) {
+        let found = Found {
             service: Service::Planner,
             instance: Instance::new("p1").unwrap(),
             cells: vec![Cell::new("c1").unwrap()],
-            health: match health {
-                Ok(is_ready) => Ok(Health {
-                    is_ready,
-                    failing: if is_ready {
-                        vec![]
-                    } else {
-                        vec!["store: disk full".to_owned()]
-                    },
-                    ..Health::default()
-                }),
-                Err(silent) => Err(silent.to_owned()),
-            },
-        }
+        };
+        let checks = failing.map(|(name, message)| v1::HealthCheck {
+            name: name.to_owned(),
+            is_passing: false,
+            message: message.to_owned(),
+        });
+        let health = v1::HealthReply {
+            is_ready: failing.is_none(),
+            checks: checks.into_iter().collect(),
+            ..v1::HealthReply::default()
+        };
+        (found, health)
     }
 
     #[test]
@@ -260,7 +223,7 @@ mod tests {
             |services: &Services, now_ms| services.trouble(Service::Planner, &cell, now_ms);
         assert_eq!(trouble(&services, 0).unwrap(), "There is no planner of c1.");
         assert!(
-            services.look(0, vec![planner(Ok(true))]).is_empty(),
+            services.look(0, vec![planner(None)]).is_empty(),
             "it is new"
         );
         assert_eq!(trouble(&services, 0), None);
@@ -274,8 +237,8 @@ mod tests {
             trouble(&services, 13_000).unwrap(),
             "The planner has been away for 12 s."
         );
-        assert!(!services.parts()[0].is_alive);
-        let back = services.look(14_000, vec![planner(Ok(true))]);
+        assert_eq!(services.parts()[0]["is_alive"], false);
+        let back = services.look(14_000, vec![planner(None)]);
         assert!(back[0].is_back && back.len() == 1);
         assert_eq!(trouble(&services, 14_000), None);
     }
@@ -284,23 +247,22 @@ mod tests {
     fn a_service_that_is_silent_or_not_ready_says_why() {
         let mut services = Services::default();
         let cell = Cell::new("c1").unwrap();
-        services.look(0, vec![planner(Err("no answer in time"))]);
+        services.look(0, vec![planner(Some(("answer", "no answer in time")))]);
         let trouble =
             |services: &Services| services.trouble(Service::Planner, &cell, 3_000).unwrap();
         assert_eq!(trouble(&services), "The planner has not answered for 3 s.");
-        services.look(1_000, vec![planner(Ok(false))]);
+        services.look(1_000, vec![planner(Some(("store", "disk full")))]);
         assert_eq!(
             trouble(&services),
             "The planner has not been ready for 2 s: store: disk full."
         );
-        let part = serde_json::to_value(services.parts()).unwrap();
-        assert_eq!(part[0]["failing"][0], "store: disk full");
+        assert_eq!(services.parts()[0]["failing"][0], "store: disk full");
     }
 
     #[test]
     fn what_has_gone_is_forgotten_in_the_end() {
         let mut services = Services::default();
-        services.look(0, vec![planner(Ok(true))]);
+        services.look(0, vec![planner(None)]);
         services.look(1, vec![]);
         assert_eq!(services.parts().len(), 1);
         assert_eq!(services.planned_cells().count(), 0);

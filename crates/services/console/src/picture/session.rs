@@ -1,10 +1,10 @@
 //! The packing session and its buffer as pages show them.
 
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1::{self, ItemState};
-use serde::Serialize;
+use ppnpack_wire::v1::{self, ItemState, SessionEnd};
+use serde_json::{Value, json};
 
-use super::decision::ReasonPart;
+use super::decision::reason_part;
 use super::known::KnownShapes;
 use super::words;
 use crate::shapes::ShapeId;
@@ -14,50 +14,6 @@ const MOST_CLOSED: usize = 16;
 
 /// Items of the buffer that are shown.
 const MOST_SHOWN: usize = 64;
-
-#[derive(Debug, Default, Serialize)]
-struct CountsPart {
-    waiting: usize,
-    decided: usize,
-    packed: usize,
-    gone: usize,
-    withdrawn: usize,
-    set_aside: usize,
-    forgotten: u64,
-}
-
-#[derive(Debug, Serialize)]
-struct ContainerPart<'a> {
-    container: &'a str,
-    sequence: u64,
-    is_open: bool,
-    is_coming: bool,
-}
-
-#[derive(Debug, Serialize)]
-struct ClosedPart<'a> {
-    container: &'a str,
-    sequence: u64,
-    reason: String,
-    text: &'a str,
-    items: u32,
-}
-
-/// A session.
-#[derive(Debug, Serialize)]
-pub(super) struct SessionPart<'a> {
-    session_id: &'a str,
-    is_automatic: bool,
-    step: u64,
-    end: Option<String>,
-    failure: &'a str,
-    counts: CountsPart,
-    reasons: Vec<ReasonPart>,
-    set_aside: Vec<ReasonPart>,
-    containers: Vec<ContainerPart<'a>>,
-    closed: Vec<ClosedPart<'a>>,
-    pending: Option<&'a str>,
-}
 
 /// Whether there is a session at all.
 pub(super) fn is_begun(session: &v1::Session) -> bool {
@@ -86,97 +42,61 @@ pub(super) fn object<'a>(session: &'a v1::Session, item_id: &str) -> &'a str {
 }
 
 /// A session of a cell; `None` where there is none.
-pub(super) fn session_part<'a>(
-    cell: &'a Cell,
-    session: &'a v1::Session,
-) -> Option<SessionPart<'a>> {
+pub(super) fn session_part(cell: &Cell, session: &v1::Session) -> Option<Value> {
     if !is_begun(session) {
         return None;
     }
-    let reasons = |reasons: &[v1::ItemReason]| -> Vec<ReasonPart> {
+    let reasons = |reasons: &[v1::ItemReason]| -> Vec<Value> {
         let reasons = reasons.iter();
-        let parts = reasons.map(|reason| ReasonPart::new(reason, object(session, &reason.item_id)));
+        let parts = reasons.map(|reason| reason_part(reason, object(session, &reason.item_id)));
         parts.collect()
     };
-    let containers = session.containers.iter().map(|container| ContainerPart {
-        container: address(cell, &container.container),
-        sequence: container.sequence,
-        is_open: container.is_open,
-        is_coming: !container.renewal_id.is_empty(),
+    let containers = session.containers.iter().map(|container| {
+        json!({
+            "container": address(cell, &container.container),
+            "sequence": container.sequence,
+            "is_open": container.is_open,
+            "is_coming": !container.renewal_id.is_empty(),
+        })
     });
     let surplus = session.closed.len().saturating_sub(MOST_CLOSED);
-    let closed = session
-        .closed
-        .iter()
-        .skip(surplus)
-        .map(|closed| ClosedPart {
-            container: address(cell, &closed.container),
-            sequence: closed.sequence,
-            reason: words::of_closing(closed.reason()),
-            text: &closed.text,
-            items: closed.items,
-        });
+    let closed = session.closed.iter().skip(surplus).map(|closed| {
+        json!({
+            "container": address(cell, &closed.container),
+            "sequence": closed.sequence,
+            "reason": words::short(closed.reason().as_str_name(), "CLOSING_REASON_"),
+            "text": closed.text,
+            "items": closed.items,
+        })
+    });
+    let end = session.end();
+    let has_ended = end != SessionEnd::Unspecified;
     let pending = session.pending.as_ref();
-    Some(SessionPart {
-        session_id: &session.session_id,
-        is_automatic: session.is_automatic,
-        step: session.step,
-        end: words::of_end(session.end()),
-        failure: &session.failure,
-        counts: counts(session),
-        reasons: reasons(&session.reasons),
-        set_aside: reasons(&session.set_aside),
-        containers: containers.collect(),
-        closed: closed.collect(),
-        pending: pending.map(|decision| decision.decision_id.as_str()),
-    })
+    Some(json!({
+        "session_id": session.session_id,
+        "is_automatic": session.is_automatic,
+        "step": session.step,
+        "end": has_ended.then(|| words::short(end.as_str_name(), "SESSION_END_")),
+        "failure": session.failure,
+        "counts": {
+            "waiting": count(session, ItemState::Waiting),
+            "decided": count(session, ItemState::Decided),
+            "packed": count(session, ItemState::Packed),
+            "gone": count(session, ItemState::Gone),
+            "withdrawn": count(session, ItemState::Withdrawn),
+            "set_aside": count(session, ItemState::SetAside),
+            "forgotten": session.forgotten_items,
+        },
+        "reasons": reasons(&session.reasons),
+        "set_aside": reasons(&session.set_aside),
+        "containers": containers.collect::<Vec<_>>(),
+        "closed": closed.collect::<Vec<_>>(),
+        "pending": pending.map(|decision| &decision.decision_id),
+    }))
 }
 
-fn counts(session: &v1::Session) -> CountsPart {
-    let mut counts = CountsPart {
-        forgotten: session.forgotten_items,
-        ..CountsPart::default()
-    };
-    for item in &session.items {
-        let count = match item.state() {
-            ItemState::Waiting => &mut counts.waiting,
-            ItemState::Decided => &mut counts.decided,
-            ItemState::Packed => &mut counts.packed,
-            ItemState::Gone => &mut counts.gone,
-            ItemState::Withdrawn => &mut counts.withdrawn,
-            ItemState::SetAside => &mut counts.set_aside,
-            ItemState::Unspecified => continue,
-        };
-        *count += 1;
-    }
-    counts
-}
-
-#[derive(Debug, Serialize)]
-struct BufferItemPart<'a> {
-    item_id: &'a str,
-    object: &'a str,
-    state: String,
-    is_choosable: bool,
-    shape: Option<ShapeId>,
-    order: &'a str,
-    urgency: u32,
-    is_fragile: bool,
-    is_bottom_only: bool,
-    is_upright: bool,
-    carries_kg: Option<f64>,
-}
-
-/// The items that wait, and those that are set aside.
-#[derive(Debug, Serialize)]
-pub(super) struct BufferPart<'a> {
-    limit: u32,
-    more: usize,
-    items: Vec<BufferItemPart<'a>>,
-}
-
-/// The buffer of a session.
-pub(super) fn buffer_part<'a>(session: &'a v1::Session, shapes: &KnownShapes) -> BufferPart<'a> {
+/// The buffer of a session: the items that wait, and those that are set aside.
+pub(super) fn buffer_part(session: &v1::Session, shapes: &KnownShapes) -> Value {
     let limit = usize::try_from(session.buffer).unwrap_or(usize::MAX);
     let of = |is_wanted: fn(ItemState) -> bool| {
         let items = session.items.iter();
@@ -194,39 +114,33 @@ pub(super) fn buffer_part<'a>(session: &'a v1::Session, shapes: &KnownShapes) ->
         let shape = shapes.of_waiting(&session.session_id, item);
         buffer_item(item, is_choosable, shape)
     });
-    BufferPart {
-        limit: session.buffer,
-        more,
-        items: parts.collect(),
-    }
+    json!({
+        "limit": session.buffer,
+        "more": more,
+        "items": parts.collect::<Vec<_>>(),
+    })
 }
 
-fn buffer_item(
-    item: &v1::SessionItem,
-    is_choosable: bool,
-    shape: Option<ShapeId>,
-) -> BufferItemPart<'_> {
+fn buffer_item(item: &v1::SessionItem, is_choosable: bool, shape: Option<ShapeId>) -> Value {
     let line = item.order_line.as_deref();
     let rules = item.rules.as_ref();
-    BufferItemPart {
-        item_id: &item.item_id,
-        object: &item.object,
-        state: words::of_state(item.state()),
-        is_choosable,
-        shape,
-        order: line.map_or("", |line| line.order.as_str()),
-        urgency: line.map_or(0, |line| line.urgency),
-        is_fragile: rules.is_some_and(|rules| rules.is_fragile),
-        is_bottom_only: rules.is_some_and(|rules| rules.is_bottom_only),
-        is_upright: rules.is_some_and(|rules| rules.is_upright),
-        carries_kg: rules.and_then(|rules| rules.carries_kg),
-    }
+    json!({
+        "item_id": item.item_id,
+        "object": item.object,
+        "state": words::short(item.state().as_str_name(), "ITEM_STATE_"),
+        "is_choosable": is_choosable,
+        "shape": shape.map(|shape| shape.to_string()),
+        "order": line.map_or("", |line| line.order.as_str()),
+        "urgency": line.map_or(0, |line| line.urgency),
+        "is_fragile": rules.is_some_and(|rules| rules.is_fragile),
+        "is_bottom_only": rules.is_some_and(|rules| rules.is_bottom_only),
+        "is_upright": rules.is_some_and(|rules| rules.is_upright),
+        "carries_kg": rules.and_then(|rules| rules.carries_kg),
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     fn item(item_id: &str, state: ItemState) -> v1::SessionItem {
@@ -261,7 +175,7 @@ mod tests {
             }],
             ..v1::Session::default()
         };
-        let part = serde_json::to_value(session_part(&cell, &session).unwrap()).unwrap();
+        let part = session_part(&cell, &session).unwrap();
         assert_eq!(part["counts"]["packed"], json!(1));
         assert_eq!(part["counts"]["set_aside"], json!(1));
         assert_eq!(part["end"], json!(null));
@@ -285,7 +199,7 @@ mod tests {
             ..v1::Session::default()
         };
         let shapes = KnownShapes::default();
-        let part = serde_json::to_value(buffer_part(&session, &shapes)).unwrap();
+        let part = buffer_part(&session, &shapes);
         assert_eq!((&part["limit"], &part["more"]), (&json!(5), &json!(7)));
         let items = part["items"].as_array().unwrap();
         assert_eq!(items.len(), MOST_SHOWN);

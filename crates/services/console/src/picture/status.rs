@@ -113,12 +113,7 @@ impl<'a> Situation<'a> {
         stale
     }
 
-    fn doing(
-        &self,
-        stale: &[String],
-        held: Option<&str>,
-        is_moving: bool,
-    ) -> (Doing, String, Option<&'static str>) {
+    fn doing(&self, stale: &[String], held: Option<&str>, is_moving: bool) -> Said {
         if let Some(reason) = held {
             let going = self.not_held();
             let text = match (going.is_empty(), is_moving) {
@@ -132,74 +127,23 @@ impl<'a> Situation<'a> {
         let is_heard =
             self.session.is_some() || self.places.iter().any(|(_, place)| place.state.is_some());
         if !is_heard {
-            return (
-                Doing::Unknown,
-                "Nothing is heard of this cell.".to_owned(),
-                None,
-            );
+            return said(Doing::Unknown, "Nothing is heard of this cell.");
         }
         if let Some(first) = stale.first() {
+            let text = format!("What it does is not known. {first}");
             let help = "It goes on by itself as soon as that is back. What is shown is what was heard last.";
-            return (
-                Doing::Unknown,
-                format!("What it does is not known. {first}"),
-                Some(help),
-            );
+            return (Doing::Unknown, text, Some(help));
         }
         let Some(session) = self.session.filter(|session| is_begun(session)) else {
-            return (
-                Doing::Idle,
-                "Nothing is to be packed: there is no session.".to_owned(),
-                None,
-            );
+            return said(Doing::Idle, "Nothing is to be packed: there is no session.");
         };
-        self.ended(session)
-            .unwrap_or_else(|| self.under_way(session, is_moving))
+        ended(session).unwrap_or_else(|| self.under_way(session, is_moving))
     }
 
-    fn ended(&self, session: &v1::Session) -> Option<(Doing, String, Option<&'static str>)> {
-        let packed = words::items(count(session, ItemState::Packed));
-        Some(match session.end() {
-            SessionEnd::Unspecified => return None,
-            SessionEnd::AllPacked => (
-                Doing::Ended,
-                format!("Done: everything is packed, {packed}."),
-                None,
-            ),
-            SessionEnd::OthersSetAside => {
-                let aside = words::items(count(session, ItemState::SetAside));
-                let text =
-                    format!("Done: {packed} packed, {aside} set aside for the next container.");
-                (
-                    Doing::Ended,
-                    text,
-                    Some("A new container takes what is set aside."),
-                )
-            }
-            SessionEnd::NothingFits => {
-                let text =
-                    format!("Done: {packed} packed, and nothing that waits has a place any more.");
-                (
-                    Doing::Ended,
-                    text,
-                    Some("A new container takes what waits."),
-                )
-            }
-            SessionEnd::Failed => {
-                let text = format!("Stopped: {}", session.failure);
-                let help = "Look into the cell, say what was changed there, then switch the automatic mode on.";
-                (Doing::Failed, text, Some(help))
-            }
-        })
-    }
-
-    fn under_way(
-        &self,
-        session: &v1::Session,
-        is_moving: bool,
-    ) -> (Doing, String, Option<&'static str>) {
+    fn under_way(&self, session: &v1::Session, is_moving: bool) -> Said {
         let packed = count(session, ItemState::Packed);
-        let all = packed + count(session, ItemState::Waiting) + count(session, ItemState::Decided);
+        let waiting = count(session, ItemState::Waiting);
+        let all = packed + waiting + count(session, ItemState::Decided);
         let step = format!("{} of {all}", (packed + 1).min(all));
         if let Some(decision) = &session.pending {
             let item = words::item(&decision.object, &decision.item_id);
@@ -209,69 +153,85 @@ impl<'a> Situation<'a> {
             } else {
                 "About to place"
             };
-            return (
-                Doing::Placing,
-                format!("{verb} {item} into {container} ({step})."),
-                None,
-            );
+            let text = format!("{verb} {item} into {container} ({step}).");
+            return said(Doing::Placing, text);
         }
         if is_moving {
-            return (Doing::Placing, "Placing an item.".to_owned(), None);
+            return said(Doing::Placing, "Placing an item.");
         }
-        if count(session, ItemState::Waiting) == 0 {
-            return (Doing::Waiting, "Waiting for items.".to_owned(), None);
+        if waiting == 0 {
+            return said(Doing::Waiting, "Waiting for items.");
         }
         if !session.containers.is_empty() && session.containers.iter().all(|it| !it.is_open) {
-            return (
-                Doing::Waiting,
-                "Waiting for an empty container.".to_owned(),
-                None,
-            );
+            return said(Doing::Waiting, "Waiting for an empty container.");
         }
-        let doubts = self
-            .places
-            .iter()
-            .filter_map(|(_, place)| place.seen.as_ref());
-        if let Some(doubt) = doubts.flat_map(|seen| &seen.doubts).next() {
+        let seen = self.places.iter().filter_map(|it| it.1.seen.as_ref());
+        if let Some(doubt) = seen.flat_map(|seen| &seen.doubts).next() {
+            let text = format!("Waiting for a picture without doubt: {doubt}");
             let help = "Nothing is planned on a doubtful picture.";
-            return (
-                Doing::Waiting,
-                format!("Waiting for a picture without doubt: {doubt}"),
-                Some(help),
-            );
+            return (Doing::Waiting, text, Some(help));
         }
         if !session.is_automatic {
             let text =
                 format!("A controller decides when to go on ({step}): the automatic mode is off.");
-            return (Doing::Manual, text, None);
+            return said(Doing::Manual, text);
         }
-        (
-            Doing::Planning,
-            format!("Planning the next placement ({step})."),
-            None,
-        )
+        let text = format!("Planning the next placement ({step}).");
+        said(Doing::Planning, text)
     }
+}
+
+/// What a cell does, in words, and what people can do about it.
+type Said = (Doing, String, Option<&'static str>);
+
+fn said(doing: Doing, text: impl Into<String>) -> Said {
+    (doing, text.into(), None)
+}
+
+fn ended(session: &v1::Session) -> Option<Said> {
+    let packed = words::items(count(session, ItemState::Packed));
+    let (text, help) = match session.end() {
+        SessionEnd::Unspecified => return None,
+        SessionEnd::Failed => {
+            let text = format!("Stopped: {}", session.failure);
+            let help = "Look into the cell, say what was changed there, then switch the automatic mode on.";
+            return Some((Doing::Failed, text, Some(help)));
+        }
+        SessionEnd::AllPacked => (format!("everything is packed, {packed}."), None),
+        SessionEnd::OthersSetAside => {
+            let aside = words::items(count(session, ItemState::SetAside));
+            let text = format!("{packed} packed, {aside} set aside for the next container.");
+            (text, Some("A new container takes what is set aside."))
+        }
+        SessionEnd::NothingFits => {
+            let text = format!("{packed} packed, and nothing that waits has a place any more.");
+            (text, Some("A new container takes what waits."))
+        }
+    };
+    Some((Doing::Ended, format!("Done: {text}"), help))
 }
 
 #[cfg(test)]
 mod tests {
+    use ppnpack_service::alive::Found;
     use ppnpack_wire::keys::Instance;
 
-    use super::super::services::{FoundService, Health};
     use super::*;
 
     fn all_ready() -> Services {
         let mut services = Services::default();
-        let found =
-            [Service::Planner, Service::Bridge, Service::Perception].map(|service| FoundService {
+        let found = [Service::Planner, Service::Bridge, Service::Perception].map(|service| {
+            let found = Found {
                 service,
                 instance: Instance::new("x").unwrap(),
                 cells: vec![],
-                health: Ok(Health {
-                    is_ready: true,
-                    ..Health::default()
-                }),
-            });
+            };
+            let health = v1::HealthReply {
+                is_ready: true,
+                ..v1::HealthReply::default()
+            };
+            (found, health)
+        });
         services.look(0, found.into());
         services
     }
@@ -289,18 +249,32 @@ mod tests {
         }
     }
 
+    fn held(reason: Option<&str>) -> Place {
+        let hold = reason.map(|reason| v1::Hold {
+            reason: reason.to_owned(),
+        });
+        let mut place = Place::default();
+        place.hear_state(
+            0,
+            v1::CellState {
+                hold,
+                ..v1::CellState::default()
+            },
+        );
+        place
+    }
+
+    /// What is said of a cell with these containers after 12 seconds.
     fn told(
         session: Option<&v1::Session>,
-        state: v1::CellState,
+        places: &[(&str, Place)],
         services: &Services,
     ) -> (Doing, String) {
-        let cell = Cell::new("c1").unwrap();
-        let mut place = Place::default();
-        place.hear_state(0, state);
+        let names: Vec<Cell> = places.iter().map(|it| Cell::new(it.0).unwrap()).collect();
         let situation = Situation {
-            cell: &cell,
+            cell: &Cell::new("c1").unwrap(),
             session,
-            places: vec![(&cell, &place)],
+            places: names.iter().zip(places.iter().map(|it| &it.1)).collect(),
             services,
             now_ms: 12_000,
         };
@@ -310,98 +284,75 @@ mod tests {
 
     #[test]
     fn a_cell_says_what_it_does() {
-        let services = all_ready();
-        let says = |session: &v1::Session| told(Some(session), v1::CellState::default(), &services);
-        let mut packing = session(&[ItemState::Packed, ItemState::Waiting]);
-        assert_eq!(
-            says(&packing),
-            (
-                Doing::Planning,
-                "Planning the next placement (2 of 2).".to_owned()
-            )
-        );
-        packing.pending = Some(v1::Decision {
-            object: "mug".to_owned(),
-            ..v1::Decision::default()
-        });
-        assert_eq!(
-            says(&packing),
-            (
-                Doing::Placing,
-                "About to place mug into c1 (2 of 2).".to_owned()
-            )
-        );
-        let mut failed = session(&[ItemState::Waiting]);
-        failed.set_end(SessionEnd::Failed);
-        failed.failure = "it was lost".to_owned();
-        assert_eq!(
-            says(&failed),
-            (Doing::Failed, "Stopped: it was lost".to_owned())
-        );
-        assert_eq!(says(&session(&[ItemState::Packed])).0, Doing::Waiting);
-        assert_eq!(says(&v1::Session::default()).0, Doing::Idle);
+        let packing = session(&[ItemState::Packed, ItemState::Waiting]);
+        let placing = v1::Session {
+            pending: Some(v1::Decision {
+                object: "mug".to_owned(),
+                ..v1::Decision::default()
+            }),
+            ..packing.clone()
+        };
+        let failed = v1::Session {
+            end: SessionEnd::Failed.into(),
+            failure: "it was lost".to_owned(),
+            ..session(&[ItemState::Waiting])
+        };
         let manual = v1::Session {
             is_automatic: false,
             ..session(&[ItemState::Waiting])
         };
-        assert_eq!(says(&manual).0, Doing::Manual);
+        for (session, doing, text) in [
+            (
+                packing,
+                Doing::Planning,
+                "Planning the next placement (2 of 2).",
+            ),
+            (
+                placing,
+                Doing::Placing,
+                "About to place mug into c1 (2 of 2).",
+            ),
+            (failed, Doing::Failed, "Stopped: it was lost"),
+            (
+                session(&[ItemState::Packed]),
+                Doing::Waiting,
+                "Waiting for items.",
+            ),
+            (
+                v1::Session::default(),
+                Doing::Idle,
+                "Nothing is to be packed",
+            ),
+            (
+                manual,
+                Doing::Manual,
+                "A controller decides when to go on (1 of 1)",
+            ),
+        ] {
+            let (did, said) = told(Some(&session), &[("c1", held(None))], &all_ready());
+            assert_eq!(did, doing);
+            assert!(said.starts_with(text), "{said}");
+        }
     }
 
     #[test]
-    fn a_held_cell_says_so_before_anything_else() {
-        let hold = v1::Hold {
-            reason: "a door is open".to_owned(),
-        };
-        let state = v1::CellState {
-            hold: Some(hold),
-            ..v1::CellState::default()
-        };
-        let services = Services::default();
-        let (doing, text) = told(Some(&session(&[])), state, &services);
-        assert_eq!(
-            (doing, text.as_str()),
-            (Doing::Held, "Held: a door is open")
-        );
-    }
-
-    #[test]
-    fn what_is_not_held_of_a_held_cell_is_named() {
-        let [cell, one, other] = ["c1", "c1-a", "c1-b"].map(|name| Cell::new(name).unwrap());
-        let (mut held, mut going) = (Place::default(), Place::default());
-        let hold = v1::Hold {
-            reason: "a door is open".to_owned(),
-        };
-        held.hear_state(
-            0,
-            v1::CellState {
-                hold: Some(hold),
-                ..v1::CellState::default()
-            },
-        );
-        going.hear_state(0, v1::CellState::default());
-        let situation = Situation {
-            cell: &cell,
-            session: None,
-            places: vec![(&one, &held), (&other, &going)],
-            services: &Services::default(),
-            now_ms: 0,
-        };
-        assert_eq!(situation.part().text, "Held, but for c1-b: a door is open");
+    fn a_held_cell_says_so_before_anything_else_and_names_what_is_not_held() {
+        let (services, door) = (Services::default(), || held(Some("a door is open")));
+        let said = told(Some(&session(&[])), &[("c1", door())], &services);
+        assert_eq!(said, (Doing::Held, "Held: a door is open".to_owned()));
+        let places = [("c1-a", door()), ("c1-b", held(None))];
+        let (_, text) = told(None, &places, &services);
+        assert_eq!(text, "Held, but for c1-b: a door is open");
     }
 
     #[test]
     fn without_a_planner_nothing_is_said_to_be_going_on() {
         let mut services = all_ready();
         services.look(1_000, vec![]);
-        let (doing, text) = told(
-            Some(&session(&[ItemState::Waiting])),
-            v1::CellState::default(),
-            &services,
-        );
+        let session = session(&[ItemState::Waiting]);
+        let (doing, text) = told(Some(&session), &[("c1", held(None))], &services);
         assert_eq!(doing, Doing::Unknown);
-        assert!(
-            text.contains("The planner has been away for 11 s."),
-            "{text}"
-        );
+        let away = "The planner has been away for 11 s.";
+        assert!(text.contains(away), "{text}");
     }
 }

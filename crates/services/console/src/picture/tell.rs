@@ -3,7 +3,6 @@
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd};
 
-use super::decision::ReasonPart;
 use super::log::Level;
 use super::session::{address, count, is_begun, object};
 use super::{Picture, SeenContainer, words};
@@ -30,36 +29,19 @@ impl Picture {
         place.hear_state(at_ms, state);
         let reason = place.held().map(str::to_owned);
         let is_held = self.is_held(&cell);
-        match (was_held, reason) {
-            (false, Some(reason)) => {
-                self.note(
-                    at_ms,
-                    &cell,
-                    Level::Warning,
-                    "held",
-                    format!("Held: {reason}"),
-                );
+        let told = match reason {
+            Some(reason) if !was_held => Some((Level::Warning, "held", format!("Held: {reason}"))),
+            None if was_held && !is_held => {
+                Some((Level::Info, "resumed", "The cell goes on.".to_owned()))
             }
-            (true, None) if !is_held => {
-                self.note(
-                    at_ms,
-                    &cell,
-                    Level::Info,
-                    "resumed",
-                    "The cell goes on.".to_owned(),
-                );
-            }
-            _ => {}
+            _ => None,
+        };
+        if let Some((level, kind, text)) = told {
+            self.note(at_ms, &cell, level, kind, text);
         }
         if removed > 0 {
-            let left = words::items(removed);
-            self.note(
-                at_ms,
-                &cell,
-                Level::Info,
-                "changed",
-                format!("{left} left {container}."),
-            );
+            let text = format!("{} left {container}.", words::items(removed));
+            self.note(at_ms, &cell, Level::Info, "changed", text);
         }
     }
 
@@ -95,7 +77,7 @@ impl Picture {
                 format!("What became of {item} is not known{why}"),
             ),
         };
-        let kind = words::of_outcome(outcome.kind());
+        let kind = words::short(outcome.kind().as_str_name(), "OUTCOME_KIND_");
         self.note(at_ms, &cell, level, &kind, text);
     }
 
@@ -149,14 +131,6 @@ impl Picture {
         })
     }
 
-    pub(super) fn explain(&mut self, cell: &Cell, reason: &v1::ItemReason) {
-        if let Some(known) = self.cell(cell) {
-            let session = known.session.as_ref();
-            let object = session.map_or("", |session| object(session, &reason.item_id));
-            known.decisions.explain(ReasonPart::new(reason, object));
-        }
-    }
-
     pub(super) fn hear_session(&mut self, at_ms: u64, cell: &Cell, session: v1::Session) {
         let Some(known) = self.cell(cell) else {
             return;
@@ -196,98 +170,59 @@ type Told = (Level, &'static str, String);
 
 /// What happened between two states of a cell's session.
 fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+    let is_other = before.session_id != now.session_id;
     let mut told = Vec::new();
-    if before.session_id != now.session_id {
-        if is_begun(now) {
-            let items = words::items(now.items.len());
-            let text = format!("Session {} is under way, with {items}.", now.session_id);
-            told.push((Level::Info, "session", text));
-        }
-    } else {
-        told.extend(set_aside(before, now));
-        told.extend(closed(cell, before, now));
-        told.extend(opened(cell, before, now));
+    if is_other && is_begun(now) {
+        let items = words::items(now.items.len());
+        let text = format!("Session {} is under way, with {items}.", now.session_id);
+        told.push((Level::Info, "session", text));
+    } else if !is_other {
+        changes(cell, before, now, &mut told);
     }
-    if before.session_id != now.session_id || before.end() != now.end() {
+    if is_other || before.end() != now.end() {
         told.extend(ended(now));
     }
     told
 }
 
-fn set_aside(before: &v1::Session, now: &v1::Session) -> Vec<Told> {
-    let was = |item_id: &String| {
-        before
-            .set_aside
-            .iter()
-            .any(|reason| reason.item_id == *item_id)
-    };
-    let new = now.set_aside.iter().filter(|reason| !was(&reason.item_id));
-    let told = new.map(|reason| {
-        let item = words::item(object(now, &reason.item_id), &reason.item_id);
-        let text = format!("{item} is set aside: {}", reason.text);
-        (Level::Warning, "set_aside", text)
-    });
-    told.collect()
-}
-
-fn closed(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
-    let new = now
-        .closed
-        .iter()
-        .filter(|closed| !before.closed.contains(closed));
-    let told = new.map(|closed| {
-        let name = address(cell, &closed.container);
-        let items = words::items(usize::try_from(closed.items).unwrap_or(usize::MAX));
-        (
-            Level::Info,
-            "closed",
-            format!("{name} is closed with {items}: {}", closed.text),
-        )
-    });
-    told.collect()
-}
-
-fn opened(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
-    let was_open = |container: &v1::SessionContainer| {
-        let mut before = before.containers.iter().filter(|before| before.is_open);
-        before.any(|before| {
-            (&before.container, before.sequence) == (&container.container, container.sequence)
-        })
-    };
-    let new = now
-        .containers
-        .iter()
-        .filter(|container| container.is_open && !was_open(container));
-    let told = new.map(|container| {
-        let name = address(cell, &container.container);
-        (
-            Level::Info,
-            "opened",
-            format!("An empty container stands at {name}."),
-        )
-    });
-    told.collect()
+/// What was set aside, closed and opened between two states of the same session.
+fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<Told>) {
+    for v1::ItemReason { item_id, text, .. } in &now.set_aside {
+        if !before.set_aside.iter().any(|it| it.item_id == *item_id) {
+            let item = words::item(object(now, item_id), item_id);
+            let text = format!("{item} is set aside: {text}");
+            told.push((Level::Warning, "set_aside", text));
+        }
+    }
+    for closed in &now.closed {
+        if !before.closed.contains(closed) {
+            let name = address(cell, &closed.container);
+            let items = words::items(usize::try_from(closed.items).unwrap_or(usize::MAX));
+            let text = format!("{name} is closed with {items}: {}", closed.text);
+            told.push((Level::Info, "closed", text));
+        }
+    }
+    for container in now.containers.iter().filter(|it| it.is_open) {
+        let key = |it: &v1::SessionContainer| (it.container.clone(), it.sequence);
+        let mut before = before.containers.iter().filter(|it| it.is_open);
+        if !before.any(|it| key(it) == key(container)) {
+            let name = address(cell, &container.container);
+            let text = format!("An empty container stands at {name}.");
+            told.push((Level::Info, "opened", text));
+        }
+    }
 }
 
 fn ended(now: &v1::Session) -> Option<Told> {
     let packed = words::items(count(now, ItemState::Packed));
-    Some(match now.end() {
+    let text = match now.end() {
         SessionEnd::Unspecified => return None,
-        SessionEnd::Failed => (Level::Error, "failed", format!("Stopped: {}", now.failure)),
-        SessionEnd::AllPacked => (
-            Level::Info,
-            "ended",
-            format!("Everything is packed, {packed}."),
-        ),
-        SessionEnd::OthersSetAside => (
-            Level::Info,
-            "ended",
-            format!("{packed} packed, the others are set aside."),
-        ),
-        SessionEnd::NothingFits => (
-            Level::Info,
-            "ended",
-            format!("{packed} packed, nothing else has a place."),
-        ),
-    })
+        SessionEnd::Failed => {
+            return Some((Level::Error, "failed", format!("Stopped: {}", now.failure)));
+        }
+        SessionEnd::AllPacked => format!("Everything is packed, {packed}."),
+        SessionEnd::OthersSetAside => format!("{packed} packed, the others are set aside."),
+        SessionEnd::NothingFits => format!("{packed} packed, nothing else has a place."),
+    };
+    Some((Level::Info, "ended", text))
 }

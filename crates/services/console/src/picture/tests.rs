@@ -1,7 +1,7 @@
 use serde_json::{Value, json};
 
 use super::*;
-use crate::board::{Board, PartKey};
+use crate::board::Board;
 
 fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
@@ -115,13 +115,10 @@ impl Seen {
         self.picture.apply(self.at_ms, &cell(of), news)
     }
 
-    fn part(&self, of: &str, container: Option<&str>, part: &'static str) -> Value {
+    /// A part of the cell `c1`, or of its container of the same name.
+    fn part(&self, container: Option<&str>, part: &'static str) -> Value {
         self.picture.show(&self.board, self.at_ms);
-        let key = match container {
-            Some(name) => PartKey::of_container(&cell(of), &cell(name), part),
-            None => PartKey::of_cell(&cell(of), part),
-        };
-        let wanted = [key.cell, key.container].map(|name| json!(name.map(|name| name.to_string())));
+        let wanted = [Some("c1"), container].map(|name| json!(name));
         let parts = self.board.since(0).parts;
         let parts = parts
             .iter()
@@ -132,6 +129,14 @@ impl Seen {
         found.map_or(Value::Null, |it| it["value"].clone())
     }
 
+    fn state(&mut self, of: &str, bodies: &[&str], hold: Option<&str>) {
+        self.hear(of, News::State(Box::new(state(bodies, hold))));
+    }
+
+    fn session(&mut self, of: &str, session: v1::Session) {
+        self.hear(of, News::Session(Box::new(session)));
+    }
+
     fn kinds(&self, of: &str) -> Vec<&str> {
         self.picture.cells[&cell(of)].log.kinds()
     }
@@ -139,26 +144,25 @@ impl Seen {
 
 #[test]
 fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
-    let mut seen_here = Seen::default();
+    let mut page = Seen::default();
     let waiting = vec![item("i-1", "mug", ItemState::Waiting)];
-    seen_here.hear("c1", News::Session(Box::new(session(waiting))));
-    seen_here.hear("c1", News::State(Box::new(state(&[], None))));
-    seen_here.hear("c1", News::Seen(Box::new(seen())));
-    let wanted = seen_here
+    page.session("c1", session(waiting));
+    page.state("c1", &[], None);
+    page.hear("c1", News::Seen(Box::new(seen())));
+    let wanted = page
         .hear("c1", News::Record(Box::new(record("i-1", "mug", 7))))
         .unwrap();
-    let shape = ShapeId::of_bytes(&[7; 32]).unwrap();
-    assert_eq!(wanted.shapes, BTreeSet::from([shape]));
-    assert!(seen_here.picture.missing().is_empty(), "nothing lies there");
-    seen_here
-        .picture
+    let shape = ShapeId::from([7; 32]);
+    assert_eq!(wanted.shapes, HashSet::from([shape]));
+    assert!(page.picture.missing().is_empty(), "nothing lies there");
+    page.picture
         .learn_volumes(4_500, vec![(shape, 0.32 * 0.32 * 0.3 / 8.0)]);
     assert_eq!(
-        seen_here.part("c1", None, "buffer")["items"][0]["shape"],
+        page.part(None, "buffer")["items"][0]["shape"],
         json!(shape.to_string())
     );
-    seen_here.hear("c1", News::Decision(Box::new(decision("d", "i-1"))));
-    let decided = seen_here.part("c1", None, "decisions");
+    page.hear("c1", News::Decision(Box::new(decision("d", "i-1"))));
+    let decided = page.part(None, "decisions");
     assert_eq!(
         decided[0]["container_from_shape"]["position_m"],
         json!([0.1, 0.0, 0.0])
@@ -169,47 +173,44 @@ fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
         kind: v1::OutcomeKind::Placed.into(),
         ..v1::Outcome::default()
     };
-    seen_here.hear("c1", News::Outcome(Box::new(outcome)));
-    seen_here.hear("c1", News::State(Box::new(state(&["i-1"], None))));
+    page.hear("c1", News::Outcome(Box::new(outcome)));
+    page.state("c1", &["i-1"], None);
     let packed = vec![item("i-1", "mug", ItemState::Packed)];
-    seen_here.hear("c1", News::Session(Box::new(session(packed))));
+    page.session("c1", session(packed));
     assert_eq!(
-        seen_here.part("c1", None, "decisions")[0]["outcome"]["kind"],
+        page.part(None, "decisions")[0]["outcome"]["kind"],
         json!("placed")
     );
-    assert_eq!(
-        seen_here.part("c1", None, "cycles")["mean_took_s"],
-        json!(1.0)
-    );
-    let items = seen_here.part("c1", Some("c1"), "items");
+    assert_eq!(page.part(None, "cycles")["mean_took_s"], json!(1.0));
+    let items = page.part(Some("c1"), "items");
     // The bridge says where it is now.
     assert_eq!(
         items[0]["container_from_shape"]["position_m"],
         json!([0.2, 0.0, 0.0])
     );
     assert_eq!(items[0]["shape"], json!(shape.to_string()));
-    let figures = seen_here.part("c1", Some("c1"), "figures");
+    let figures = page.part(Some("c1"), "figures");
     assert!((figures["utilisation"].as_f64().unwrap() - 0.125).abs() < 1e-12);
     let history = figures["history"].as_array().unwrap();
     assert_eq!(history.len(), 2, "{history:?}");
-    assert_eq!(seen_here.kinds("c1"), ["session", "decided", "placed"]);
+    assert_eq!(page.kinds("c1"), ["session", "decided", "placed"]);
 }
 
 #[test]
 fn what_lies_in_a_real_cell_is_what_the_session_has_packed_into_the_container_that_stands_there() {
-    let mut seen_here = Seen::default();
+    let mut page = Seen::default();
     let mut packed = item("i-1", "mug", ItemState::Packed);
     packed.container_sequence = 1;
     let before = item("i-0", "mug", ItemState::Packed);
     let mut session = session(vec![before, packed]);
     session.containers[0].sequence = 1;
-    seen_here.hear("c1", News::Session(Box::new(session)));
+    page.session("c1", session);
     let real = v1::CellState {
         is_simulated: false,
         ..state(&[], None)
     };
-    seen_here.hear("c1", News::State(Box::new(real)));
-    let items = seen_here.part("c1", Some("c1"), "items");
+    page.hear("c1", News::State(Box::new(real)));
+    let items = page.part(Some("c1"), "items");
     let ids: Vec<&str> = items
         .as_array()
         .unwrap()
@@ -218,19 +219,19 @@ fn what_lies_in_a_real_cell_is_what_the_session_has_packed_into_the_container_th
         .collect();
     assert_eq!(ids, ["i-1"]);
     assert_eq!(items[0]["shape"], Value::Null, "no record told of it");
-    seen_here.hear("c1", News::Record(Box::new(record("i-1", "mug", 7))));
-    let missing = seen_here.picture.missing();
-    let shape = ShapeId::of_bytes(&[7; 32]).unwrap();
-    assert_eq!(missing[0].shapes, BTreeSet::from([shape]));
-    seen_here.picture.learn_volumes(9_000, vec![(shape, 0.001)]);
-    assert!(seen_here.picture.missing().is_empty());
+    page.hear("c1", News::Record(Box::new(record("i-1", "mug", 7))));
+    let missing = page.picture.missing();
+    let shape = ShapeId::from([7; 32]);
+    assert_eq!(missing[0].shapes, HashSet::from([shape]));
+    page.picture.learn_volumes(9_000, vec![(shape, 0.001)]);
+    assert!(page.picture.missing().is_empty());
 }
 
 #[test]
 fn containers_of_a_cell_are_shown_under_it_and_held_once() {
-    let mut seen_here = Seen::default();
-    seen_here.hear("c1-a", News::State(Box::new(state(&[], None))));
-    let alone = seen_here.picture.directory();
+    let mut page = Seen::default();
+    page.state("c1-a", &[], None);
+    let alone = page.picture.directory();
     assert_eq!(alone[&cell("c1-a")].containers, [cell("c1-a")]);
     let mut session = session(Vec::new());
     session.containers = ["c1-a", "c1-b"]
@@ -239,8 +240,8 @@ fn containers_of_a_cell_are_shown_under_it_and_held_once() {
             ..v1::SessionContainer::default()
         })
         .into();
-    seen_here.hear("c1", News::Session(Box::new(session)));
-    let directory = seen_here.picture.directory();
+    page.session("c1", session);
+    let directory = page.picture.directory();
     assert_eq!(directory.len(), 1);
     assert_eq!(
         directory[&cell("c1")].containers,
@@ -248,44 +249,38 @@ fn containers_of_a_cell_are_shown_under_it_and_held_once() {
     );
     for container in ["c1-a", "c1-b"] {
         let held = state(&[], Some("a door is open"));
-        seen_here.hear(container, News::State(Box::new(held)));
+        page.hear(container, News::State(Box::new(held)));
     }
-    assert_eq!(
-        seen_here.part("c1", None, "status")["held"],
-        json!("a door is open")
-    );
+    assert_eq!(page.part(None, "status")["held"], json!("a door is open"));
     for container in ["c1-a", "c1-b"] {
-        seen_here.hear(container, News::State(Box::new(state(&[], None))));
+        page.state(container, &[], None);
     }
-    assert_eq!(seen_here.part("c1", None, "status")["held"], Value::Null);
-    assert_eq!(seen_here.kinds("c1"), ["session", "held", "resumed"]);
+    assert_eq!(page.part(None, "status")["held"], Value::Null);
+    assert_eq!(page.kinds("c1"), ["session", "held", "resumed"]);
 }
 
 #[test]
 fn a_container_of_which_something_happened_before_its_cell_was_heard_of_is_no_cell() {
-    let mut seen_here = Seen::default();
+    let mut page = Seen::default();
     // Its name comes before that of its cell.
-    seen_here.hear(
-        "a",
-        News::State(Box::new(state(&[], Some("a door is open")))),
-    );
-    assert_eq!(seen_here.kinds("a"), ["held"]);
+    page.state("a", &[], Some("a door is open"));
+    assert_eq!(page.kinds("a"), ["held"]);
     let mut session = session(Vec::new());
     session.containers[0].container = "a".to_owned();
-    seen_here.hear("z", News::Session(Box::new(session)));
-    let directory = seen_here.picture.directory();
+    page.session("z", session);
+    let directory = page.picture.directory();
     let cells: Vec<&Cell> = directory.keys().collect();
     assert_eq!(cells, [&cell("z")]);
-    seen_here.hear("a", News::State(Box::new(state(&[], None))));
-    assert_eq!(seen_here.kinds("z"), ["session", "resumed"]);
+    page.state("a", &[], None);
+    assert_eq!(page.kinds("z"), ["session", "resumed"]);
 }
 
 #[test]
 fn a_session_that_ends_and_what_is_taken_out_are_events() {
-    let mut seen_here = Seen::default();
-    seen_here.hear("c1", News::Session(Box::new(session(Vec::new()))));
-    seen_here.hear("c1", News::State(Box::new(state(&["i-1", "i-2"], None))));
-    seen_here.hear("c1", News::State(Box::new(state(&["i-2"], None))));
+    let mut page = Seen::default();
+    page.session("c1", session(Vec::new()));
+    page.state("c1", &["i-1", "i-2"], None);
+    page.state("c1", &["i-2"], None);
     let mut ended = session(Vec::new());
     ended.set_end(v1::SessionEnd::Failed);
     ended.failure = "it was lost".to_owned();
@@ -293,40 +288,40 @@ fn a_session_that_ends_and_what_is_taken_out_are_events() {
         item_id: "i-3".to_owned(),
         ..v1::ItemReason::default()
     });
-    seen_here.hear("c1", News::Session(Box::new(ended.clone())));
-    seen_here.hear("c1", News::Session(Box::new(ended)));
+    page.session("c1", ended.clone());
+    page.session("c1", ended);
     assert_eq!(
-        seen_here.kinds("c1"),
+        page.kinds("c1"),
         ["session", "changed", "set_aside", "failed"]
     );
 }
 
 #[test]
 fn the_decision_that_awaits_its_outcome_is_known_from_the_session() {
-    let mut seen_here = Seen::default();
+    let mut page = Seen::default();
     let mut session = session(vec![item("i-1", "mug", ItemState::Decided)]);
     session.pending = Some(decision("d", "i-1"));
-    seen_here.hear("c1", News::Session(Box::new(session)));
-    seen_here.hear("c1", News::Decision(Box::new(decision("d", "i-1"))));
-    let decisions = seen_here.part("c1", None, "decisions");
+    page.session("c1", session);
+    page.hear("c1", News::Decision(Box::new(decision("d", "i-1"))));
+    let decisions = page.part(None, "decisions");
     assert_eq!(decisions.as_array().unwrap().len(), 1);
-    assert_eq!(seen_here.part("c1", None, "session")["pending"], json!("d"));
+    assert_eq!(page.part(None, "session")["pending"], json!("d"));
 }
 
 #[test]
 fn the_times_of_steps_are_those_of_the_session() {
-    let mut seen_here = Seen::default();
+    let mut page = Seen::default();
     let before = v1::Decision {
         session_id: "before".to_owned(),
         ..decision("d-0", "i-0")
     };
-    seen_here.hear("c1", News::Decision(Box::new(before)));
+    page.hear("c1", News::Decision(Box::new(before)));
     // It may be heard of sooner than its session.
-    seen_here.hear("c1", News::Decision(Box::new(decision("d-1", "i-1"))));
-    seen_here.hear("c1", News::Session(Box::new(session(Vec::new()))));
-    let cycles = seen_here.part("c1", None, "cycles");
+    page.hear("c1", News::Decision(Box::new(decision("d-1", "i-1"))));
+    page.session("c1", session(Vec::new()));
+    let cycles = page.part(None, "cycles");
     assert_eq!(cycles["steps"].as_array().unwrap().len(), 1);
-    let decisions = seen_here.part("c1", None, "decisions");
+    let decisions = page.part(None, "decisions");
     assert_eq!(decisions.as_array().unwrap().len(), 2);
 }
 
@@ -347,20 +342,15 @@ fn what_is_heard_of_too_many_cells_is_left_out() {
 
 #[test]
 fn a_cell_whose_planner_is_there_is_shown_before_it_says_anything() {
-    let mut seen_here = Seen::default();
-    seen_here.picture.look(
-        0,
-        vec![FoundService {
-            service: ppnpack_wire::keys::Service::Planner,
-            instance: ppnpack_wire::keys::Instance::new("p1").unwrap(),
-            cells: vec![cell("c1")],
-            health: Ok(Health::default()),
-        }],
-    );
-    assert_eq!(
-        seen_here.part("c1", None, "status")["doing"],
-        json!("unknown")
-    );
-    seen_here.picture.look(1, vec![]);
-    assert_eq!(seen_here.kinds("c1"), ["away"]);
+    let mut page = Seen::default();
+    let found = Found {
+        service: ppnpack_wire::keys::Service::Planner,
+        instance: ppnpack_wire::keys::Instance::new("p1").unwrap(),
+        cells: vec![cell("c1")],
+    };
+    let health = v1::HealthReply::default();
+    page.picture.look(0, vec![(found, health)]);
+    assert_eq!(page.part(None, "status")["doing"], json!("unknown"));
+    page.picture.look(1, vec![]);
+    assert_eq!(page.kinds("c1"), ["away"]);
 }

@@ -1,24 +1,26 @@
 //! The shapes of items, asked of planners and kept as pages draw them.
 
-mod columns;
-mod encode;
-mod id;
 mod prefetch;
 
-use std::collections::{BTreeSet, HashMap};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::collections::{HashMap, HashSet};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
+use nalgebra::Vector3;
 use ppnpack_packing::item::ItemView;
+use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::shapes;
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 
 use crate::directory::{CellSize, Directory};
-pub(crate) use id::ShapeId;
 pub(crate) use prefetch::{Prefetcher, Wanted};
+
+/// Names a shape by its content.
+pub(crate) type ShapeId = blake3::Hash;
 
 /// How long a planner may take to answer: it plans a step before.
 const PATIENCE: Duration = Duration::from_secs(3);
@@ -26,13 +28,10 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// How much is kept, in bytes as it is sent, before all is forgotten and asked for anew.
 const MOST_KEPT_BYTES: usize = 64 << 20;
 
-/// Cells of the largest footprint whose columns are drawn: each takes up to half a kilobyte.
-const MOST_COLUMNS: usize = 1 << 17;
-
 /// A shape.
 #[derive(Debug)]
 pub(crate) struct KnownShape {
-    /// As it is sent: see [`encode`](encode::encode).
+    /// As it is sent: see [`encode`].
     pub(crate) triangles: Bytes,
     /// Its volume, in cubic metres, where it is known.
     pub(crate) volume_m3: Option<f64>,
@@ -71,7 +70,7 @@ impl ShapeStore {
 
     /// A shape, where it is kept.
     pub(crate) fn kept(&self, id: &ShapeId) -> Option<Arc<KnownShape>> {
-        self.lock().shapes.get(id).cloned()
+        lock(&self.kept).shapes.get(id).cloned()
     }
 
     /// A shape, kept or asked for. It waits for the planner.
@@ -79,19 +78,19 @@ impl ShapeStore {
         if let Some(known) = self.kept(id) {
             return Ok(known);
         }
-        self.fetch(cell, &BTreeSet::from([*id]))
+        self.fetch(cell, &HashSet::from([*id]))
             .map_err(ShapeError::Call)?;
         self.kept(id).ok_or(ShapeError::Unknown)
     }
 
     /// Asks a cell's planner for these. It waits for the planner; what that does not have is left out.
-    fn fetch(&self, cell: &Cell, ids: &BTreeSet<ShapeId>) -> Result<(), CallError> {
+    fn fetch(&self, cell: &Cell, ids: &HashSet<ShapeId>) -> Result<(), CallError> {
         let size = self.directory.cell_size(cell);
         let ids = ids.iter().map(|id| id.as_bytes().to_vec());
         let deadline = Instant::now() + PATIENCE;
         let keep = |shape: v1::Shape| {
-            let id = ShapeId::of_bytes(&shape.id);
-            if let Some((id, known)) = id.zip(read(shape, size)) {
+            let named = id(&shape.id);
+            if let Some((id, known)) = named.zip(read(shape, size)) {
                 self.keep(id, known);
             }
         };
@@ -103,7 +102,7 @@ impl ShapeStore {
     }
 
     fn keep(&self, id: ShapeId, known: KnownShape) {
-        let mut kept = self.lock();
+        let mut kept = lock(&self.kept);
         if kept.bytes > MOST_KEPT_BYTES {
             *kept = Kept::default();
         }
@@ -113,31 +112,82 @@ impl ShapeStore {
             kept.bytes -= before.triangles.len();
         }
     }
-
-    fn lock(&self) -> MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
-/// A shape as it is kept; `None` where it is malformed, or heightmaps that are too large, or whose cells are of a size that is not known.
+/// The id in these bytes; `None` where they are not 32, as where a message names no shape.
+pub(crate) fn id(bytes: &[u8]) -> Option<ShapeId> {
+    ShapeId::from_slice(bytes).ok()
+}
+
+/// A shape as it is kept; `None` where it is malformed, or heightmaps whose cells are of a size that is not known. An item of which there
+/// is nothing but heightmaps is drawn as its box.
 fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
-    match shape.shape? {
+    let (mesh, volume_m3) = match shape.shape? {
         v1::shape::Shape::Solid(solid) => {
             let model = convert::solid::read(&solid).ok()?;
-            Some(KnownShape {
-                triangles: encode::encode(&model.mesh).into(),
-                volume_m3: Some(model.volume_m3),
-            })
+            (model.mesh, Some(model.volume_m3))
         }
         v1::shape::Shape::Item(item) => {
             let item = convert::item::read(&item).ok()?;
             let volume_m3 = item.mesh_volume_m3();
-            let is_drawn = |view: &&ItemView| view.nx() * view.ny() <= MOST_COLUMNS;
-            let view = item.views().first().filter(is_drawn)?;
-            Some(KnownShape {
-                triangles: encode::encode(&columns::mesh(view, size?)).into(),
-                volume_m3: (volume_m3 > 0.0).then_some(volume_m3),
-            })
+            let boxed = box_of(item.views().first()?, size?);
+            (boxed, (volume_m3 > 0.0).then_some(volume_m3))
         }
+    };
+    Some(KnownShape {
+        triangles: encode(&mesh).into(),
+        volume_m3,
+    })
+}
+
+/// The box of an item, in the frame of its heightmaps.
+fn box_of(view: &ItemView, size: CellSize) -> Mesh {
+    let extents_m = [
+        view.nx() as f64 * size.cell_m,
+        view.ny() as f64 * size.cell_m,
+        f64::from(view.height()) * size.height_unit_m,
+    ];
+    let lowest_m = -view.origin_from_corner_m();
+    let highest_m = lowest_m + Vector3::from(extents_m);
+    Mesh::cuboid(lowest_m.into(), highest_m.into())
+}
+
+/// A mesh in little-endian numbers: how many vertices and triangles there are (`u32`), x, y and z of each vertex in metres (`f32`), and
+/// the three vertices of each triangle (`u32`).
+fn encode(mesh: &Mesh) -> Vec<u8> {
+    let Mesh {
+        vertices,
+        triangles,
+    } = mesh;
+    let mut bytes = Vec::with_capacity(8 + 12 * (vertices.len() + triangles.len()));
+    for count in [vertices.len(), triangles.len()] {
+        // A message that a mesh comes in has room for far fewer.
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        bytes.extend(count.to_le_bytes());
+    }
+    for vertex in vertices {
+        let coordinates = vertex.coords.iter();
+        bytes.extend(coordinates.flat_map(|metres| (*metres as f32).to_le_bytes()));
+    }
+    for triangle in triangles {
+        bytes.extend(triangle.iter().flat_map(|vertex| vertex.to_le_bytes()));
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_takes_twelve_bytes_for_each_vertex_and_triangle() {
+        let bytes = encode(&Mesh::cuboid([0.0; 3], [0.5, 1.0, 2.0]));
+        assert_eq!(bytes.len(), 8 + 12 * (8 + 12));
+        let number = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!((number(0), number(4)), (8, 12));
+        // The second vertex is that of the greatest x.
+        assert_eq!(f32::from_bits(number(8 + 12)), 0.5);
+        let mut indices = (8 + 12 * 8..bytes.len()).step_by(4);
+        assert!(indices.all(|at| number(at) < 8));
     }
 }

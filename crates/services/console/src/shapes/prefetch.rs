@@ -1,6 +1,6 @@
 //! Shapes that are asked for as soon as they are named, so that pictures and volumes are there when they are looked at.
 
-use std::collections::BTreeSet;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use ppnpack_service::actor::{Actor, WeakAddress};
@@ -13,7 +13,7 @@ use crate::follow::Told;
 #[derive(Debug)]
 pub(crate) struct Wanted {
     pub(crate) cell: Cell,
-    pub(crate) shapes: BTreeSet<ShapeId>,
+    pub(crate) shapes: HashSet<ShapeId>,
 }
 
 /// Asks for shapes, and tells their volumes.
@@ -28,7 +28,7 @@ impl Actor for Prefetcher {
     fn handle(&mut self, wanted: Wanted) {
         let Wanted { cell, shapes } = wanted;
         let is_missing = |id: &&ShapeId| self.store.kept(id).is_none();
-        let missing: BTreeSet<ShapeId> = shapes.iter().filter(is_missing).copied().collect();
+        let missing: HashSet<ShapeId> = shapes.iter().filter(is_missing).copied().collect();
         if !missing.is_empty()
             && let Err(error) = self.store.fetch(&cell, &missing)
         {

@@ -8,7 +8,7 @@ use axum::extract::rejection::BytesRejection;
 use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
+use serde_json::json;
 
 use super::Served;
 use super::failure::{Failure, json};
@@ -16,13 +16,6 @@ use crate::controls::{Action, Order};
 
 /// What is asked for to know whether a token is right.
 const CHECK: &str = "check";
-
-/// What was done.
-#[derive(Serialize)]
-struct Done {
-    text: String,
-    took_ms: f64,
-}
 
 pub(super) async fn control(
     State(served): State<Arc<Served>>,
@@ -34,18 +27,18 @@ pub(super) async fn control(
     served.access.check_control(&headers)?;
     let text = match action.as_str() {
         CHECK => "The token is right.".to_owned(),
-        name => carry_out(served, action_of(name)?, order_of(body)?).await?,
+        name => {
+            let unknown = || {
+                let text = format!("there is no control '{name}'");
+                Failure::new(StatusCode::NOT_FOUND, "unknown_action", text)
+            };
+            let known = Action::parse(name).ok_or_else(unknown)?;
+            carry_out(served, name.to_owned(), known, order_of(body)?).await?
+        }
     };
     let took_ms = began.elapsed().as_secs_f64() * 1e3;
-    Ok(json(&Done { text, took_ms }).into_response())
-}
-
-fn action_of(name: &str) -> Result<Action, Failure> {
-    let unknown = || {
-        let text = format!("there is no control '{name}'");
-        Failure::new(StatusCode::NOT_FOUND, "unknown_action", text)
-    };
-    Action::parse(name).ok_or_else(unknown)
+    let done = json!({"text": text, "took_ms": took_ms});
+    Ok(json(&done).into_response())
 }
 
 fn order_of(body: Result<Bytes, BytesRejection>) -> Result<Order, Failure> {
@@ -61,7 +54,12 @@ fn order_of(body: Result<Bytes, BytesRejection>) -> Result<Order, Failure> {
 }
 
 /// Carries an order out in a thread that may wait for the answer.
-async fn carry_out(served: Arc<Served>, action: Action, order: Order) -> Result<String, Failure> {
+async fn carry_out(
+    served: Arc<Served>,
+    name: String,
+    action: Action,
+    order: Order,
+) -> Result<String, Failure> {
     let carry_out = move || {
         let limits = &served.limits;
         let limit = if action.is_stop() {
@@ -73,7 +71,7 @@ async fn carry_out(served: Arc<Served>, action: Action, order: Order) -> Result<
         let _permit = permit.map_err(|_| Failure::busy("too many controls are under way"))?;
         served
             .controls
-            .carry_out(action, &order)
+            .carry_out(&name, action, &order)
             .map_err(Failure::from)
     };
     let done = tokio::task::spawn_blocking(carry_out).await;

@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_TYPE, HeaderName, HeaderValue, RETRY_AFTER, WWW_AUTHENTICATE};
 use axum::response::{IntoResponse, Response};
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::controls::ControlError;
 
@@ -15,30 +15,8 @@ pub(super) struct Failure {
     text: String,
     /// What to ask before it is sent again, confirmed.
     question: Option<&'static str>,
-    hint: Option<Hint>,
-}
-
-/// What a header says besides.
-#[derive(Debug, Clone, Copy)]
-enum Hint {
-    Authenticate,
-    RetryLater,
-}
-
-impl Hint {
-    fn header(self) -> (HeaderName, HeaderValue) {
-        match self {
-            Self::Authenticate => (WWW_AUTHENTICATE, HeaderValue::from_static("Bearer")),
-            Self::RetryLater => (RETRY_AFTER, HeaderValue::from_static("5")),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct Body<'a> {
-    error: &'static str,
-    text: &'a str,
-    question: Option<&'static str>,
+    /// What a header says besides.
+    header: Option<(HeaderName, &'static str)>,
 }
 
 impl Failure {
@@ -48,7 +26,7 @@ impl Failure {
             error,
             text: text.into(),
             question: None,
-            hint: None,
+            header: None,
         }
     }
 
@@ -73,7 +51,7 @@ impl Failure {
     pub(super) fn token() -> Self {
         let text = "the token is missing or wrong";
         Self {
-            hint: Some(Hint::Authenticate),
+            header: Some((WWW_AUTHENTICATE, "Bearer")),
             ..Self::new(StatusCode::UNAUTHORIZED, "token", text)
         }
     }
@@ -82,7 +60,7 @@ impl Failure {
     pub(super) fn too_many_pages() -> Self {
         let text = "too many pages are connected: close one";
         Self {
-            hint: Some(Hint::RetryLater),
+            header: Some((RETRY_AFTER, "5")),
             ..Self::new(StatusCode::SERVICE_UNAVAILABLE, "too_many", text)
         }
     }
@@ -117,13 +95,14 @@ impl From<ControlError> for Failure {
 
 impl IntoResponse for Failure {
     fn into_response(self) -> Response {
-        let body = Body {
-            error: self.error,
-            text: &self.text,
-            question: self.question,
-        };
+        let body = json!({
+            "error": self.error,
+            "text": self.text,
+            "question": self.question,
+        });
         let mut response = (self.status, json(&body)).into_response();
-        if let Some((name, value)) = self.hint.map(Hint::header) {
+        if let Some((name, value)) = self.header {
+            let value = HeaderValue::from_static(value);
             response.headers_mut().insert(name, value);
         }
         response
@@ -131,8 +110,6 @@ impl IntoResponse for Failure {
 }
 
 /// A value as the body of an answer.
-pub(super) fn json<T: Serialize>(value: &T) -> impl IntoResponse + use<T> {
-    // What is answered has texts as keys alone: it can always be written.
-    let text = serde_json::to_string(value).unwrap_or_default();
-    ([(CONTENT_TYPE, "application/json")], text)
+pub(super) fn json(value: &Value) -> impl IntoResponse + use<> {
+    ([(CONTENT_TYPE, "application/json")], value.to_string())
 }

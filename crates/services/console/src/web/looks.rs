@@ -18,7 +18,6 @@ use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use super::Served;
 use super::failure::{Failure, json};
 use crate::follow::{Asked, Told};
-use crate::picture::{ExplainedPart, News};
 use crate::shapes::{ShapeError, ShapeId};
 
 /// How long a planner may take to explain: as long as a step.
@@ -33,7 +32,7 @@ pub(super) async fn shape(
 ) -> Result<impl IntoResponse, Failure> {
     let cell = served.cell(&cell)?;
     let unknown = |text: &str| Failure::new(StatusCode::NOT_FOUND, "unknown_shape", text);
-    let id = ShapeId::parse(&id).ok_or_else(|| unknown("64 hexadecimal digits name a shape"))?;
+    let id = ShapeId::from_hex(&id).map_err(|_| unknown("64 hexadecimal digits name a shape"))?;
     let found = match served.shapes.kept(&id) {
         Some(known) => Ok(known),
         None => {
@@ -67,8 +66,21 @@ pub(super) async fn explain(
     let permit = Arc::clone(&served.limits.explaining).try_acquire_owned();
     let permit = permit.map_err(|_| Failure::busy("another item is being explained"))?;
     let reply = ask(&served, &cell, &item_id, permit).await?;
-    let explained = describe(&served, cell, item_id, reply).await?;
-    Ok(json(&explained).into_response())
+    let follower = served.follower.upgrade().ok_or_else(Failure::lost)?;
+    let (answer, described) = oneshot::channel();
+    let asked = Told::Asked(Box::new(Asked {
+        cell,
+        item_id,
+        reply,
+        answer,
+    }));
+    if !follower.try_send(asked) {
+        return Err(Failure::busy("too much is heard at the moment"));
+    }
+    drop(follower);
+    let described = described.await.map_err(|_| Failure::lost())?;
+    let described = described.ok_or_else(Failure::lost)?;
+    Ok(json(&described).into_response())
 }
 
 async fn ask(
@@ -98,33 +110,4 @@ fn refused(error: &CallError) -> Failure {
         Some(_) => Failure::new(StatusCode::CONFLICT, "refused", text),
         None => Failure::unanswered(text),
     }
-}
-
-/// Has the answer told with what is known of the cell, and the reason kept with its last decision.
-async fn describe(
-    served: &Served,
-    cell: Cell,
-    item_id: String,
-    reply: v1::ExplainReply,
-) -> Result<ExplainedPart, Failure> {
-    let follower = served.follower.upgrade().ok_or_else(Failure::lost)?;
-    if let Some(reason) = reply.reason.clone() {
-        let told = Told::Of(cell.clone(), News::Explained(reason));
-        if !follower.try_send(told) {
-            tracing::debug!(%cell, "a reason is not kept");
-        }
-    }
-    let (answer, described) = oneshot::channel();
-    let asked = Told::Asked(Box::new(Asked {
-        cell,
-        item_id,
-        reply,
-        answer,
-    }));
-    if !follower.try_send(asked) {
-        return Err(Failure::busy("too much is heard at the moment"));
-    }
-    drop(follower);
-    let described = described.await.map_err(|_| Failure::lost())?;
-    described.ok_or_else(Failure::lost)
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Vector3};
-use ppnpack_packing::blocked::BlockedRegion;
 use ppnpack_packing::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header::RequestHeader;
@@ -21,9 +20,7 @@ use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
 use crate::settings::{MAX_ALTERNATIVES, set_aside_in_range};
-use ppnpack_protocol::session::{
-    Container, ItemState, Session, SessionError, SessionItem, message,
-};
+use ppnpack_protocol::session::{Session, SessionError, closed_container, message, open_container};
 
 /// Regions that one session keeps free at most.
 const MAX_REGIONS: usize = 256;
@@ -141,21 +138,28 @@ impl CellPlanner {
     }
 
     /// The containers of a session, by what its request says of them.
-    fn read_containers(&self, request: &v1::BeginRequest) -> Result<Vec<Container>, Refusal> {
+    fn read_containers(
+        &self,
+        request: &v1::BeginRequest,
+    ) -> Result<Vec<v1::SessionContainer>, Refusal> {
         let starts = request.containers.iter().map(read_start);
-        let starts = starts.collect::<Result<Vec<Container>, _>>()?;
+        let starts = starts.collect::<Result<Vec<v1::SessionContainer>, _>>()?;
         for (index, start) in starts.iter().enumerate() {
-            if !self.places.iter().any(|place| place.name == start.name) {
-                return Err(SessionError::UnknownContainer(start.name.clone()).into());
+            if !self
+                .places
+                .iter()
+                .any(|place| place.name == start.container)
+            {
+                return Err(SessionError::UnknownContainer(start.container.clone()).into());
             }
             if starts
                 .iter()
                 .skip(index + 1)
-                .any(|other| other.name == start.name)
+                .any(|other| other.container == start.container)
             {
                 return Err(Refusal::invalid(format_args!(
                     "containers: '{}' is there twice",
-                    start.name
+                    start.container
                 )));
             }
         }
@@ -169,10 +173,10 @@ impl CellPlanner {
         let containers = self.places.iter().map(|place| {
             let name = place.name.clone();
             let start = match starts.is_empty() {
-                true => Some(Container::open(name.clone(), keep_out.clone(), least)),
-                false => starts.iter().find(|start| start.name == name).cloned(),
+                true => Some(open_container(name.clone(), keep_out.clone(), least)),
+                false => starts.iter().find(|start| start.container == name).cloned(),
             };
-            start.unwrap_or_else(|| Container::closed(name))
+            start.unwrap_or_else(|| closed_container(name))
         });
         Ok(containers.collect())
     }
@@ -221,10 +225,11 @@ impl CellPlanner {
         self.change_with(&shapes, |session| session.announce(announced))?;
         self.automatic.go_on();
         if !items.is_empty() {
-            let used = self.session.items().iter().map(|item| item.shape);
-            let used: HashSet<ItemId> = used.collect();
-            self.shapes.retain(|shape, _| used.contains(shape));
-            self.posed_models.retain(|shape, _| used.contains(shape));
+            let used = self.session.items().iter().map(|item| item.shape.clone());
+            let used: HashSet<Vec<u8>> = used.collect();
+            let is_used = |shape: &ItemId| used.contains(&shape.to_bytes());
+            self.shapes.retain(|shape, _| is_used(shape));
+            self.posed_models.retain(|shape, _| is_used(shape));
         }
         for (shape, item) in items {
             self.shapes.entry(shape).or_insert(item);
@@ -240,7 +245,7 @@ impl CellPlanner {
         item: &v1::Announcement,
         shapes: &mut Vec<v1::Item>,
         items: &mut Vec<(ItemId, Arc<Item>)>,
-    ) -> Result<SessionItem, Refusal> {
+    ) -> Result<v1::SessionItem, Refusal> {
         let item_id = header::id("items.item_id", &item.item_id)?.to_owned();
         let rules = message::read_rules(item.rules.as_ref())?;
         let lying = message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_ref())?;
@@ -291,18 +296,25 @@ impl CellPlanner {
         let read = self.possible_poses(item).read(item);
         let (poses, allowed_poses) =
             read.map_err(|why| Refusal::invalid(format_args!("item {item_id}: {why}")))?;
-        Ok(SessionItem {
+        let line = message::read_order_line(item.order_line.as_ref())?;
+        if !line.bundle.is_empty() || line.urgency > 0 {
+            return Err(Refusal::invalid(format_args!(
+                "item {item_id}: order_line: bundle and urgency are known no more: give groups of rules.together, and announce \
+                     first what is urgent"
+            )));
+        }
+        let frame = |pose: &Isometry3<f64>| convert::pose::write(pose);
+        Ok(v1::SessionItem {
             item_id,
-            arrival: 0,
-            order_line: message::read_order_line(item.order_line.as_ref())?,
+            order_line: (line != v1::OrderLine::default()).then(|| Box::new(line)),
             object,
-            shape,
-            rules,
-            lying,
+            shape: shape.to_bytes(),
+            rules: message::write_rules(&rules),
+            heightmap_from_item: lying.heightmap_from_item.as_ref().map(frame),
+            waits_at: lying.waits_at.as_ref().map(frame).map(Box::new),
             poses,
             allowed_poses,
-            state: ItemState::Waiting,
-            inspection: None,
+            ..v1::SessionItem::default()
         })
     }
 
@@ -312,9 +324,11 @@ impl CellPlanner {
             Some(v1::announcement::Shape::Object(name)) if item.waits_at.is_none() => {
                 let object = self.named(name);
                 PossiblePoses {
-                    most: self.settings.poses,
+                    most: u32::try_from(self.settings.poses).unwrap_or(u32::MAX),
                     because: "see `poses` of the planner's cell",
-                    known: object.map_or(1, |object| object.poses.len()),
+                    known: object.map_or(1, |object| {
+                        u32::try_from(object.poses.len()).unwrap_or(u32::MAX)
+                    }),
                 }
             }
             _ => PossiblePoses {
@@ -441,15 +455,14 @@ impl CellPlanner {
     }
 }
 
-pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>, Refusal> {
+pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<v1::Region>, Refusal> {
     if regions.len() > MAX_REGIONS {
         return Err(Refusal::invalid(format_args!(
             "keep_out: {} regions where at most {MAX_REGIONS} are possible",
             regions.len()
         )));
     }
-    let regions = message::read_regions(regions);
-    let is_possible = |region: &BlockedRegion| {
+    let is_possible = |region: &v1::Region| {
         let sides = [
             (region.x_min_m, region.x_max_m),
             (region.y_min_m, region.y_max_m),
@@ -458,7 +471,7 @@ pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<BlockedRegion>,
         sides.all(|(least, most)| least.is_finite() && most.is_finite() && least <= most)
     };
     match regions.iter().all(is_possible) {
-        true => Ok(regions),
+        true => Ok(regions.to_vec()),
         false => Err(Refusal::invalid(
             "keep_out: a region needs finite sides, the least before the greatest",
         )),

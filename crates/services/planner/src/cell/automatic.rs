@@ -115,7 +115,7 @@ impl CellPlanner {
 
     fn next_step(&mut self) -> Result<(), Refusal> {
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open()).count();
+        let open = containers.filter(|container| container.is_open).count();
         if open == 0 && self.session.buffer(1).next().is_some() {
             // It goes on when one is opened.
             self.automatic.pause(RENEWAL_PAUSE);

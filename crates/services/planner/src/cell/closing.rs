@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{self, ClosingRules, Fill};
+use ppnpack_packing::closing::{Closing, ClosingRules, Fill};
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_protocol::session::{Closing, Container};
+use ppnpack_protocol::session::open_container;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};
 
@@ -15,49 +15,6 @@ use super::refusal::Refusal;
 /// How long to wait before a container that could not be closed is looked at again.
 const PAUSE: Duration = Duration::from_millis(500);
 
-/// Whether containers are looked at that may be closed.
-#[derive(Debug)]
-pub(super) struct Done {
-    /// When; `None` until something changes.
-    next_look: Option<Instant>,
-}
-
-impl Default for Done {
-    /// At the start they are: what was closed last may not be on disk.
-    fn default() -> Self {
-        Self {
-            next_look: Some(Instant::now()),
-        }
-    }
-}
-
-impl Done {
-    pub(super) fn next_look(&self) -> Option<Instant> {
-        self.next_look
-    }
-
-    pub(super) fn look_again(&mut self) {
-        self.look_after(Duration::ZERO);
-    }
-
-    fn look_after(&mut self, pause: Duration) {
-        self.next_look = Some(Instant::now() + pause);
-    }
-
-    fn take_due(&mut self) -> bool {
-        self.next_look.take_if(|at| *at <= Instant::now()).is_some()
-    }
-}
-
-/// A domain's reason as the session has it.
-fn as_told(why: &closing::Closing) -> Closing {
-    match why {
-        closing::Closing::NothingFits => Closing::NothingFits,
-        closing::Closing::Full { .. } => Closing::Full,
-        closing::Closing::OrderComplete => Closing::OrderComplete,
-    }
-}
-
 impl CellPlanner {
     pub(super) fn open(
         &mut self,
@@ -67,7 +24,7 @@ impl CellPlanner {
         let start = request.start.as_ref();
         let start =
             start.ok_or_else(|| Refusal::invalid("start is missing: say which container"))?;
-        self.open_container(Container {
+        self.open_container(v1::SessionContainer {
             sequence: request.sequence,
             ..read_start(start)?
         })?;
@@ -78,17 +35,12 @@ impl CellPlanner {
     }
 
     /// Has the session go on with an empty container.
-    pub(super) fn open_container(&mut self, start: Container) -> Result<(), Refusal> {
-        let Container {
-            name,
-            sequence,
-            stand,
-            ..
-        } = start.clone();
+    pub(super) fn open_container(&mut self, start: v1::SessionContainer) -> Result<(), Refusal> {
+        let (container, sequence) = (start.container.clone(), start.sequence);
         self.change(|session| session.open(start))?;
-        tracing::info!(cell = %self.cell, container = name, sequence, ?stand, "an empty container stands there");
+        tracing::info!(cell = %self.cell, container, sequence, "an empty container stands there");
         self.automatic.go_on();
-        self.place_of(&name)?.changed(None);
+        self.place_of(&container)?.changed(None);
         Ok(())
     }
 
@@ -97,9 +49,14 @@ impl CellPlanner {
         incoming: &Incoming<v1::CloseRequest>,
     ) -> Result<v1::CloseReply, Refusal> {
         let request = incoming.message();
-        let closing = Closing::Request(header::text(&request.text));
-        let sequence = request.sequence;
-        self.close_container(&request.container, sequence, closing, request.is_renewed)?;
+        let closed = v1::ClosedContainer {
+            container: request.container.clone(),
+            sequence: request.sequence,
+            reason: v1::ClosingReason::Request.into(),
+            text: header::text(&request.text),
+            items: 0,
+        };
+        self.close_container(closed, request.is_renewed)?;
         Ok(v1::CloseReply {
             session: Some(self.message()),
             ..v1::CloseReply::default()
@@ -108,15 +65,14 @@ impl CellPlanner {
 
     fn close_container(
         &mut self,
-        name: &str,
-        sequence: u64,
-        closing: Closing,
+        closed: v1::ClosedContainer,
         is_renewed: bool,
     ) -> Result<(), Refusal> {
         let renewal_id = is_renewed.then(|| format!("{:032x}", rand::random::<u128>()));
-        let why = closing.clone();
-        self.change(|session| session.close(name, sequence, closing, renewal_id))?;
-        tracing::info!(cell = %self.cell, container = name, sequence, ?why, "a container is closed");
+        let why = closed.clone();
+        self.change(|session| session.close(closed, renewal_id))?;
+        let (container, sequence) = (why.container, why.sequence);
+        tracing::info!(cell = %self.cell, container, sequence, why = why.text, "a container is closed");
         Ok(())
     }
 
@@ -137,7 +93,7 @@ impl CellPlanner {
                 continue;
             }
             let sequence = self.session.container(&name)?.sequence;
-            self.close_container(&name, sequence, Closing::NothingFits, true)?;
+            self.close_container(closed(&name, sequence, &Closing::NothingFits), true)?;
             return Ok(true);
         }
         Ok(false)
@@ -146,18 +102,19 @@ impl CellPlanner {
     /// Closes the containers that a rule of the cell closes, where anything changed.
     pub(super) fn close_done(&mut self) {
         let has_rules = self.settings.closing.rules != ClosingRules::default();
-        if !self.closing.take_due() || !has_rules {
+        let is_due = self.closes_at.take_if(|at| *at <= Instant::now());
+        if is_due.is_none() || !has_rules {
             return;
         }
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open());
+        let open = containers.filter(|container| container.is_open);
         let open: Vec<(String, u64)> = open
-            .map(|container| (container.name.clone(), container.sequence))
+            .map(|container| (container.container.clone(), container.sequence))
             .collect();
         for (name, sequence) in open {
             if let Err(refusal) = self.close_where_done(&name, sequence) {
                 tracing::warn!(cell = %self.cell, container = name, reason = refusal.message, "not closed yet");
-                self.closing.look_after(PAUSE);
+                self.closes_at = Some(Instant::now() + PAUSE);
             }
         }
     }
@@ -171,12 +128,12 @@ impl CellPlanner {
         let rules = self.settings.closing.rules;
         let by_fill = rules.closing(&fill);
         let is_complete = by_fill.is_none() && self.is_complete(name);
-        let closing = by_fill.or_else(|| is_complete.then_some(closing::Closing::OrderComplete));
+        let closing = by_fill.or_else(|| is_complete.then_some(Closing::OrderComplete));
         let Some(closing) = closing else {
             return Ok(());
         };
         let renews = self.settings.closing.renews;
-        self.close_container(name, sequence, as_told(&closing), renews)
+        self.close_container(closed(name, sequence, &closing), renews)
     }
 
     fn size(&mut self, name: &str) -> Result<ContainerSize, Refusal> {
@@ -200,8 +157,8 @@ impl CellPlanner {
     /// The open containers, that of which the greatest share is filled first; of equal ones in the order of the cell.
     pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
         let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open());
-        let names: Vec<String> = open.map(|container| container.name.clone()).collect();
+        let open = containers.filter(|container| container.is_open);
+        let names: Vec<String> = open.map(|container| container.container.clone()).collect();
         if names.len() < 2 {
             return names;
         }
@@ -225,14 +182,39 @@ impl CellPlanner {
     }
 }
 
+/// A container that a rule closes, as the session tells of it.
+fn closed(name: &str, sequence: u64, why: &Closing) -> v1::ClosedContainer {
+    let (reason, text) = match why {
+        Closing::NothingFits => (
+            v1::ClosingReason::NothingFits,
+            "no item of the buffer fits into an open container, and this was the fullest",
+        ),
+        Closing::Full { .. } => (
+            v1::ClosingReason::Full,
+            "it is as full as the cell is set to",
+        ),
+        Closing::OrderComplete => (
+            v1::ClosingReason::OrderComplete,
+            "all items that were announced of its order are in it",
+        ),
+    };
+    v1::ClosedContainer {
+        container: name.to_owned(),
+        sequence,
+        reason: reason.into(),
+        text: text.to_owned(),
+        items: 0,
+    }
+}
+
 /// Whether a container is no larger than another one, along any axis.
 fn is_within(size: &ContainerSize, other: &ContainerSize) -> bool {
     size.x_m <= other.x_m && size.y_m <= other.y_m && size.z_m <= other.z_m
 }
 
 /// A container that is opened, the first that stands there.
-pub(super) fn read_start(start: &v1::ContainerStart) -> Result<Container, Refusal> {
+pub(super) fn read_start(start: &v1::ContainerStart) -> Result<v1::SessionContainer, Refusal> {
     let keep_out = read_regions(&start.keep_out)?;
     let name = start.container.clone();
-    Ok(Container::open(name, keep_out, start.least_state_number))
+    Ok(open_container(name, keep_out, start.least_state_number))
 }

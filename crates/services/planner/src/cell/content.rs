@@ -3,16 +3,18 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use ppnpack_packing::candidate::Rules;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::loads::Burden;
 use ppnpack_packing::model::Model;
 use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::placing::KnownPose;
-use ppnpack_protocol::session::{ItemState, SessionItem};
+use ppnpack_protocol::session::item::told_kg;
+use ppnpack_protocol::session::{Packed, message};
 use ppnpack_wire::v1;
 
-use super::{CellPlanner, Shape};
+use super::{CellPlanner, Shape, lying};
 
 impl CellPlanner {
     /// What lies in a container: where the bridge found it, else where the session last knew each packed item. `None`
@@ -30,9 +32,9 @@ impl CellPlanner {
             let bodies = bodies.iter().map(|body| self.solid_of_body(body));
             return Some(bodies.collect());
         }
-        let items: Vec<SessionItem> = self.session.packed_in(container).cloned().collect();
+        let items: Vec<v1::SessionItem> = self.session.packed_in(container).cloned().collect();
         let packed = items.iter().filter_map(packed);
-        let bodies = packed.map(|(item, pose)| self.solid_of_item(item, pose));
+        let bodies = packed.map(|(item, pose)| self.solid_of_item(item, &pose));
         Some(bodies.collect())
     }
 
@@ -53,9 +55,10 @@ impl CellPlanner {
         let own = item.as_ref().and_then(packed);
         let is_told = told.is_some_and(|told| told.is_found());
         if let Some((item, pose)) = own.filter(|(_, pose)| pose.is_found() && !is_told) {
-            return self.solid_of_item(item, pose);
+            return self.solid_of_item(item, &pose);
         }
-        let is_named = |item: &&SessionItem| item.object == body.object || body.object.is_empty();
+        let is_named =
+            |item: &&v1::SessionItem| item.object == body.object || body.object.is_empty();
         if let Some((item, told)) = item.as_ref().filter(is_named).zip(told) {
             return self.solid_of_item(item, &told);
         }
@@ -72,19 +75,23 @@ impl CellPlanner {
             return by_pose(solid, &told);
         }
         match own {
-            Some((item, pose)) => self.solid_of_item(item, pose),
+            Some((item, pose)) => self.solid_of_item(item, &pose),
             None => LyingBody::Unknown,
         }
     }
 
     /// The solid of an item of the session, whose own frame is there: the catalogue's, or that of its heightmaps.
-    fn solid_of_item(&mut self, item: &SessionItem, pose: &KnownPose) -> LyingBody {
-        let Ok(shape) = self.shape(item) else {
+    fn solid_of_item(&mut self, item: &v1::SessionItem, pose: &KnownPose) -> LyingBody {
+        let (Ok(shape), Ok(lying), Ok(rules)) = (
+            self.shape(item),
+            lying(item),
+            message::read_rules(item.rules.as_ref()),
+        ) else {
             return LyingBody::Unknown;
         };
-        let own = item.lying.heightmap_from_item.unwrap_or_default();
+        let own = lying.heightmap_from_item.unwrap_or_default();
         let solid = |model: Arc<Model>| LyingSolid {
-            burden: burden(item, &model),
+            burden: burden(item, &rules, &model),
             model,
             container_from_item: pose.isometry() * own.inverse(),
         };
@@ -106,8 +113,8 @@ impl CellPlanner {
     }
 
     /// What an item weighs, in kilograms: as it was told, as the catalogue has it, or as what was seen of it is estimated to.
-    pub(super) fn mass_kg(&mut self, item: &SessionItem) -> Option<f64> {
-        if let Some(told_kg) = item.order_line.mass_kg {
+    pub(super) fn mass_kg(&mut self, item: &v1::SessionItem) -> Option<f64> {
+        if let Some(told_kg) = told_kg(item) {
             return Some(told_kg);
         }
         let Shape { item, model } = self.shape(item).ok()?;
@@ -121,7 +128,7 @@ impl CellPlanner {
             return true;
         }
         let mut packed = self.session.packed_in(container);
-        if packed.any(|item| item.rules.carries_kg.is_some()) {
+        if packed.any(|item| item.rules.is_some_and(|rules| rules.carries_kg.is_some())) {
             return true;
         }
         let objects = self.objects.as_ref();
@@ -137,12 +144,12 @@ impl CellPlanner {
 }
 
 /// What an item weighs and may carry, by what was told of it; elsewhere by its solid.
-fn burden(item: &SessionItem, model: &Model) -> Burden {
+fn burden(item: &v1::SessionItem, rules: &Rules, model: &Model) -> Burden {
     let known = Burden::of(model);
     Burden {
         name: item.item_id.as_str().into(),
-        mass_kg: item.order_line.mass_kg.unwrap_or(known.mass_kg),
-        carries_kg: item.rules.carries_kg.or(known.carries_kg),
+        mass_kg: told_kg(item).unwrap_or(known.mass_kg),
+        carries_kg: rules.carries_kg.or(known.carries_kg),
     }
 }
 
@@ -155,12 +162,7 @@ fn by_pose(body: LyingBody, pose: &KnownPose) -> LyingBody {
 }
 
 /// A packed item, and where it is by what was reported and found.
-fn packed(item: &SessionItem) -> Option<(&SessionItem, &KnownPose)> {
-    match &item.state {
-        ItemState::Packed {
-            container_from_item,
-            ..
-        } => Some((item, container_from_item)),
-        _ => None,
-    }
+fn packed(item: &v1::SessionItem) -> Option<(&v1::SessionItem, KnownPose)> {
+    let packed = Packed::read(item).ok().flatten()?;
+    Some((item, packed.container_from_item))
 }

@@ -4,19 +4,17 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
 use ppnpack_packing::refusal::Refusals;
-use ppnpack_packing::step::PlacementCounts;
+use ppnpack_packing::step::{PlacementCounts, StepInput};
 use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::CellPlanner;
 use super::counts;
-use super::prepare::{Prepared, PreparedContainer, poses_of};
+use super::prepare::{Prepared, poses_of};
 use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
-use crate::planning::Step;
-use crate::step_plan::{Found, PlansContainers, StepPlan, write_ranked};
-use ppnpack_protocol::session::SessionItem;
+use crate::step_plan::{Found, PlansContainers, write_ranked};
 
 /// What planning a step led to.
 pub(crate) enum Decided {
@@ -39,17 +37,17 @@ impl CellPlanner {
         let (prepared, found, waited) = loop {
             let started = Instant::now();
             let buffer = self.session.buffer(self.settings.method.buffer);
-            let items: Vec<SessionItem> = buffer.cloned().collect();
+            let items: Vec<v1::SessionItem> = buffer.cloned().collect();
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
-            let prepared = self.prepare(items, deadline)?;
+            let prepared = self.prepare(items, alternatives, deadline)?;
             let waited = started.elapsed();
-            let found = self.plan(&prepared, alternatives)?;
+            let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
                 break (prepared, found, waited);
             }
-            self.record(&prepared, &found, alternatives, None);
+            self.record(&prepared, &found, None);
             // What fits nowhere now may fit into a container that comes.
             if !self.session.may_set_aside() || self.is_renewing() {
                 let reasons = self.reasons(&prepared, &found);
@@ -77,9 +75,9 @@ impl CellPlanner {
             .stages
             .push(header::stage("save", saving.elapsed()));
         counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
-        self.record(&prepared, &found, alternatives, Some(&decision));
-        if let Some(container) = prepared.containers.get(found.container) {
-            self.will_inspect(&decision, &container.seen.scene);
+        self.record(&prepared, &found, Some(&decision));
+        if let Some((_, seen)) = prepared.seen.get(found.container) {
+            self.will_inspect(&decision, &seen.scene);
         }
         self.news.decisions.push(decision.clone());
         Ok(Decided::Decision(Box::new(decision)))
@@ -88,9 +86,9 @@ impl CellPlanner {
     /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the first to arrive. It
     /// is on disk when this returns. Says whether there was one: what rules keep out waits for another container.
     fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
-        let volume_m3 = |item: &&SessionItem| {
-            let poses = poses_of(&prepared.candidates, item);
-            let held = prepared.candidates.get(poses.start);
+        let volume_m3 = |item: &&v1::SessionItem| {
+            let candidates = &prepared.plan.candidates;
+            let held = candidates.get(poses_of(candidates, item).start);
             held.map_or(0.0, |held| held.item.mesh_volume_m3())
         };
         let items = prepared.items.iter();
@@ -116,8 +114,8 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<v1::ExplainReply, Refusal> {
         let items = vec![self.session.waiting(item_id)?.clone()];
-        let prepared = self.prepare(items, deadline)?;
-        let found = self.plan(&prepared, 0)?;
+        let prepared = self.prepare(items, 0, deadline)?;
+        let found = self.plan(&prepared)?;
         let choice = found.plan.choice();
         let reasons = match &choice {
             Some(_) => Vec::new(),
@@ -126,38 +124,26 @@ impl CellPlanner {
         Ok(v1::ExplainReply {
             best: choice
                 .as_ref()
-                .map(|best| write_ranked(&prepared.buffer_items(), &found.candidates, best)),
+                .map(|best| write_ranked(&prepared.plan.items, &found.candidates, best)),
             reason: reasons.into_iter().next(),
             counts: Some(write_reports(found.plan.candidates())),
             ..v1::ExplainReply::default()
         })
     }
 
-    /// Plans a step over the open containers: the fullest that can take an item of the buffer, or that of the best value. What is most
-    /// urgent comes first, and rules that give way do so where nothing could be packed with them.
+    /// Plans a step over the open containers: the fullest that can take an item of the buffer. Rules that give way do so where nothing
+    /// could be packed with them.
     ///
     /// # Errors
     /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
-    fn plan(&mut self, prepared: &Prepared, alternatives: usize) -> Result<Found, Refusal> {
-        let plan = self.step_plan(prepared, alternatives);
-        let found = plan.plan(self)?;
+    fn plan(&mut self, prepared: &Prepared) -> Result<Found, Refusal> {
+        let found = prepared.plan.plan(self)?;
         let none = || Refusal::new(Status::Failed, "no container was planned on");
         let found = found.ok_or_else(none)?;
         if found.plan.choice().is_none() && !prepared.left_out.is_empty() {
             return Err(Refusal::unavailable(prepared.left_out.join("; ")));
         }
         Ok(found)
-    }
-
-    /// What a step is planned on: the attempts as the rules of the cell have them.
-    pub(super) fn step_plan<'a>(
-        &self,
-        prepared: &'a Prepared,
-        alternatives: usize,
-    ) -> StepPlan<'a> {
-        // Neither whether nothing fits nor what a rule would give way to is known before all were seen.
-        let is_all_seen = prepared.left_out.is_empty();
-        prepared.step_plan(alternatives, is_all_seen, self.settings.choice)
     }
 
     fn decision(
@@ -167,11 +153,9 @@ impl CellPlanner {
         found: &Found,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
-        let container = prepared.containers.get(found.container);
-        let PreparedContainer { name, seen, .. } = container.ok_or_else(lost)?;
-        let place = self.place_of(name)?;
-        let chosen = found.decision(&prepared.buffer_items(), name, place.planning.grid());
-        let chosen = chosen.ok_or_else(lost)?;
+        let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
+        let chosen = found.decision(&prepared.plan).ok_or_else(lost)?;
+        let place = self.place_of(&chosen.container)?;
         let decided_at_ns = place.bridge_clock.now_ns();
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
@@ -206,7 +190,7 @@ impl CellPlanner {
         &mut self,
         prepared: &Prepared,
         found: &Found,
-        item: &SessionItem,
+        item: &v1::SessionItem,
     ) -> Option<v1::ItemReason> {
         let is_looked_at = !poses_of(&found.candidates, item).is_empty();
         if let Some(text) = prepared.barred(item, found.container, is_looked_at) {
@@ -216,10 +200,14 @@ impl CellPlanner {
                 text,
             });
         }
-        let container = prepared.containers.get(found.container)?;
-        let poses = poses_of(&prepared.candidates, item);
-        let alone = prepared.candidates.get(poses)?;
-        let alone = prepared.step(&container.seen.scene, alone, 0);
+        let Prepared { plan, seen, .. } = prepared;
+        let container = plan.containers.get(found.container)?;
+        let (_, seen) = seen.get(found.container)?;
+        let poses = poses_of(&plan.candidates, item);
+        let alone = StepInput {
+            alternatives: 0,
+            ..plan.input(container, &seen.scene, plan.candidates.get(poses)?)
+        };
         let is_blocked = self.fits_without_regions(&container.name, &alone);
         let report = found.plan.candidates();
         let report = report.get(poses_of(&found.candidates, item).start);
@@ -227,10 +215,10 @@ impl CellPlanner {
         Some(write_reason(&item.item_id, reason, is_blocked))
     }
 
-    fn fits_without_regions(&mut self, container: &str, alone: &Step<'_>) -> bool {
+    fn fits_without_regions(&mut self, container: &str, alone: &StepInput<'_>) -> bool {
         let known = self.session.container(container);
         let is_kept = known.is_ok_and(|container| !container.keep_out.is_empty());
-        let is_fragile = |item: &SessionItem| item.rules.is_fragile;
+        let is_fragile = |item: &v1::SessionItem| item.rules.is_some_and(|rules| rules.is_fragile);
         let has_regions = is_kept || self.session.packed_in(container).any(is_fragile);
         let plan = has_regions.then(|| self.plan_in(container, alone));
         plan.is_some_and(|plan| plan.is_ok_and(|plan| plan.choice().is_some()))
@@ -240,20 +228,14 @@ impl CellPlanner {
 impl PlansContainers for CellPlanner {
     type Error = Refusal;
 
-    fn is_by_value(&mut self, container: &str) -> bool {
-        let place = self.place_of(container);
-        place.is_ok_and(|place| place.planning.is_by_value())
-    }
-
-    fn plan_in(&mut self, container: &str, step: &Step<'_>) -> Result<Plan, Refusal> {
-        let plan = self.place_of(container)?.planning.plan(step).cloned();
+    fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Refusal> {
+        let plan = self.place_of(container)?.planning.plan(input).cloned();
         let is_interrupted = self.own.interruption.is_asked_for();
         let plan = plan.map_err(|error| match is_interrupted {
             true => Refusal::unavailable(INTERRUPTED),
             false => error.into(),
         })?;
-        // With a value to be below, another container has a placement.
-        if plan.choice().is_none() && plan.is_cut() && step.below.is_none() {
+        if plan.choice().is_none() && plan.is_cut() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";
             return Err(Refusal::new(Status::TimedOut, late));

@@ -2,7 +2,9 @@
 
 use nalgebra::Isometry3;
 use ppnpack_packing::leaving::{Leaving, Stop};
-use ppnpack_protocol::session::{ItemState, SessionItem};
+use ppnpack_protocol::session::Packed;
+use ppnpack_protocol::session::item::stop;
+use ppnpack_wire::v1;
 
 use super::CellPlanner;
 use super::footprint::footprint;
@@ -18,36 +20,38 @@ impl CellPlanner {
     /// At which stops the items leave that lie in a container, each where it lies now; `None` where none is said to leave at one.
     pub(super) fn leaving(&mut self, container: &str) -> Result<Option<Leaving>, Refusal> {
         let packed = self.session.packed_in(container);
-        let packed = packed.filter(|item| item.order_line.stop.is_some());
-        let packed: Vec<SessionItem> = packed.cloned().collect();
+        let packed = packed.filter(|item| stop(item) != Stop::LAST);
+        let packed: Vec<v1::SessionItem> = packed.cloned().collect();
         if packed.is_empty() {
             return Ok(None);
         }
         let grid = self.place_of(container)?.planning.grid().clone();
         let mut leaving = Leaving::empty(&grid);
         for item in &packed {
-            let ItemState::Packed {
+            let Some(Packed {
                 placement,
                 pose,
                 planned,
                 container_from_item,
-                ..
-            } = &item.state
+            }) = Packed::read(item)?
             else {
                 continue;
             };
-            let shape = self.heightmaps(item, *pose)?;
+            let shape = self.heightmaps(item, pose)?;
             let Some(view) = shape.views().get(placement.placement.yaw) else {
                 continue;
             };
-            let stop = Stop::new(item.order_line.stop);
             let most_m = AS_PLANNED_CELLS * grid.resolution().cell_m();
             let container_from_item = container_from_item.isometry();
-            if is_as_planned(planned, container_from_item, most_m) {
-                leaving.place(view, placement, stop);
+            if is_as_planned(&planned, container_from_item, most_m) {
+                leaving.place(view, &placement, stop(item));
             } else {
                 let moved = container_from_item * planned.inverse();
-                leaving.cover(&grid, &footprint(placement, view, &grid, &moved), stop);
+                leaving.cover(
+                    &grid,
+                    &footprint(&placement, view, &grid, &moved),
+                    stop(item),
+                );
             }
         }
         Ok(Some(leaving))

@@ -7,7 +7,6 @@ mod closing;
 mod content;
 mod counts;
 mod decide;
-mod expected;
 mod footprint;
 mod inspect;
 mod leaving;
@@ -25,9 +24,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::seen::SeenSolids;
-use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::candidate::{Candidate, Lying};
 use ppnpack_packing::item::Item;
-use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::model::Model;
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
@@ -35,6 +33,7 @@ use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_service::stream::Publisher;
+use ppnpack_wire::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
@@ -46,13 +45,11 @@ use crate::record::Recorder;
 use crate::settings::CellSettings;
 use crate::store::{Store, StoreError};
 use automatic::Automatic;
-use closing::Done;
-use expected::Expected;
 use inspect::ToInspect;
 use place::Place;
-use ppnpack_protocol::session::{End, Session, SessionError, SessionItem};
+use ppnpack_protocol::session::item::{arrival, may_be_in, stop};
+use ppnpack_protocol::session::{End, Session, SessionError, message};
 use refusal::Refusal;
-use renew::Renewal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
@@ -98,8 +95,8 @@ pub(crate) struct CellPlanner {
     session: Session,
     /// Where its containers stand.
     places: Vec<Place>,
-    /// Of containers that the bridge is asked for, by the ids of the requests.
-    renewals: BTreeMap<String, Renewal>,
+    /// When the bridge is asked again for empty containers, by the ids of the requests.
+    renewals: BTreeMap<String, Instant>,
     decisions: Publisher<v1::Decision>,
     sessions: Publisher<v1::Session>,
     recorder: Recorder,
@@ -109,9 +106,8 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
-    closing: Done,
-    /// Since when orders wait for more items.
-    expected: Expected,
+    /// When containers are looked at that may be closed; `None` until something changes.
+    closes_at: Option<Instant>,
     own: Own,
 }
 
@@ -140,7 +136,6 @@ impl Actor for CellPlanner {
         self.publish_news();
         self.inspect();
         self.answer_plans();
-        self.give_up_expecting();
         self.close_done();
         self.renew_closed();
         self.advance();
@@ -159,8 +154,7 @@ impl Actor for CellPlanner {
             inspection,
             self.plans.next_expiry(),
             self.next_renewal(),
-            self.closing.next_look(),
-            self.expected.next_expiry(),
+            self.closes_at,
         ];
         let latest = Instant::now() + TICK;
         Some(due.into_iter().flatten().fold(latest, Instant::min))
@@ -204,8 +198,8 @@ impl CellPlanner {
             to_inspect: None,
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
-            closing: Done::default(),
-            expected: Expected::default(),
+            // What was closed last may not be on disk.
+            closes_at: Some(Instant::now()),
             own,
         };
         planner.must_have_its_containers()?;
@@ -215,7 +209,9 @@ impl CellPlanner {
     /// Ends a session whose containers are not those of the cell any more: the settings were changed since.
     fn must_have_its_containers(&mut self) -> Result<(), ServiceError> {
         let known = self.session.containers().iter();
-        let known: Vec<&str> = known.map(|container| container.name.as_str()).collect();
+        let known: Vec<&str> = known
+            .map(|container| container.container.as_str())
+            .collect();
         let own: Vec<&str> = self
             .places
             .iter()
@@ -278,7 +274,7 @@ impl CellPlanner {
             counts::sessions_ended(&self.cell, self.message().end(), 1);
         }
         self.news.is_session_new = true;
-        self.closing.look_again();
+        self.closes_at = Some(Instant::now());
         Ok(())
     }
 
@@ -323,21 +319,22 @@ impl CellPlanner {
     }
 
     /// An item of the session as a step may choose it: in each pose in which it may be packed, as announced first.
-    fn candidates(&mut self, item: &SessionItem) -> Result<Vec<Candidate>, Refusal> {
-        let arrival = item.arrival;
+    fn candidates(&mut self, item: &v1::SessionItem) -> Result<Vec<Candidate>, Refusal> {
         let mass_kg = self.mass_kg(item);
+        let rules = message::read_rules(item.rules.as_ref())?;
+        let own = lying(item)?;
         if let Some(known) = self.object(item) {
             let posed = known.poses.iter().take(self.settings.poses);
-            let allowed = posed.filter(|posed| item.may_be_in(posed.pose));
+            let allowed = posed.filter(|posed| may_be_in(item, posed.pose));
             let posed = allowed.map(|posed| Candidate {
-                arrival,
+                arrival: arrival(item),
                 mass_kg,
                 lying: match posed.pose {
-                    0 => item.lying,
+                    0 => own,
                     _ => posed.lying,
                 },
-                rules: item.rules,
-                stop: Stop::new(item.order_line.stop),
+                rules,
+                stop: stop(item),
                 ..posed.clone()
             });
             let posed: Vec<Candidate> = posed.collect();
@@ -351,15 +348,15 @@ impl CellPlanner {
         Ok(vec![Candidate {
             model,
             mass_kg,
-            lying: item.lying,
-            rules: item.rules,
-            stop: Stop::new(item.order_line.stop),
-            ..Candidate::new(arrival, shape)
+            lying: own,
+            rules,
+            stop: stop(item),
+            ..Candidate::new(arrival(item), shape)
         }])
     }
 
     /// The heightmaps of an item of the session in one of its poses.
-    fn heightmaps(&mut self, item: &SessionItem, pose: usize) -> Result<Arc<Item>, Refusal> {
+    fn heightmaps(&mut self, item: &v1::SessionItem, pose: usize) -> Result<Arc<Item>, Refusal> {
         if pose == 0 {
             return Ok(self.shape(item)?.item);
         }
@@ -374,14 +371,13 @@ impl CellPlanner {
     }
 
     /// The object of the catalogue that an item is, where it stands as that has it.
-    fn object(&self, item: &SessionItem) -> Option<&Object> {
+    fn object(&self, item: &v1::SessionItem) -> Option<&Object> {
         let known = self.named(&item.object);
-        known.filter(|known| known.shape == item.shape)
+        known.filter(|known| known.shape.to_bytes() == item.shape)
     }
 
     /// The heightmaps of an item of the session as it was announced, and its solid where the catalogue has it.
-    fn shape(&mut self, item: &SessionItem) -> Result<Shape, Refusal> {
-        let (object, shape) = (item.object.as_str(), item.shape);
+    fn shape(&mut self, item: &v1::SessionItem) -> Result<Shape, Refusal> {
         if let Some(known) = self.object(item) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
@@ -389,25 +385,30 @@ impl CellPlanner {
             });
         }
         Ok(Shape {
-            item: self.own_shape(object, shape)?,
-            model: self.posed_model(item),
+            item: self.own_shape(item)?,
+            model: self.posed_model(item)?,
         })
     }
 
     /// The solid of an object of the catalogue that lies otherwise than there.
-    fn posed_model(&mut self, item: &SessionItem) -> Option<Arc<Model>> {
-        if let Some(known) = self.posed_models.get(&item.shape) {
-            return Some(Arc::clone(known));
+    fn posed_model(&mut self, item: &v1::SessionItem) -> Result<Option<Arc<Model>>, Refusal> {
+        let shape = ItemId::from_bytes("items.shape", &item.shape)?;
+        if let Some(known) = self.posed_models.get(&shape) {
+            return Ok(Some(Arc::clone(known)));
         }
-        let frame = item.lying.heightmap_from_item.as_ref()?;
-        let known = self.named(&item.object)?;
+        let frame = lying(item)?.heightmap_from_item;
+        let Some((frame, known)) = frame.zip(self.named(&item.object)) else {
+            return Ok(None);
+        };
         let model = Arc::new(known.model.turned(&frame.rotation));
-        self.posed_models.insert(item.shape, Arc::clone(&model));
-        Some(model)
+        self.posed_models.insert(shape, Arc::clone(&model));
+        Ok(Some(model))
     }
 
     /// The heightmaps that an item was announced with.
-    fn own_shape(&mut self, object: &str, shape: ItemId) -> Result<Arc<Item>, Refusal> {
+    fn own_shape(&mut self, item: &v1::SessionItem) -> Result<Arc<Item>, Refusal> {
+        let object = &item.object;
+        let shape = ItemId::from_bytes("items.shape", &item.shape)?;
         if let Some(item) = self.shapes.get(&shape) {
             return Ok(Arc::clone(item));
         }
@@ -422,9 +423,14 @@ impl CellPlanner {
     }
 }
 
+/// How an item lies.
+fn lying(item: &v1::SessionItem) -> Result<Lying, WireError> {
+    message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_deref())
+}
+
 /// Refuses what needs poses of an item that the cell does not know.
-fn unknown_poses(item: &SessionItem, what: &str, poses: &[usize]) -> Refusal {
-    let SessionItem {
+fn unknown_poses<N: ToString>(item: &v1::SessionItem, what: &str, poses: &[N]) -> Refusal {
+    let v1::SessionItem {
         item_id, object, ..
     } = item;
     let poses: Vec<String> = poses.iter().map(ToString::to_string).collect();

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_protocol::session::{ItemState, OrderLine, SessionItem};
+use ppnpack_protocol::session::item::arrival;
+use ppnpack_wire::v1::{self, ItemState};
 
 use super::CellPlanner;
 
@@ -14,13 +15,13 @@ impl CellPlanner {
         let rules = self.settings.rules.clone();
         let items = self.session.items().iter();
         let items = items.filter(|item| has_rules(&rules, item));
-        let items: Vec<SessionItem> = items.cloned().collect();
+        let items: Vec<v1::SessionItem> = items.cloned().collect();
         if items.is_empty() {
             return None;
         }
         let known = items.iter().map(|item| {
             let order_item = self.order_item(rules.sharing, item);
-            (item.arrival, order_item)
+            (arrival(item), order_item)
         });
         let known: Vec<(usize, OrderItem)> = known.collect();
         let mut orders = Orders::new(rules, known);
@@ -28,54 +29,45 @@ impl CellPlanner {
         for (container, name) in open.iter().enumerate() {
             orders.opened();
             for item in self.session.packed_in(name) {
-                orders.packed(container, item.arrival);
-                lying.insert(item.arrival);
+                orders.packed(container, arrival(item));
+                lying.insert(arrival(item));
             }
         }
-        for item in items.iter().filter(|item| !lying.contains(&item.arrival)) {
-            match item.state {
-                ItemState::Packed { .. } => orders.left_with_its_container(item.arrival),
-                ItemState::Gone | ItemState::Withdrawn => orders.dropped(item.arrival),
-                ItemState::Waiting | ItemState::Decided | ItemState::SetAside { .. } => {}
+        for item in items.iter().filter(|item| !lying.contains(&arrival(item))) {
+            match item.state() {
+                ItemState::Packed => orders.left_with_its_container(arrival(item)),
+                ItemState::Gone | ItemState::Withdrawn => orders.dropped(arrival(item)),
+                _ => {}
             }
         }
-        for item in &items {
-            let OrderLine {
-                order, order_items, ..
-            } = &item.order_line;
-            if let Some((order, items)) = order.as_ref().zip(*order_items) {
-                orders.expect(order, usize::try_from(items).unwrap_or(usize::MAX));
-            }
+        let lines = items.iter().filter_map(|item| item.order_line.as_deref());
+        for line in lines.filter(|line| line.order_items > 0) {
+            let items = usize::try_from(line.order_items).unwrap_or(usize::MAX);
+            orders.expect(&line.order, items);
         }
         Some(orders)
     }
 
-    fn order_item(&mut self, sharing: Sharing, item: &SessionItem) -> OrderItem {
-        let OrderLine {
-            order,
-            group,
-            bundle,
-            urgency,
-            ..
-        } = &item.order_line;
+    fn order_item(&mut self, sharing: Sharing, item: &v1::SessionItem) -> OrderItem {
+        let line = item.order_line.as_deref();
+        let order = line.map_or("", |line| line.order.as_str());
+        let group = line.map_or("", |line| line.group.as_str());
         // What is of no order belongs together where each container is for one, and to nothing where they are shared. No order has a
         // name with a blank.
-        let none = || match sharing {
-            Sharing::OneOrder => Arc::from(""),
-            Sharing::Shared => Arc::from(format!("of item {}", item.item_id)),
+        let order: Arc<str> = match sharing {
+            Sharing::Shared if order.is_empty() => format!("of item {}", item.item_id).into(),
+            _ => order.into(),
         };
         OrderItem {
-            order: order.as_deref().map_or_else(none, Arc::from),
-            group: group.as_deref().map(Arc::from),
-            bundle: bundle.as_deref().map(Arc::from),
+            group: (!group.is_empty()).then(|| group.into()),
             mass_kg: self.mass_kg(item),
-            urgency: *urgency,
+            ..OrderItem::new(order)
         }
     }
 }
 
 /// Whether a rule can say anything of an item.
-fn has_rules(rules: &ContainerRules, item: &SessionItem) -> bool {
+fn has_rules(rules: &ContainerRules, item: &v1::SessionItem) -> bool {
     let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
-    is_of_all || item.order_line != OrderLine::default()
+    is_of_all || item.order_line.is_some()
 }

@@ -5,67 +5,52 @@ use ppnpack_wire::v1;
 /// The resting poses that an announcement can allow.
 pub(super) struct PossiblePoses {
     /// How many may be used.
-    pub(super) most: usize,
+    pub(super) most: u32,
     /// Why no more may be used.
     pub(super) because: &'static str,
     /// How many the item has.
-    pub(super) known: usize,
+    pub(super) known: u32,
 }
 
 impl PossiblePoses {
-    /// In how many poses an item may be packed at most, and the numbers of those in which alone, in order, where they are named.
-    pub(super) fn read(&self, item: &v1::Announcement) -> Result<(usize, Vec<usize>), String> {
-        match (item.poses, item.allowed_poses.as_slice()) {
-            (poses, []) => Ok((self.count(poses)?, Vec::new())),
-            (0, allowed) => Ok((1, self.numbers(allowed)?)),
-            _ => Err("poses and allowed_poses: give one of them".to_owned()),
-        }
-    }
-
-    /// 0: as many as may be used.
-    fn count(&self, poses: u32) -> Result<usize, String> {
-        let Self { most, because, .. } = self;
-        match usize::try_from(poses).unwrap_or(usize::MAX) {
-            0 => Ok(*most),
-            poses if poses <= *most => Ok(poses),
-            poses => Err(format!(
-                "poses: {poses} where {most} is possible: {because}"
-            )),
-        }
-    }
-
-    fn numbers(&self, allowed: &[u32]) -> Result<Vec<usize>, String> {
-        let mut numbers = Vec::new();
-        for number in allowed {
-            let number = usize::try_from(*number).unwrap_or(usize::MAX);
-            if numbers.contains(&number) {
-                return Err(format!("allowed_poses: {number} is there twice"));
-            }
-            self.check(number)?;
-            numbers.push(number);
-        }
-        numbers.sort_unstable();
-        Ok(numbers)
-    }
-
-    fn check(&self, number: usize) -> Result<(), String> {
+    /// In how many poses an item may be packed at most, 0 for one, and the numbers of those in which alone, in order, where they are
+    /// named.
+    pub(super) fn read(&self, item: &v1::Announcement) -> Result<(u32, Vec<u32>), String> {
         let Self {
             most,
             because,
             known,
-        } = self;
-        if number >= *most {
-            let last = most.saturating_sub(1);
-            return Err(format!(
-                "allowed_poses: {number} where {last} is the last: {because}"
-            ));
+        } = *self;
+        let mut allowed = item.allowed_poses.clone();
+        allowed.sort_unstable();
+        let Some(last) = allowed.last() else {
+            // 0: as many as may be used.
+            return match item.poses {
+                0 if most > 1 => Ok((most, allowed)),
+                0 | 1 => Ok((0, allowed)),
+                poses if poses <= most => Ok((poses, allowed)),
+                poses => Err(format!(
+                    "poses: {poses} where {most} is possible: {because}"
+                )),
+            };
+        };
+        if item.poses > 0 {
+            return Err("poses and allowed_poses: give one of them".to_owned());
         }
-        if number >= *known {
-            let last = known.saturating_sub(1);
-            return Err(format!(
-                "allowed_poses: {number} where {last} is the last that it has"
-            ));
+        let mut pairs = allowed.iter().zip(allowed.iter().skip(1));
+        if let Some((twice, _)) = pairs.find(|(one, next)| one == next) {
+            return Err(format!("allowed_poses: {twice} is there twice"));
         }
-        Ok(())
+        let (end, why) = match most <= known {
+            true => (most, format!(": {because}")),
+            false => (known, " that it has".to_owned()),
+        };
+        match *last < end {
+            true => Ok((0, allowed)),
+            false => Err(format!(
+                "allowed_poses: {last} where {} is the last{why}",
+                end.saturating_sub(1)
+            )),
+        }
     }
 }

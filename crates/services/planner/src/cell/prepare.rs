@@ -4,20 +4,19 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::orders::{Attempt, Orders};
 use ppnpack_packing::step::Candidate;
-use ppnpack_wire::v1::Status;
+use ppnpack_wire::v1::{self, Status};
 
 use super::CellPlanner;
 use super::counts;
 use super::footprint::footprint;
 use super::refusal::Refusal;
-use crate::planning::Step;
 use crate::scenes::Seen;
-use crate::step_plan::{BufferItem, ContainerStep, StepPlan};
-use ppnpack_protocol::session::{ItemState, SessionError, SessionItem};
+use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
+use ppnpack_protocol::session::item::arrival;
+use ppnpack_protocol::session::{Packed, SessionError, message};
 
 /// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
 const ALL_PATIENCE: Duration = Duration::from_secs(1);
@@ -27,122 +26,34 @@ const SLICE: Duration = Duration::from_millis(100);
 
 /// What a step is planned on.
 pub(super) struct Prepared {
-    pub(super) items: Vec<SessionItem>,
-    /// The items in their order, each in all the poses in which it may be packed.
-    pub(super) candidates: Vec<Candidate>,
-    /// The open containers that can be planned on; at least one.
-    pub(super) containers: Vec<PreparedContainer>,
+    pub(super) items: Vec<v1::SessionItem>,
+    pub(super) plan: StepPlan,
+    /// Of each container of the plan: its place among all that are open, by which orders know it, and what was seen in it, without
+    /// anything blocked.
+    pub(super) seen: Vec<(usize, Seen)>,
     /// Which open containers cannot be planned on, and why.
     pub(super) left_out: Vec<String>,
     /// What the open containers may take; `None` where each may take all.
-    pub(super) orders: Option<Orders>,
-    /// Of the step.
-    pub(super) number: u64,
-    pub(super) deadline: Instant,
+    orders: Option<Orders>,
 }
 
-/// An open container, as a step finds it.
-pub(super) struct PreparedContainer {
-    /// Its place among all that are open, by which orders know it.
-    at: usize,
-    pub(super) name: String,
-    pub(super) seen: Seen,
-    /// What was seen, with everything blocked that must stay free.
-    pub(super) scene: Scene,
-}
+/// A container of the plan, its place among all that are open, and what was seen in it.
+type PreparedContainer = (ContainerStep, (usize, Seen));
 
 /// A container by its name, and what it looks like, or why that is not known.
 type Sight = (String, Result<Seen, Refusal>);
 
 impl Prepared {
-    pub(super) fn step<'a>(
-        &self,
-        scene: &'a Scene,
-        candidates: &'a [Candidate],
-        alternatives: usize,
-    ) -> Step<'a> {
-        Step {
-            scene,
-            candidates,
-            number: self.number,
-            alternatives,
-            below: None,
-            deadline: Some(self.deadline),
-        }
-    }
-
-    /// The step over all containers.
-    pub(super) fn step_plan(
-        &self,
-        alternatives: usize,
-        may_give_way: bool,
-        choice: ContainerChoice,
-    ) -> StepPlan<'_> {
-        let containers = self.containers.iter().map(|container| ContainerStep {
-            name: &container.name,
-            scene: &container.scene,
-        });
-        let attempts = self.attempts(may_give_way).into_iter().map(|attempt| {
-            let containers = self.containers.iter();
-            let admitted = containers.map(|container| self.admitted(container, attempt));
-            admitted.collect()
-        });
-        StepPlan {
-            containers: containers.collect(),
-            candidates: &self.candidates,
-            attempts: attempts.collect(),
-            number: self.number,
-            alternatives,
-            choice,
-            deadline: Some(self.deadline),
-        }
-    }
-
-    /// The items, as decisions name them.
-    pub(super) fn buffer_items(&self) -> Vec<BufferItem<'_>> {
-        let items = self.items.iter().map(|item| BufferItem {
-            item_id: &item.item_id,
-            object: &item.object,
-            arrival: item.arrival,
-        });
-        items.collect()
-    }
-
-    /// The tries to pack something, until one finds anything. The last of them is of all items.
-    fn attempts(&self, may_give_way: bool) -> Vec<Attempt> {
-        let Some(orders) = &self.orders else {
-            return vec![Attempt::STRICT];
-        };
-        let containers = self.containers.iter().map(|container| container.at);
-        let containers: Vec<usize> = containers.collect();
-        let mut attempts = orders.attempts(&containers, &self.candidates);
-        if !may_give_way {
-            attempts.retain(|attempt| !attempt.gives_way);
-            let is_staged = attempts.len() > 1;
-            attempts.extend(is_staged.then_some(Attempt::STRICT));
-        }
-        attempts
-    }
-
-    /// Which of the candidates a container may take in a try.
-    fn admitted(&self, container: &PreparedContainer, attempt: Attempt) -> Vec<usize> {
-        let candidates = self.candidates.iter().enumerate();
-        let admitted = candidates.filter(|(_, held)| {
-            let orders = self.orders.as_ref();
-            orders.is_none_or(|orders| orders.admits(attempt, container.at, held.arrival))
-        });
-        admitted.map(|(index, _)| index).collect()
-    }
-
     /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.
     pub(super) fn barred(
         &self,
-        item: &SessionItem,
+        item: &v1::SessionItem,
         container: usize,
         gives_way: bool,
     ) -> Option<String> {
-        let PreparedContainer { at, name, .. } = self.containers.get(container)?;
-        let bar = self.orders.as_ref()?.bar(*at, item.arrival)?;
+        let (at, _) = self.seen.get(container)?;
+        let name = &self.plan.containers.get(container)?.name;
+        let bar = self.orders.as_ref()?.bar(*at, arrival(item))?;
         let told = match name.as_str() {
             "" => bar.to_string(),
             name => format!("container {name}: {bar}"),
@@ -151,9 +62,40 @@ impl Prepared {
     }
 }
 
+/// The tries to pack something, until one finds anything: which of the candidates each of these containers may take. The last of them is
+/// of all items. Neither whether nothing fits nor what a rule would give way to is known before all containers were seen.
+fn attempts(
+    orders: Option<&Orders>,
+    containers: &[usize],
+    candidates: &[Candidate],
+    is_all_seen: bool,
+) -> Vec<AttemptPlan> {
+    let mut attempts = match orders {
+        Some(orders) => orders.attempts(containers, candidates),
+        None => vec![Attempt::STRICT],
+    };
+    if !is_all_seen {
+        attempts.retain(|attempt| !attempt.gives_way);
+        let is_staged = attempts.len() > 1;
+        attempts.extend(is_staged.then_some(Attempt::STRICT));
+    }
+    let admitted = |attempt: Attempt, at: usize| {
+        let is_admitted =
+            |held: &Candidate| orders.is_none_or(|orders| orders.admits(attempt, at, held.arrival));
+        let candidates = candidates.iter().enumerate();
+        let admitted = candidates.filter(|(_, held)| is_admitted(held));
+        admitted.map(|(index, _)| index).collect()
+    };
+    let attempts = attempts.into_iter().map(|attempt| {
+        let containers = containers.iter();
+        containers.map(|at| admitted(attempt, *at)).collect()
+    });
+    attempts.collect()
+}
+
 /// The candidates of an item, in the order of its poses.
-pub(super) fn poses_of(candidates: &[Candidate], item: &SessionItem) -> Range<usize> {
-    let is_of = |held: &&Candidate| held.arrival == item.arrival;
+pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Range<usize> {
+    let is_of = |held: &&Candidate| held.arrival == arrival(item);
     let before = candidates.iter().take_while(|held| !is_of(held));
     let first = before.count();
     let poses = candidates.iter().skip(first).take_while(is_of);
@@ -167,37 +109,43 @@ impl CellPlanner {
     /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none can be planned on.
     pub(super) fn prepare(
         &mut self,
-        items: Vec<SessionItem>,
+        items: Vec<v1::SessionItem>,
+        alternatives: usize,
         deadline: Instant,
     ) -> Result<Prepared, Refusal> {
-        let candidates = self.candidates_of(&items)?;
+        let mut candidates = Vec::new();
+        for item in &items {
+            candidates.extend(self.candidates(item)?);
+        }
         let open = self.open_by_fullness();
         let (containers, left_out) = self.prepare_containers(&open, deadline)?;
+        let (containers, seen): (Vec<ContainerStep>, Vec<(usize, Seen)>) =
+            containers.into_iter().unzip();
         let mut orders = self.orders(&open);
         if let Some(orders) = &mut orders {
             orders.begin(&candidates);
         }
+        let places: Vec<usize> = seen.iter().map(|(at, _)| *at).collect();
+        let named = items.iter().map(|item| v1::RecordedItem {
+            item_id: item.item_id.clone(),
+            object: item.object.clone(),
+            arrival: item.arrival,
+        });
         Ok(Prepared {
+            plan: StepPlan {
+                items: named.collect(),
+                attempts: attempts(orders.as_ref(), &places, &candidates, left_out.is_empty()),
+                candidates,
+                containers,
+                number: self.session.step(),
+                alternatives,
+                deadline: Some(deadline),
+            },
             items,
-            candidates,
-            containers,
+            seen,
             left_out,
             orders,
-            number: self.session.step(),
-            deadline,
         })
-    }
-
-    /// Items as a step may choose them, in their order, each in all the poses in which it may be packed.
-    pub(super) fn candidates_of(
-        &mut self,
-        items: &[SessionItem],
-    ) -> Result<Vec<Candidate>, Refusal> {
-        let mut candidates = Vec::new();
-        for item in items {
-            candidates.extend(self.candidates(item)?);
-        }
-        Ok(candidates)
     }
 
     /// The open containers that can be planned on, the fullest first, and why the others cannot.
@@ -210,7 +158,10 @@ impl CellPlanner {
         let (mut containers, mut left_out) = (Vec::new(), Vec::new());
         for (at, (name, seen)) in self.see(open, deadline)?.into_iter().enumerate() {
             match seen {
-                Ok(seen) => containers.push(self.prepare_container(at, name, seen, deadline)?),
+                Ok(seen) => {
+                    let (container, seen) = self.prepare_container(name, seen, deadline)?;
+                    containers.push((container, (at, seen)));
+                }
                 Err(refusal) => {
                     counts::stale_scenes(&self.cell, 1);
                     if is_only {
@@ -271,11 +222,10 @@ impl CellPlanner {
 
     fn prepare_container(
         &mut self,
-        at: usize,
         name: String,
         mut seen: Seen,
         deadline: Instant,
-    ) -> Result<PreparedContainer, Refusal> {
+    ) -> Result<(ContainerStep, Seen), Refusal> {
         let has_bounds = seen.scene.surface().is_some_and(Surface::has_bounds);
         if let Some(content) = self.content(&name, has_bounds, deadline) {
             seen.scene = seen.scene.with_content(content);
@@ -285,38 +235,31 @@ impl CellPlanner {
         if let Some(leaving) = self.leaving(&name)? {
             seen.scene = seen.scene.with_leaving(leaving);
         }
-        let scene = self.blocked(&name, &seen.scene)?;
-        Ok(PreparedContainer {
-            at,
+        let container = ContainerStep {
+            scene: self.blocked(&name, &seen.scene)?,
+            grid: self.place_of(&name)?.planning.grid().clone(),
             name,
-            seen,
-            scene,
-        })
+        };
+        Ok((container, seen))
     }
 
     /// The scene of a container with everything blocked that must stay free.
     fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
-        let mut regions = self.session.container(name)?.keep_out.clone();
+        let mut regions = message::read_regions(&self.session.container(name)?.keep_out);
         let packed = self.session.packed_in(name);
-        let fragile: Vec<SessionItem> = packed
-            .filter(|item| item.rules.is_fragile)
+        let fragile: Vec<v1::SessionItem> = packed
+            .filter(|item| item.rules.is_some_and(|rules| rules.is_fragile))
             .cloned()
             .collect();
         let grid = self.place_of(name)?.planning.grid().clone();
         for item in &fragile {
-            if let ItemState::Packed {
-                placement,
-                pose,
-                planned,
-                container_from_item,
-                ..
-            } = &item.state
-            {
-                let shape = self.heightmaps(item, *pose)?;
-                let moved = container_from_item.isometry() * planned.inverse();
-                if let Some(view) = shape.views().get(placement.placement.yaw) {
-                    regions.push(footprint(placement, view, &grid, &moved));
-                }
+            let Some(packed) = Packed::read(item)? else {
+                continue;
+            };
+            let shape = self.heightmaps(item, packed.pose)?;
+            let moved = packed.container_from_item.isometry() * packed.planned.inverse();
+            if let Some(view) = shape.views().get(packed.placement.placement.yaw) {
+                regions.push(footprint(&packed.placement, view, &grid, &moved));
             }
         }
         if regions.is_empty() {

@@ -1,12 +1,10 @@
 //! What steps were planned on, for who records it.
 
-use ppnpack_packing::grid::Grid;
 use ppnpack_wire::v1;
 
 use super::CellPlanner;
 use super::prepare::Prepared;
 use super::refusal::Refusal;
-use crate::record::StepResult;
 use crate::step_plan::Found;
 
 /// Records that wait until a request is answered, at most; more are published before.
@@ -21,23 +19,13 @@ impl CellPlanner {
         &mut self,
         prepared: &Prepared,
         found: &Found,
-        alternatives: usize,
         decision: Option<&v1::Decision>,
     ) {
         if !self.recorder.is_wanted() {
             return;
         }
-        let plan = self.step_plan(prepared, alternatives);
-        let names = plan.containers.iter().map(|at| at.name);
-        let places = names.filter_map(|name| self.places.iter().find(|place| place.name == name));
-        let grids: Vec<Grid> = places.map(|place| place.planning.grid().clone()).collect();
-        let result = StepResult {
-            session_id: self.session.id(),
-            is_cut: found.is_cut,
-            decision,
-        };
-        let items = prepared.buffer_items();
-        let record = self.recorder.record(&plan, &items, &grids, &result);
+        let (recorder, id) = (&mut self.recorder, self.session.id());
+        let record = recorder.record(id, &prepared.plan, found, decision);
         if self.news.records.len() < MOST_WAITING {
             self.news.records.push(record);
         } else {

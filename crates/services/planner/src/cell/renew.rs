@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_protocol::session::Container;
+use ppnpack_protocol::session::open_container;
 use ppnpack_service::process::thread;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1;
@@ -18,12 +18,6 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// How much longer than its request the thread that sends it may take to say what came of it.
 const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
-/// A container that the bridge is asked for: when it is asked again.
-#[derive(Debug)]
-pub(super) struct Renewal {
-    again_at: Instant,
-}
-
 impl CellPlanner {
     /// Whether empty containers are to come.
     pub(super) fn is_renewing(&self) -> bool {
@@ -31,20 +25,21 @@ impl CellPlanner {
     }
 
     /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
-    fn to_be_renewed(&self) -> impl Iterator<Item = (&Container, &str)> {
+    fn to_be_renewed(&self) -> impl Iterator<Item = (&v1::SessionContainer, &str)> {
         let containers = self.session.containers().iter();
         let containers = containers.filter(|_| !self.session.has_failed());
-        containers.filter_map(|container| Some((container, container.renewal_id()?)))
+        let renewing = containers.filter(|container| !container.renewal_id.is_empty());
+        renewing.map(|container| (container, container.renewal_id.as_str()))
     }
 
     /// When a container is asked for next.
     pub(super) fn next_renewal(&self) -> Option<Instant> {
         // A last item that is still inspected is looked for where it lies.
         let due = self.to_be_renewed();
-        let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.name));
+        let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.container));
         let due = due.map(|(_, id)| {
-            let asked = self.renewals.get(id);
-            asked.map_or_else(Instant::now, |asked| asked.again_at)
+            let again_at = self.renewals.get(id).copied();
+            again_at.unwrap_or_else(Instant::now)
         });
         due.min()
     }
@@ -53,13 +48,15 @@ impl CellPlanner {
     pub(super) fn renew_closed(&mut self) {
         let now = Instant::now();
         let wanted = self.to_be_renewed();
-        let wanted = wanted.map(|(container, id)| (container.name.clone(), id.to_owned()));
+        let wanted = wanted.map(|(container, id)| (container.container.clone(), id.to_owned()));
         let wanted: Vec<(String, String)> = wanted.collect();
         self.renewals
             .retain(|id, _| wanted.iter().any(|(_, wanted)| wanted == id));
         for (name, id) in wanted {
-            let asked = self.renewals.get(&id);
-            let is_due = asked.is_none_or(|asked| asked.again_at <= now);
+            let is_due = self
+                .renewals
+                .get(&id)
+                .is_none_or(|again_at| *again_at <= now);
             if is_due && !self.is_inspecting_in(&name) {
                 self.ask_renewal(&name, &id);
             }
@@ -96,7 +93,7 @@ impl CellPlanner {
             }
         };
         let again_at = Instant::now() + again_after;
-        self.renewals.insert(id.to_owned(), Renewal { again_at });
+        self.renewals.insert(id.to_owned(), again_at);
     }
 
     /// The bridge brought an empty container, or did not.
@@ -112,17 +109,22 @@ impl CellPlanner {
         };
         if let Err(reason) = opened {
             tracing::warn!(
-                cell = %self.cell, container = closed.name, reason, "there is no empty container yet"
+                cell = %self.cell, container = closed.container, reason, "there is no empty container yet"
             );
             let again_at = Instant::now() + PAUSE;
-            self.renewals.insert(id.to_owned(), Renewal { again_at });
+            self.renewals.insert(id.to_owned(), again_at);
         }
     }
 
-    fn open_renewed(&mut self, closed: &Container, state_number: u64) -> Result<(), String> {
-        let start = Container {
+    fn open_renewed(
+        &mut self,
+        closed: &v1::SessionContainer,
+        state_number: u64,
+    ) -> Result<(), String> {
+        let (name, keep_out) = (closed.container.clone(), closed.keep_out.clone());
+        let start = v1::SessionContainer {
             sequence: closed.sequence,
-            ..Container::open(closed.name.clone(), closed.keep_out.clone(), state_number)
+            ..open_container(name, keep_out, state_number)
         };
         self.open_container(start)
             .map_err(|refusal| refusal.message)

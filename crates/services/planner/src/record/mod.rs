@@ -4,7 +4,6 @@ mod read;
 mod shapes;
 mod write;
 
-use ppnpack_packing::grid::Grid;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::Process;
@@ -13,8 +12,8 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::settings::CellSettings;
-use crate::step_plan::{BufferItem, StepPlan};
-pub(crate) use read::{RecordedStep, items};
+use crate::step_plan::{Found, StepPlan};
+pub(crate) use read::step;
 pub use read::{ShapeSource, Unreadable};
 use shapes::Shapes;
 
@@ -26,13 +25,6 @@ pub(crate) struct Recorder {
     versions: v1::Versions,
     /// As JSON.
     settings: String,
-}
-
-/// What came of a step.
-pub(crate) struct StepResult<'a> {
-    pub(crate) session_id: &'a str,
-    pub(crate) is_cut: bool,
-    pub(crate) decision: Option<&'a v1::Decision>,
 }
 
 impl Recorder {
@@ -55,24 +47,24 @@ impl Recorder {
         self.records.has_readers()
     }
 
-    /// The record of a step.
+    /// The record of a step, and of what came of it.
     pub(crate) fn record(
         &mut self,
-        plan: &StepPlan<'_>,
-        items: &[BufferItem<'_>],
-        grids: &[Grid],
-        result: &StepResult<'_>,
+        session_id: &str,
+        plan: &StepPlan,
+        found: &Found,
+        decision: Option<&v1::Decision>,
     ) -> v1::PlanningRecord {
         self.shapes.make_room();
         v1::PlanningRecord {
             cell: self.cell.clone(),
-            session_id: result.session_id.to_owned(),
+            session_id: session_id.to_owned(),
             planned_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
             versions: Some(self.versions.clone()),
             settings: self.settings.clone(),
-            is_cut: result.is_cut,
-            decision: result.decision.cloned(),
-            ..write::step(plan, items, grids, &mut self.shapes)
+            is_cut: found.is_cut,
+            decision: decision.cloned(),
+            ..write::step(plan, &mut self.shapes)
         }
     }
 

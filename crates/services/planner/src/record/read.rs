@@ -3,10 +3,7 @@
 use std::sync::Arc;
 
 use ppnpack_packing::candidate::{Candidate, Lying};
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::leaving::{Leaving, Stop};
 use ppnpack_packing::loads::Burden;
@@ -14,7 +11,7 @@ use ppnpack_packing::model::Model;
 use ppnpack_protocol::session::message;
 use ppnpack_wire::{WireError, convert, v1};
 
-use crate::step_plan::{AttemptPlan, BufferItem, ContainerStep, StepPlan};
+use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
 
 /// Why a record is no step.
 #[derive(Debug, thiserror::Error)]
@@ -51,66 +48,25 @@ pub trait ShapeSource {
     fn solid(&mut self, id: &[u8]) -> Result<Arc<Model>, Unreadable>;
 }
 
-/// A step over the open containers, as it was recorded.
-pub(crate) struct RecordedStep {
-    pub(crate) containers: Vec<RecordedContainer>,
-    candidates: Vec<Candidate>,
-    attempts: Vec<AttemptPlan>,
-    number: u64,
-    alternatives: usize,
-}
-
-pub(crate) struct RecordedContainer {
-    pub(crate) name: String,
-    pub(crate) grid: Grid,
-    scene: Scene,
-}
-
-impl RecordedStep {
-    pub(crate) fn read(
-        record: &v1::PlanningRecord,
-        shapes: &mut dyn ShapeSource,
-    ) -> Result<Self, Unreadable> {
-        let candidates = record.candidates.iter();
-        let candidates = candidates.map(|held| candidate(held, shapes));
-        let candidates = candidates.collect::<Result<_, _>>()?;
-        let containers = record.containers.iter();
-        let containers = containers.map(|at| container(at, shapes));
-        Ok(Self {
-            containers: containers.collect::<Result<_, _>>()?,
-            candidates,
-            attempts: record.attempts.iter().map(attempt).collect(),
-            number: record.step,
-            alternatives: index(record.alternatives),
-        })
-    }
-
-    /// The step, to be planned however long it takes.
-    pub(crate) fn plan(&self, choice: ContainerChoice) -> StepPlan<'_> {
-        let containers = self.containers.iter().map(|at| ContainerStep {
-            name: &at.name,
-            scene: &at.scene,
-        });
-        StepPlan {
-            containers: containers.collect(),
-            candidates: &self.candidates,
-            attempts: self.attempts.clone(),
-            number: self.number,
-            alternatives: self.alternatives,
-            choice,
-            deadline: None,
-        }
-    }
-}
-
-/// The items of the buffer.
-pub(crate) fn items(record: &v1::PlanningRecord) -> Vec<BufferItem<'_>> {
-    let items = record.items.iter().map(|item| BufferItem {
-        item_id: &item.item_id,
-        object: &item.object,
-        arrival: arrival(item.arrival),
-    });
-    items.collect()
+/// The step of a record, to be planned however long it takes.
+pub(crate) fn step(
+    record: &v1::PlanningRecord,
+    shapes: &mut dyn ShapeSource,
+) -> Result<StepPlan, Unreadable> {
+    let candidates = record.candidates.iter();
+    let candidates = candidates.map(|held| candidate(held, shapes));
+    let candidates = candidates.collect::<Result<_, _>>()?;
+    let containers = record.containers.iter();
+    let containers = containers.map(|at| container(at, shapes));
+    Ok(StepPlan {
+        items: record.items.clone(),
+        containers: containers.collect::<Result<_, _>>()?,
+        candidates,
+        attempts: record.attempts.iter().map(attempt).collect(),
+        number: record.step,
+        alternatives: index(record.alternatives),
+        deadline: None,
+    })
 }
 
 fn candidate(
@@ -134,14 +90,17 @@ fn candidate(
         },
         rules: message::read_rules(held.rules.as_ref())?,
         stop: stop(&held.stop),
-        ..Candidate::new(arrival(held.arrival), shapes.item(&held.item)?)
+        ..Candidate::new(
+            usize::try_from(held.arrival).unwrap_or(usize::MAX),
+            shapes.item(&held.item)?,
+        )
     })
 }
 
 fn container(
     at: &v1::RecordedContainer,
     shapes: &mut dyn ShapeSource,
-) -> Result<RecordedContainer, Unreadable> {
+) -> Result<ContainerStep, Unreadable> {
     let (grid, mut scene) = convert::scene::read_required("scene", at.scene.as_ref())?;
     if let Some(content) = &at.content {
         scene = scene.with_content(content_of(content, shapes)?);
@@ -152,7 +111,7 @@ fn container(
         let leaving = leaving.ok_or_else(|| Unreadable::Stops(at.container.clone()))?;
         scene = scene.with_leaving(leaving);
     }
-    Ok(RecordedContainer {
+    Ok(ContainerStep {
         name: at.container.clone(),
         grid,
         scene,
@@ -204,9 +163,5 @@ fn stop(number: &u32) -> Stop {
 }
 
 fn index(number: u32) -> usize {
-    usize::try_from(number).unwrap_or(usize::MAX)
-}
-
-fn arrival(number: u64) -> usize {
     usize::try_from(number).unwrap_or(usize::MAX)
 }

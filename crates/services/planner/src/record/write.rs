@@ -1,36 +1,24 @@
 //! A step as a record.
 
-use ppnpack_packing::candidate::{Candidate, Rules};
+use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::content::{Content, LyingSolid};
-use ppnpack_packing::grid::Grid;
 use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_protocol::session::message;
 use ppnpack_wire::{convert, v1};
 
 use super::shapes::Shapes;
-use crate::step_plan::{AttemptPlan, BufferItem, ContainerStep, StepPlan};
+use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
 
-/// What a step was planned on; `grids` are those of its containers.
-pub(super) fn step(
-    plan: &StepPlan<'_>,
-    items: &[BufferItem<'_>],
-    grids: &[Grid],
-    shapes: &mut Shapes,
-) -> v1::PlanningRecord {
+/// What a step was planned on.
+pub(super) fn step(plan: &StepPlan, shapes: &mut Shapes) -> v1::PlanningRecord {
     let candidates = plan.candidates.iter();
     let candidates = candidates.map(|held| candidate(held, shapes)).collect();
-    let containers = plan.containers.iter().zip(grids);
-    let containers = containers.map(|(at, grid)| container(at, grid, shapes));
+    let containers = plan.containers.iter();
+    let containers = containers.map(|at| container(at, shapes));
     v1::PlanningRecord {
         step: plan.number,
         alternatives: number(plan.alternatives),
-        items: items
-            .iter()
-            .map(|item| v1::RecordedItem {
-                item_id: item.item_id.to_owned(),
-                object: item.object.to_owned(),
-                arrival: item.arrival as u64,
-            })
-            .collect(),
+        items: plan.items.clone(),
         candidates,
         containers: containers.collect(),
         attempts: plan.attempts.iter().map(attempt).collect(),
@@ -49,29 +37,20 @@ fn candidate(held: &Candidate, shapes: &mut Shapes) -> v1::RecordedCandidate {
         mass_kg: held.mass_kg,
         heightmap_from_item: frame(&held.lying.heightmap_from_item),
         waits_at: frame(&held.lying.waits_at),
-        rules: rules(&held.rules),
+        rules: message::write_rules(&held.rules),
         stop: stop(&held.stop),
     }
-}
-
-fn rules(rules: &Rules) -> Option<v1::ItemRules> {
-    (*rules != Rules::default()).then_some(v1::ItemRules {
-        is_fragile: rules.is_fragile,
-        is_bottom_only: rules.is_bottom_only,
-        is_upright: rules.is_upright,
-        carries_kg: rules.carries_kg,
-    })
 }
 
 fn stop(stop: &Stop) -> u32 {
     stop.number().unwrap_or(0)
 }
 
-fn container(at: &ContainerStep<'_>, grid: &Grid, shapes: &mut Shapes) -> v1::RecordedContainer {
+fn container(at: &ContainerStep, shapes: &mut Shapes) -> v1::RecordedContainer {
     let stops = at.scene.leaving().map(Leaving::stops).unwrap_or_default();
     v1::RecordedContainer {
-        container: at.name.to_owned(),
-        scene: Some(convert::scene::write(grid, at.scene)),
+        container: at.name.clone(),
+        scene: Some(convert::scene::write(&at.grid, &at.scene)),
         content: at
             .scene
             .content()

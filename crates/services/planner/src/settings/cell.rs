@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource, SET_ASIDE};
 use ppnpack_packing::orders::ContainerRules;
@@ -41,8 +40,6 @@ pub struct CellSettings {
     /// them; where none is given, it has one, which has the cell's own name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub containers: BTreeMap<String, ContainerSettings>,
-    /// Which of the open containers an item goes into.
-    pub choice: ContainerChoice,
     /// What a container may hold, by what is said of the items' orders, groups and masses.
     pub rules: ContainerRules,
     /// When a container is closed.
@@ -99,7 +96,6 @@ impl Default for CellSettings {
             grid: GridSettings::default(),
             method: Method::default(),
             containers: BTreeMap::new(),
-            choice: ContainerChoice::default(),
             rules: ContainerRules::default(),
             closing: ClosingSettings::default(),
             arm: None,
@@ -139,9 +135,6 @@ impl CellSettings {
             return Err(format!(
                 "rules.together: {a} and {b} are in rules.apart, too, and could never be packed: leave one of the pairs out"
             ));
-        }
-        if let Some(wait_s) = self.closing.order_wait_s {
-            in_range("closing.order_wait_s", wait_s, 0.001..=1e6)?;
         }
         let possible = self.closing.rules.validate(rules);
         possible.map_err(|error| error.to_string())

@@ -33,10 +33,6 @@ pub struct ClosingSettings {
     /// items it has.
     #[serde(flatten)]
     pub rules: ClosingRules,
-    /// The longest that an order is waited for of which fewer items were announced than it is said to have, in seconds since the last of
-    /// them; then no more are expected. Where it is not given, they are waited for until a request says that none comes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub order_wait_s: Option<f64>,
 }
 
 /// A container of a cell, and how it is planned.

@@ -1,5 +1,5 @@
 use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, ProposalSource, SET_ASIDE};
+use ppnpack_packing::method::{Method, ProposalSource};
 use ppnpack_packing::objective::Weights;
 use ppnpack_robot::station::StationSettings;
 
@@ -60,72 +60,40 @@ fn the_keys_of_grid_and_method_stand_among_the_others() {
 }
 
 #[test]
-fn proposals_that_give_items_up_early_are_refused() {
-    let cell: CellSettings =
-        toml::from_str("proposals = { from = \"tries\", yaws = 3, positions = 9 }").unwrap();
-    assert_eq!(cell.method.proposals, ProposalSource::PUBLISHED_TRIES);
-    let refused = cell.validate().unwrap_err();
-    assert!(refused.starts_with("proposals: `tries`"), "{refused}");
-}
-
-#[test]
-fn how_placements_are_tried_is_set_for_each_cell() {
-    let cell: CellSettings = toml::from_str("trial = { tries_per_item = 7 }").unwrap();
-    assert_eq!(cell.method.trial.tries_per_item, 7);
-    assert_eq!(cell.validate(), Ok(()));
-    let text = "[trial]\nlimits = { tilt_rad = 9.0 }";
-    let cell: CellSettings = toml::from_str(text).unwrap();
-    let refusal = cell.validate().unwrap_err();
-    assert!(refusal.contains("tilt limit"), "{refusal}");
-}
-
-#[test]
-fn no_more_items_may_be_set_aside_than_is_possible() {
-    let cell: CellSettings = toml::from_str("set_aside = 10000").unwrap();
-    assert_eq!(cell.validate(), Ok(()));
-    let cell = CellSettings {
-        set_aside: 10_001,
-        ..cell
-    };
-    let refusal = cell.validate().unwrap_err();
-    assert!(refusal.contains("set_aside"), "{refusal}");
-    assert_eq!(CellSettings::default().set_aside, SET_ASIDE);
-}
-
-#[test]
-fn as_many_poses_are_possible_as_the_services_take_candidates() {
-    let with_poses = |poses: usize, buffer: usize| {
-        let text = format!("poses = {poses}\nbuffer = {buffer}");
-        let cell: CellSettings = toml::from_str(&text).unwrap();
-        cell.validate()
-    };
-    assert_eq!(CellSettings::default().poses, 1);
-    assert_eq!(with_poses(1, 1_000), Ok(()));
-    assert_eq!(with_poses(6, 166), Ok(()));
-    for (poses, buffer) in [(0, 5), (7, 5), (6, 167)] {
-        let refusal = with_poses(poses, buffer).unwrap_err();
-        assert!(refusal.contains("poses"), "{refusal}");
-    }
-}
-
-#[test]
-fn closing_rules_that_do_not_go_together_are_refused_with_what_to_do() {
+fn what_is_not_possible_is_refused_with_its_name() {
     let validated = |text: &str| {
         let cell: CellSettings = toml::from_str(text).unwrap();
         cell.validate()
     };
-    let possible = "rules = { sharing = \"one-order\" }\n\
-                    closing = { renews = true, fill_percent = 80, order_complete = true }";
-    assert_eq!(validated(possible), Ok(()));
-    let cell: CellSettings = toml::from_str(possible).unwrap();
-    let written = toml::to_string(&cell).unwrap();
-    assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
-    for (text, remedy) in [
+    for possible in [
+        "",
+        "trial = { tries_per_item = 7 }",
+        "set_aside = 10000",
+        "poses = 1\nbuffer = 1000",
+        "poses = 6\nbuffer = 166",
+        "rules = { sharing = \"one-order\" }\n\
+         closing = { renews = true, fill_percent = 80, order_complete = true }",
+    ] {
+        assert_eq!(validated(possible), Ok(()));
+        let cell: CellSettings = toml::from_str(possible).unwrap();
+        let written = toml::to_string(&cell).unwrap();
+        assert_eq!(toml::from_str::<CellSettings>(&written).unwrap(), cell);
+    }
+    for (text, named) in [
+        (
+            "proposals = { from = \"tries\", yaws = 3, positions = 9 }",
+            "proposals: `tries`",
+        ),
+        ("trial = { limits = { tilt_rad = 9.0 } }", "tilt limit"),
+        ("set_aside = 10001", "set_aside"),
+        ("poses = 0", "poses"),
+        ("poses = 7", "poses"),
+        ("poses = 6\nbuffer = 167", "lower poses or buffer"),
         ("closing = { fill_percent = 101 }", "1 to 100 percent"),
         ("closing = { order_complete = true }", "set rules.sharing"),
     ] {
         let refused = validated(text).unwrap_err();
-        assert!(refused.contains(remedy), "{refused}");
+        assert!(refused.contains(named), "{refused}");
     }
     let unknown = toml::from_str::<CellSettings>("closing = { none_of_last = 3 }");
     let unknown = unknown.unwrap_err().to_string();

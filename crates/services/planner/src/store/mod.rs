@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use ppnpack_protocol::session::{FROM_BACKUP, Session};
-use ppnpack_service::database::guarded;
+use ppnpack_service::database::Kept;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
@@ -62,10 +62,9 @@ pub(crate) struct Store {
     /// `None` where it is in memory.
     path: Option<PathBuf>,
     /// Says the version; open as long as the store is, so that no other process has it. `None` in memory.
-    _root: Option<Database>,
-    /// Those that are open: after an error of the disk a file is opened again when it is next needed, so that a disk that
-    /// recovered serves again.
-    cells: Mutex<BTreeMap<Cell, CellFile>>,
+    _root: Option<Kept<Database>>,
+    /// Those that were needed.
+    cells: Mutex<BTreeMap<Cell, Kept<CellFile>>>,
     /// The most bytes of heightmaps in a session, as they are encoded.
     most_shape_bytes: u64,
 }
@@ -133,7 +132,7 @@ impl Store {
         // Nothing is forgotten where nothing is added.
         let used = match shapes {
             [] => BTreeSet::new(),
-            _ => items.map(|item| item.shape.to_bytes()).collect(),
+            _ => items.map(|item| item.shape.clone()).collect(),
         };
         let change = Change::Add {
             shapes,
@@ -209,34 +208,20 @@ impl Store {
         cell: &Cell,
         mut work: impl FnMut(&mut CellFile) -> Result<T, Fault>,
     ) -> Result<T, StoreError> {
+        let path = self.file_of(cell);
         // An error leaves no database, and a panic is caught: the guarded value is whole at any time.
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut result = self.attempt(&mut cells, cell, &mut work);
-        if let (Err(fault), Some(path)) = (&result, self.file_of(cell))
-            && fault.is_damage()
-        {
-            result = file::put_aside(&path, fault)
-                .and_then(|()| self.attempt(&mut cells, cell, &mut work));
-        }
-        result.map_err(StoreError::from)
-    }
-
-    fn attempt<T>(
-        &self,
-        cells: &mut BTreeMap<Cell, CellFile>,
-        cell: &Cell,
-        work: &mut impl FnMut(&mut CellFile) -> Result<T, Fault>,
-    ) -> Result<T, Fault> {
-        let mut file = match cells.remove(cell) {
-            Some(file) => file,
-            None => CellFile::open(self.file_of(cell).as_deref())?,
-        };
-        let result = guarded(|| work(&mut file));
-        // In memory there is nothing to be opened again.
-        if result.is_ok() || self.path.is_none() {
-            cells.insert(cell.clone(), file);
-        }
-        result
+        let file = cells.entry(cell.clone()).or_default();
+        let done = file.with(
+            || CellFile::open(path.as_deref()),
+            |fault| match &path {
+                Some(path) => file::put_aside(path, fault),
+                // In memory there is nothing to be put aside.
+                None => Err(Fault::Panic),
+            },
+            |file, _| work(file),
+        );
+        Ok(done?)
     }
 
     fn file_of(&self, cell: &Cell) -> Option<PathBuf> {
@@ -246,19 +231,14 @@ impl Store {
 }
 
 /// Opens the file that says the version, and begins it where there is none.
-fn open_root(path: &Path) -> Result<Database, Fault> {
-    let attempt = || -> Result<_, Fault> {
-        let root = file::open(Some(path))?;
-        guarded(|| database::begin_version(&root))?;
-        Ok(root)
-    };
-    match attempt() {
-        Err(fault) if fault.is_damage() => {
-            file::put_aside(path, &fault)?;
-            attempt()
-        }
-        opened => opened,
-    }
+fn open_root(path: &Path) -> Result<Kept<Database>, Fault> {
+    let mut root = Kept::default();
+    root.with(
+        || file::open(Some(path)),
+        |fault| file::put_aside(path, fault),
+        |root, _| database::begin_version(root),
+    )?;
+    Ok(root)
 }
 
 #[cfg(test)]

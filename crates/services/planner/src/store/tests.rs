@@ -2,7 +2,7 @@ use std::fs;
 
 use nalgebra::Vector3;
 use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_protocol::session::{Container, ItemState, Lying, OrderLine, Rules, SessionItem};
+use ppnpack_protocol::session::open_container;
 use ppnpack_wire::convert;
 use redb::TableDefinition;
 use tempfile::TempDir;
@@ -31,24 +31,17 @@ fn shape(side: usize) -> v1::Item {
     convert::item::write(&Item::new("block", vec![view; 2], 0.001).unwrap())
 }
 
-fn item(item_id: &str, shape: &v1::Item) -> SessionItem {
-    SessionItem {
-        lying: Lying::default(),
+fn item(item_id: &str, shape: &v1::Item) -> v1::SessionItem {
+    v1::SessionItem {
         item_id: item_id.to_owned(),
-        arrival: 0,
-        order_line: OrderLine::default(),
         object: "block".to_owned(),
-        shape: ItemId::of(shape),
-        rules: Rules::default(),
-        poses: 1,
-        allowed_poses: Vec::new(),
-        state: ItemState::Waiting,
-        inspection: None,
+        shape: ItemId::of(shape).to_bytes(),
+        ..v1::SessionItem::default()
     }
 }
 
 fn session(id: &str) -> Session {
-    let container = Container::open(String::new(), Vec::new(), 7);
+    let container = open_container(String::new(), Vec::new(), 7);
     Session::begin(id.to_owned(), vec![container], false, 0)
 }
 
@@ -179,19 +172,19 @@ fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
     let store = Store::open(None, ENOUGH).unwrap();
     let a = cell("a");
     fill(&store, &a, 1);
-    let cells = store.cells.lock().unwrap();
-    let transaction = cells[&a].database.begin_write().unwrap();
-    {
+    let change = |database: &Database| {
+        let transaction = database.begin_write().unwrap();
         let shapes: TableDefinition<'_, (&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
         let mut table = transaction.open_table(shapes).unwrap();
         let id = ItemId::of(&shape(3)).to_bytes();
         let other = shape(4).encode_to_vec();
-        table
-            .insert(("a", id.as_slice()), other.as_slice())
-            .unwrap();
-    }
-    transaction.commit().unwrap();
-    drop(cells);
+        let key = ("a", id.as_slice());
+        table.insert(key, other.as_slice()).unwrap();
+        drop(table);
+        transaction.commit().unwrap();
+        Ok(())
+    };
+    store.with(&a, change).unwrap();
     assert_eq!(store.shape(&a, ItemId::of(&shape(3))).unwrap(), None);
 }
 

@@ -2,23 +2,37 @@
 
 use std::collections::BTreeMap;
 
-use crate::common::containers::{Rig, close, open};
-use crate::common::{self, announcement, block, cell, placed, soon, square};
-use ppnpack_packing::closing::ClosingRules;
-use ppnpack_packing::containers::ContainerChoice;
+use crate::common::{
+    self, Rig, announcement, block, cell, close, left_and_right, line, of_mass, of_order, open,
+    soon, square,
+};
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::Sharing;
-use ppnpack_planner::{ClosingSettings, ContainerSettings};
+use ppnpack_planner::{CellSettings, ContainerSettings};
+use ppnpack_service::ServiceSettings;
 use ppnpack_service::stream::Latest;
-use ppnpack_service::{ServiceSettings, embedded};
 use ppnpack_wire::MAX_MESSAGE_BYTES;
-use ppnpack_wire::keys::{Service, Stream};
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::keys::Stream;
+use ppnpack_wire::v1::{self, ClosingReason, Status};
+
+/// A cell with two containers, where it is otherwise than by default.
+fn with(change: impl FnOnce(&mut CellSettings)) -> Rig {
+    let mut settings = left_and_right();
+    change(&mut settings);
+    Rig::new(settings)
+}
+
+/// Which containers were closed, with how many items, and why.
+fn closed(session: &v1::Session) -> Vec<(&str, u32, ClosingReason)> {
+    let closed = session.closed.iter();
+    let closed = closed.map(|closed| (closed.container.as_str(), closed.items, closed.reason()));
+    closed.collect()
+}
 
 #[test]
 fn the_fullest_container_is_packed_first_and_the_decision_names_it() {
-    let rig = Rig::new(&["left", "right"], |_| {});
-    rig.begin(4);
+    let rig = Rig::new(left_and_right());
+    rig.begin_with(&["a", "b", "c", "d"]);
     assert_eq!(rig.step().container, "left");
     assert_eq!(rig.step().container, "left");
     rig.call(close("left", 0));
@@ -29,59 +43,37 @@ fn the_fullest_container_is_packed_first_and_the_decision_names_it() {
         items.filter(|item| item.container == container).count()
     };
     assert_eq!((packed_in("left"), packed_in("right")), (2, 1));
-    let [closed] = session.closed.as_slice() else {
-        panic!("{:?}", session.closed);
-    };
-    assert_eq!((closed.container.as_str(), closed.items), ("left", 2));
-    assert_eq!(closed.text, "the truck leaves");
+    assert_eq!(closed(&session), [("left", 2, ClosingReason::Request)]);
+    assert_eq!(session.closed[0].text, "the truck leaves");
     rig.call(open("left", 1));
     // The right one holds more than the new one.
     assert_eq!(rig.step().container, "right");
-    rig.finish();
-}
-
-#[test]
-fn the_best_of_all_containers_is_that_of_the_least_value() {
-    let rig = Rig::new(&["left", "right"], |settings| {
-        settings.choice = ContainerChoice::Best;
-    });
-    rig.begin(3);
-    // Nothing lies in what is seen: the containers are alike, and the first of equal ones is chosen.
-    assert_eq!(rig.step().container, "left");
-    let decision = rig.step();
-    assert_eq!(decision.container, "left");
-    rig.call(close("left", 0));
-    let other = rig.step();
-    assert_eq!(other.container, "right");
-    assert_eq!(other.value.to_bits(), decision.value.to_bits());
-    rig.finish();
 }
 
 #[test]
 fn a_container_that_is_not_seen_is_left_out_and_the_decision_says_so() {
-    let rig = Rig::new(&["right"], |_| {});
-    rig.begin(1);
+    let rig = Rig::new(left_and_right());
+    rig.seen.lock().unwrap().hidden = "left";
+    rig.begin_with(&["a"]);
     let decision = rig.step();
     assert_eq!(decision.container, "right");
     let [reason] = decision.degraded.as_slice() else {
         panic!("{:?}", decision.degraded);
     };
     assert!(reason.starts_with("container left is left out"), "{reason}");
-    rig.finish();
 }
 
 #[test]
 fn without_an_open_container_nothing_is_planned_and_the_refusal_says_so() {
-    let rig = Rig::new(&["left", "right"], |_| {});
-    rig.call(v1::BeginRequest {
-        session_id: "s".to_owned(),
+    let rig = Rig::new(left_and_right());
+    rig.begin_as(v1::BeginRequest {
         containers: vec![v1::ContainerStart {
             container: "right".to_owned(),
             ..v1::ContainerStart::default()
         }],
         ..v1::BeginRequest::default()
     });
-    rig.announce(2);
+    rig.announce(["a", "b"].map(|item_id| announcement(item_id, block())));
     assert_eq!(rig.step().container, "right");
     rig.call(close("right", 0));
     let (status, text) = rig.refused(v1::PlanRequest::default());
@@ -89,13 +81,12 @@ fn without_an_open_container_nothing_is_planned_and_the_refusal_says_so() {
     assert!(text.contains("no container is open"), "{text}");
     rig.call(open("left", 0));
     assert_eq!(rig.step().container, "left");
-    rig.finish();
 }
 
 #[test]
 fn requests_for_other_containers_are_refused() {
-    let rig = Rig::new(&["left", "right"], |_| {});
-    rig.begin(1);
+    let rig = Rig::new(left_and_right());
+    rig.begin();
     let not_found = Some(Status::NotFound);
     assert_eq!(rig.refused(close("middle", 0)).0, not_found);
     assert_eq!(rig.refused(open("middle", 0)).0, not_found);
@@ -119,65 +110,38 @@ fn requests_for_other_containers_are_refused() {
     assert_eq!(status, invalid);
     assert!(text.contains("least_state_number"), "{text}");
     assert_eq!(rig.session().session_id, "s");
-    rig.finish();
 }
 
 #[test]
 fn a_container_as_full_as_is_set_is_closed() {
     let percent = |volume_m3: f64| 100.0 * volume_m3 / (0.32 * 0.32 * 0.3);
-    let rig = Rig::new(&["left", "right"], |settings| {
-        settings.closing = ClosingSettings {
-            rules: ClosingRules {
-                fill_percent: Some(percent(0.003)),
-                ..ClosingRules::default()
-            },
-            ..ClosingSettings::default()
-        };
-    });
-    common::begin(&rig.client);
-    let items = (0..3).map(|number| announcement(&format!("i{number}"), square("box", 8, 0.0016)));
-    rig.call(v1::AnnounceRequest {
-        items: items.collect(),
-        ..v1::AnnounceRequest::default()
-    });
-    let containers: Vec<String> = (0..3).map(|_| rig.step().container).collect();
+    let rig = with(|settings| settings.closing.rules.fill_percent = Some(percent(0.003)));
+    rig.begin();
+    rig.announce(["a", "b", "c"].map(|item_id| announcement(item_id, square("box", 8, 0.0016))));
+    let containers = [(); 3].map(|()| rig.step().container);
     assert_eq!(containers, ["left", "left", "right"]);
-    let session = rig.session();
-    let closed: Vec<_> = session
-        .closed
-        .iter()
-        .map(v1::ClosedContainer::reason)
-        .collect();
-    assert_eq!(closed, [v1::ClosingReason::Full]);
-    rig.finish();
+    assert_eq!(closed(&rig.session()), [("left", 2, ClosingReason::Full)]);
 }
 
 #[test]
 fn what_lies_where_survives_a_restart_and_other_containers_end_the_session() {
-    let rig = Rig::new(&["left", "right"], |_| {});
-    rig.begin(2);
+    let mut rig = Rig::new(left_and_right());
+    rig.begin_with(&["a", "b"]);
     rig.step();
     rig.call(close("left", 0));
     let before = rig.session();
-    let rig = rig.restarted(|_| {});
+    rig.restart(&[], |_| {});
     assert_eq!(rig.session(), before);
-    let rig = rig.restarted(|settings| {
-        let cells = settings.cells.values_mut();
-        cells.for_each(|cell| drop(cell.containers.remove("left")));
-    });
+    rig.restart(&[], |cell| drop(cell.containers.remove("left")));
     let session = rig.session();
     assert_eq!(session.end(), v1::SessionEnd::Failed);
-    assert!(
-        session.failure.contains("begin a new session"),
-        "{}",
-        session.failure
-    );
-    rig.finish();
+    let failure = &session.failure;
+    assert!(failure.contains("begin a new session"), "{failure}");
 }
 
 #[test]
 fn a_container_has_a_name_of_its_own() {
-    let mut settings = common::settings(crate::common::coarse());
+    let mut settings = common::settings(common::coarse());
     let containers = BTreeMap::from([("cell-1".to_owned(), ContainerSettings::default())]);
     settings.cells.get_mut("cell-1").unwrap().containers = containers;
     let refused = settings.validate().unwrap_err();
@@ -187,18 +151,6 @@ fn a_container_has_a_name_of_its_own() {
     );
 }
 
-/// Announces blocks, each with what it belongs to.
-fn announce_lines(rig: &Rig, lines: &[(&str, v1::OrderLine)]) {
-    let items = lines.iter().map(|(item_id, line)| v1::Announcement {
-        order_line: Some(line.clone()),
-        ..announcement(item_id, block())
-    });
-    rig.call(v1::AnnounceRequest {
-        items: items.collect(),
-        ..v1::AnnounceRequest::default()
-    });
-}
-
 fn of_group(group: &str) -> v1::OrderLine {
     v1::OrderLine {
         group: group.to_owned(),
@@ -206,58 +158,41 @@ fn of_group(group: &str) -> v1::OrderLine {
     }
 }
 
-fn of_order(order: &str) -> v1::OrderLine {
-    v1::OrderLine {
-        order: order.to_owned(),
-        ..v1::OrderLine::default()
-    }
-}
-
-/// Steps until nothing fits or waits; the items with their containers, and why others do not fit.
+/// Steps until nothing fits or waits; the items with their containers by their names, and why others do not fit.
 fn pack(rig: &Rig) -> (Vec<(String, String)>, Vec<v1::ItemReason>) {
     let mut packed = Vec::new();
     loop {
-        let reply = rig.call(v1::PlanRequest::default());
-        let Some(decision) = reply.decision else {
-            return (packed, reply.reasons);
-        };
-        rig.call(placed(&decision, decision.state_number + 1));
-        packed.push((decision.item_id, decision.container));
+        match rig.try_step() {
+            Ok(decision) => packed.push((decision.item_id, decision.container)),
+            Err(reasons) => {
+                packed.sort_unstable();
+                return (packed, reasons);
+            }
+        }
     }
 }
 
-fn pairs(packed: &[(String, String)]) -> Vec<(&str, &str)> {
-    let pairs = packed.iter();
-    pairs
-        .map(|(item, container)| (item.as_str(), container.as_str()))
-        .collect()
+fn assert_packed(packed: &[(String, String)], expected: &[(&str, &str)]) {
+    let packed = packed.iter();
+    let packed = packed.map(|(item, container)| (item.as_str(), container.as_str()));
+    assert_eq!(packed.collect::<Vec<_>>(), expected);
 }
 
 #[test]
 fn groups_that_must_not_travel_together_go_into_two_containers() {
-    let rig = Rig::new(&["left", "right"], |settings| {
+    let rig = with(|settings| {
         settings.rules.apart = vec![("food".to_owned(), "soap".to_owned())];
         settings.set_aside = 5;
     });
-    common::begin(&rig.client);
-    let (food, soap) = (of_group("food"), of_group("soap"));
-    let lines = [
-        ("a", food.clone()),
-        ("b", soap.clone()),
-        ("c", food),
-        ("d", soap),
-    ];
-    announce_lines(&rig, &lines);
+    rig.begin();
+    let lines = [("a", "food"), ("b", "soap"), ("c", "food"), ("d", "soap")];
+    rig.announce(lines.map(|(item_id, group)| line(item_id, of_group(group))));
     let (packed, _) = pack(&rig);
-    let mut lying = pairs(&packed);
-    lying.sort_unstable();
-    assert_eq!(
-        lying,
-        [("a", "left"), ("b", "right"), ("c", "left"), ("d", "right")]
-    );
+    let expected = [("a", "left"), ("b", "right"), ("c", "left"), ("d", "right")];
+    assert_packed(&packed, &expected);
     // What no open container may take is not set aside: it waits for another one.
     rig.call(close("right", 0));
-    announce_lines(&rig, &[("e", of_group("soap"))]);
+    rig.announce([line("e", of_group("soap"))]);
     let (packed, reasons) = pack(&rig);
     assert!(packed.is_empty());
     assert_eq!(reasons[0].reason(), v1::Reason::Rule);
@@ -266,44 +201,36 @@ fn groups_that_must_not_travel_together_go_into_two_containers() {
         "container left: soap must not travel with food"
     );
     rig.call(open("right", 1));
-    assert_eq!(pairs(&pack(&rig).0), [("e", "right")]);
-    rig.finish();
+    assert_packed(&pack(&rig).0, &[("e", "right")]);
 }
 
 #[test]
 fn a_container_of_one_order_is_closed_when_that_is_complete() {
-    let rig = Rig::new(&["left", "right"], |settings| {
+    let rig = with(|settings| {
         settings.rules.sharing = Sharing::OneOrder;
         settings.closing.rules.order_complete = true;
     });
-    common::begin(&rig.client);
-    let lines = ["1", "2", "1", "2", "2"].map(of_order);
-    let lines: Vec<_> = ["a", "b", "c", "d", "e"].into_iter().zip(lines).collect();
-    announce_lines(&rig, &lines);
+    rig.begin();
+    let lines = [("a", "1"), ("b", "2"), ("c", "1"), ("d", "2"), ("e", "2")];
+    rig.announce(lines.map(|(item_id, order)| line(item_id, of_order(order))));
     let (packed, _) = pack(&rig);
-    let of_left = pairs(&packed);
-    let of_left: Vec<&str> = of_left
-        .iter()
-        .filter(|(_, container)| *container == "left")
-        .map(|(item, _)| *item)
-        .collect();
-    assert_eq!(of_left, ["a", "c"]);
-    assert_eq!(packed.len(), 5);
-    let session = rig.session();
-    let closed = session.closed.iter();
-    let closed: Vec<_> = closed
-        .map(|closed| (closed.container.as_str(), closed.items))
-        .collect();
-    assert_eq!(closed, [("left", 2), ("right", 3)]);
-    let is_complete =
-        |closed: &v1::ClosedContainer| closed.reason() == v1::ClosingReason::OrderComplete;
-    assert!(session.closed.iter().all(is_complete));
-    rig.finish();
+    let [left, right] = ["left", "right"];
+    let expected = [
+        ("a", left),
+        ("b", right),
+        ("c", left),
+        ("d", right),
+        ("e", right),
+    ];
+    assert_packed(&packed, &expected);
+    let complete = ClosingReason::OrderComplete;
+    let expected = [(left, 2, complete), (right, 3, complete)];
+    assert_eq!(closed(&rig.session()), expected);
 }
 
 #[test]
 fn a_container_that_is_full_is_closed_though_a_smaller_one_is_empty() {
-    let rig = Rig::new(&["left", "right"], |settings| {
+    let rig = with(|settings| {
         let left = settings.containers.get_mut("left").unwrap();
         left.container = Some(ContainerSize {
             x_m: 0.12,
@@ -313,98 +240,68 @@ fn a_container_that_is_full_is_closed_though_a_smaller_one_is_empty() {
         settings.rules.most_kg = Some(2.0);
         settings.closing.renews = true;
     });
-    let bridge = embedded::process(&rig.hub, Service::Bridge, "bridge-1").unwrap();
-    let sessions: Latest<v1::Session> =
-        Latest::subscribe(&bridge, &cell(), Stream::Session, MAX_MESSAGE_BYTES).unwrap();
-    common::begin(&rig.client);
-    let heavy = |item_id: &str| v1::Announcement {
-        order_line: Some(v1::OrderLine {
-            mass_kg: 1.5,
-            ..v1::OrderLine::default()
-        }),
+    let sessions: Latest<v1::Session> = Latest::subscribe(
+        rig.any_process(),
+        &cell(),
+        Stream::Session,
+        MAX_MESSAGE_BYTES,
+    )
+    .unwrap();
+    rig.begin();
+    rig.announce(["a", "b"].map(|item_id| v1::Announcement {
+        order_line: Some(of_mass(1.5)),
         ..announcement(item_id, square("large", 20, 0.001))
-    };
-    rig.call(v1::AnnounceRequest {
-        items: vec![heavy("a"), heavy("b")],
-        ..v1::AnnounceRequest::default()
-    });
+    }));
     assert_eq!(rig.step().container, "right");
-    rig.call(v1::AutomaticRequest {
-        is_automatic: true,
-        ..v1::AutomaticRequest::default()
-    });
-    let closed = loop {
+    rig.switch(true);
+    loop {
         let session = sessions.wait(soon()).unwrap().message.unwrap();
-        if let Some(closed) = session.closed.first() {
-            break closed.clone();
+        if !session.closed.is_empty() {
+            let expected = [("right", 1, ClosingReason::NothingFits)];
+            return assert_eq!(closed(&session), expected);
         }
-    };
-    assert_eq!((closed.container.as_str(), closed.items), ("right", 1));
-    assert_eq!(closed.reason(), v1::ClosingReason::NothingFits);
-    rig.finish();
+    }
 }
 
 #[test]
 fn a_container_takes_no_more_than_its_greatest_mass() {
-    let rig = Rig::new(&["left", "right"], |settings| {
-        settings.rules.most_kg = Some(2.0);
-    });
-    common::begin(&rig.client);
-    let heavy = |mass_kg| v1::OrderLine {
-        mass_kg,
-        ..v1::OrderLine::default()
-    };
-    let lines = [
-        ("a", heavy(1.5)),
-        ("b", heavy(1.0)),
-        ("c", heavy(1.2)),
-        ("d", heavy(0.4)),
-    ];
-    announce_lines(&rig, &lines);
+    let rig = with(|settings| settings.rules.most_kg = Some(2.0));
+    rig.begin();
+    let masses_kg = [("a", 1.5), ("b", 1.0), ("c", 1.2), ("d", 0.4)];
+    rig.announce(masses_kg.map(|(item_id, mass_kg)| line(item_id, of_mass(mass_kg))));
     let (packed, reasons) = pack(&rig);
-    let mut lying = pairs(&packed);
-    lying.sort_unstable();
-    assert_eq!(lying, [("a", "left"), ("b", "right"), ("d", "left")]);
-    assert_eq!(reasons.len(), 1);
-    assert_eq!(reasons[0].item_id, "c");
+    assert_packed(&packed, &[("a", "left"), ("b", "right"), ("d", "left")]);
+    assert_eq!(common::ids(&reasons), ["c"]);
     assert_eq!(reasons[0].reason(), v1::Reason::Rule);
-    assert!(
-        reasons[0].text.contains("0.20 kg too heavy"),
-        "{}",
-        reasons[0].text
-    );
-    rig.finish();
+    let text = &reasons[0].text;
+    assert!(text.contains("0.20 kg too heavy"), "{text}");
 }
 
 #[test]
 fn what_an_item_belongs_to_is_checked_and_stays_what_it_was() {
-    let rig = Rig::new(&["left", "right"], |_| {});
-    common::begin(&rig.client);
-    let announce = |line: v1::OrderLine| v1::AnnounceRequest {
-        items: vec![v1::Announcement {
-            order_line: Some(line),
-            ..announcement("a", block())
-        }],
-        ..v1::AnnounceRequest::default()
-    };
-    let wrong = v1::OrderLine {
-        mass_kg: -1.0,
-        ..of_order("1")
-    };
-    let (status, text) = rig.refused(announce(wrong));
+    let rig = Rig::new(left_and_right());
+    rig.begin();
+    let announce = |order_line| common::announce([line("a", order_line)]);
+    let (status, text) = rig.refused(announce(of_mass(-1.0)));
     assert_eq!(status, Some(Status::Invalid));
     assert!(text.contains("mass_kg"), "{text}");
-    assert_eq!(
-        rig.refused(announce(of_order("no name"))).0,
-        Some(Status::Invalid)
-    );
-    rig.call(announce(of_order("1")));
-    rig.call(announce(of_order("1")));
-    assert_eq!(
-        rig.refused(announce(of_order("2"))).0,
-        Some(Status::Conflict)
-    );
-    let session = rig.session();
-    assert_eq!(session.items[0].order_line, Some(Box::new(of_order("1"))));
-    rig.finish();
+    let bundle = v1::OrderLine {
+        bundle: "gift".to_owned(),
+        ..v1::OrderLine::default()
+    };
+    let urgent = v1::OrderLine {
+        urgency: 1,
+        ..v1::OrderLine::default()
+    };
+    for refused in [of_order("no name"), bundle, urgent] {
+        let (status, _) = rig.refused(announce(refused));
+        assert_eq!(status, Some(Status::Invalid));
+    }
+    for _ in 0..2 {
+        rig.call(announce(of_order("1")));
+    }
+    let (status, _) = rig.refused(announce(of_order("2")));
+    assert_eq!(status, Some(Status::Conflict));
+    let item = &rig.session().items[0];
+    assert_eq!(item.order_line, Some(Box::new(of_order("1"))));
 }

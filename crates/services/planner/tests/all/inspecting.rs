@@ -3,100 +3,47 @@
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
-use crate::common::{self, announcement, block, cell, placed_and, soon};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
-use ppnpack_packing::method::Method;
-use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService};
-use ppnpack_service::Process;
-use ppnpack_service::Running;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
+use crate::common::{self, cell, in_ms, placed_and, soon};
+use ppnpack_planner::CellSettings;
+use ppnpack_service::rpc::{CallError, Done, Incoming};
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, PlanResult, Status};
 
 /// The state of the cell after the first placement.
-const PLACED_IN: u64 = 2;
+const PLACED_IN: u64 = 3;
 
-fn in_ms(span: u64) -> Instant {
-    Instant::now() + Duration::from_millis(span)
-}
-
-/// An empty container, whatever was placed.
-fn heightmap(incoming: Incoming<v1::HeightmapRequest>) {
-    let grid = Grid::reference();
-    let surface = Surface::empty(&grid);
-    common::show_from(incoming, &grid, surface, PLACED_IN - 1);
-}
-
-/// A planner whose perception answers inspections when the test does.
+/// A planner whose perception answers inspections when the test does. What it shows is empty, whatever was placed.
 struct Rig {
-    planner: Box<PlannerService>,
+    own: common::Rig,
     inspections: Receiver<Incoming<v1::InspectRequest>>,
-    client: Client,
-    _perception: (Process, [Listener; 2]),
-    _hub: Hub,
 }
 
 impl Rig {
-    /// A planner whose settings say this of inspections.
-    fn new(inspect: Option<bool>) -> Self {
-        let hub = embedded::hub().unwrap();
-        let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let (sender, inspections) = sync_channel(8);
-        let listeners = [
-            rpc::listen(&perception, None, heightmap).unwrap(),
-            rpc::listen(&perception, None, move |incoming| {
-                sender.try_send(incoming).ok();
-            })
-            .unwrap(),
-        ];
-        let cell = CellSettings {
-            // The heightmap never shows what was placed: that would be in the way of what is tried.
-            method: Method {
-                trial: TrialSettings::off(),
-                ..crate::common::method()
-            },
+    /// A planner whose settings say this of inspections, and that has one of two blocks placed, which somebody found or is only
+    /// assumed to lie there.
+    fn new(inspect: Option<bool>, is_found: bool) -> Self {
+        let mut own = common::Rig::new(CellSettings {
             inspect,
-            ..crate::common::coarse()
-        };
-        let settings = common::settings(cell);
-        Self {
-            planner: common::start(&hub, &settings, &[]),
-            inspections,
-            client: Client::new(&embedded::session(&hub).unwrap()),
-            _perception: (perception, listeners),
-            _hub: hub,
-        }
-    }
-
-    fn call<R: Request>(&self, request: R) -> R::Reply {
-        self.client.call(&cell(), request, soon()).unwrap()
+            ..common::untried()
+        });
+        let (sender, inspections) = sync_channel(8);
+        own.answer(Service::Perception, move |incoming| {
+            sender.try_send(incoming).ok();
+        });
+        own.begin_with(&["a", "b"]);
+        let rig = Self { own, inspections };
+        rig.place(is_found, PLACED_IN);
+        rig
     }
 
     fn plan(&self, deadline: Instant) -> Result<v1::PlanReply, CallError> {
         let request = v1::PlanRequest::default();
-        self.client.call(&cell(), request, deadline)
-    }
-
-    /// Has two blocks announced and one placed, which somebody found or is only assumed to lie there.
-    fn place_one_of_two(&self, is_found: bool) {
-        self.call(v1::BeginRequest {
-            session_id: "s".to_owned(),
-            ..v1::BeginRequest::default()
-        });
-        self.call(v1::AnnounceRequest {
-            items: vec![announcement("a", block()), announcement("b", block())],
-            ..v1::AnnounceRequest::default()
-        });
-        self.place(is_found, PLACED_IN);
+        self.own.client.call(&cell(), request, deadline)
     }
 
     fn place(&self, is_found: bool, state_number: u64) {
-        let decision = self.plan(soon()).unwrap().decision.unwrap();
-        self.call(placed_and(&decision, state_number, is_found));
+        let decision = self.own.decision();
+        self.own.call(placed_and(&decision, state_number, is_found));
     }
 
     /// The request for the inspection of what was placed.
@@ -107,9 +54,13 @@ impl Rig {
 
     /// How many items of the session were inspected.
     fn inspected(&self) -> usize {
-        let session = self.call(v1::SessionRequest::default()).session.unwrap();
+        let session = self.own.session();
         let items = session.items.iter();
         items.filter(|item| item.inspection.is_some()).count()
+    }
+
+    fn assert_no_more_inspections(&self) {
+        assert!(self.inspections.try_recv().is_err());
     }
 }
 
@@ -127,8 +78,7 @@ fn answer(incoming: Incoming<v1::InspectRequest>) {
 
 #[test]
 fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
-    let rig = Rig::new(Some(true));
-    rig.place_one_of_two(true);
+    let rig = Rig::new(Some(true), true);
     let inspection = rig.inspection();
     // On a busy machine an answer may come too late: one in time is enough.
     let mut refusals = (0..20).map(|_| rig.plan(in_ms(100)).unwrap_err());
@@ -136,62 +86,52 @@ fn a_plan_is_answered_by_its_deadline_although_an_inspection_is_out() {
     let refusal = refusal.expect("an answer in time").to_string();
     assert!(refusal.contains("inspected"), "{refusal}");
     // Others are answered meanwhile.
-    rig.call(v1::SessionRequest::default());
+    rig.own.session();
     drop(inspection);
-    rig.planner.finish(soon()).unwrap();
 }
 
 #[test]
 fn a_plan_waits_until_the_inspection_is_answered() {
-    let rig = Rig::new(Some(true));
-    rig.place_one_of_two(true);
+    let rig = Rig::new(Some(true), true);
     let inspection = rig.inspection();
-    let client = rig.client.clone();
-    let plan = std::thread::spawn(move || {
-        let request = v1::PlanRequest::default();
-        client.call(&cell(), request, soon())
+    let client = &rig.own.client;
+    std::thread::scope(|scope| {
+        let plan = scope.spawn(|| client.call(&cell(), v1::PlanRequest::default(), soon()));
+        std::thread::sleep(Duration::from_millis(50));
+        assert!(!plan.is_finished());
+        answer(inspection);
+        let reply = plan.join().unwrap().unwrap();
+        assert_eq!(reply.result(), PlanResult::Decided);
     });
-    std::thread::sleep(Duration::from_millis(50));
-    assert!(!plan.is_finished());
-    answer(inspection);
-    let reply = plan.join().unwrap().unwrap();
-    assert_eq!(reply.result(), PlanResult::Decided);
     assert_eq!(rig.inspected(), 1);
-    rig.planner.finish(soon()).unwrap();
 }
 
 #[test]
 fn without_a_setting_what_nobody_found_is_inspected() {
-    let rig = Rig::new(None);
-    rig.place_one_of_two(false);
+    let rig = Rig::new(None, false);
     answer(rig.inspection());
     // It waits for the answer.
     rig.place(true, PLACED_IN + 1);
     assert_eq!(rig.inspected(), 1);
-    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::NothingWaits);
+    assert_eq!(rig.own.plan().result(), PlanResult::NothingWaits);
     // The second was found.
-    assert!(rig.inspections.try_recv().is_err());
-    rig.planner.finish(soon()).unwrap();
+    rig.assert_no_more_inspections();
 }
 
 #[test]
 fn a_perception_without_a_catalogue_is_asked_once() {
-    let rig = Rig::new(None);
-    rig.place_one_of_two(false);
+    let rig = Rig::new(None, false);
     let no_catalogue = "perception has no catalogue: set service.catalogue";
     rig.inspection().refuse(Status::NotFound, no_catalogue);
     rig.place(false, PLACED_IN + 1);
-    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::NothingWaits);
-    assert!(rig.inspections.try_recv().is_err());
+    assert_eq!(rig.own.plan().result(), PlanResult::NothingWaits);
+    rig.assert_no_more_inspections();
     assert_eq!(rig.inspected(), 0);
-    rig.planner.finish(soon()).unwrap();
 }
 
 #[test]
 fn nothing_is_inspected_where_that_is_switched_off() {
-    let rig = Rig::new(Some(false));
-    rig.place_one_of_two(false);
-    assert_eq!(rig.plan(soon()).unwrap().result(), PlanResult::Decided);
-    assert!(rig.inspections.try_recv().is_err());
-    rig.planner.finish(soon()).unwrap();
+    let rig = Rig::new(Some(false), true);
+    assert_eq!(rig.own.plan().result(), PlanResult::Decided);
+    rig.assert_no_more_inspections();
 }

@@ -5,15 +5,14 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use crate::common::{self, announcement, block, cell, containers, rig, soon, square};
+use crate::common::{
+    Rig, announcement, block, cell, coarse, left_and_right, line, of_order, soon, square, untried,
+};
 use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::containers::ContainerChoice;
 use ppnpack_packing::item::Item;
-use ppnpack_packing::loads::LoadSettings;
-use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::method::ProposalSource;
 use ppnpack_packing::model::Model;
 use ppnpack_packing::orders::Sharing;
-use ppnpack_packing::trial::TrialSettings;
 use ppnpack_planner::CellSettings;
 use ppnpack_planner::replay::{Replayer, ShapeSource, Unreadable, Unreplayable, what_follows};
 use ppnpack_service::embedded::{self, Hub};
@@ -119,9 +118,9 @@ fn replayer() -> Replayer {
 
 #[test]
 fn tried_placements_are_decided_again() {
-    let rig = rig::Rig::new(None, crate::common::coarse());
+    let rig = Rig::new(coarse());
     let tape = Tape::new(&rig.hub);
-    common::begin(&rig.client);
+    rig.begin();
     let fragile = v1::Announcement {
         rules: Some(v1::ItemRules {
             is_fragile: true,
@@ -135,17 +134,12 @@ fn tried_placements_are_decided_again() {
         }),
         ..announcement("a", square("slab", 12, 0.0001))
     };
-    let later = v1::Announcement {
-        order_line: Some(v1::OrderLine {
-            stop: 3,
-            ..v1::OrderLine::default()
-        }),
-        ..announcement("b", block())
+    let later = v1::OrderLine {
+        stop: 3,
+        ..v1::OrderLine::default()
     };
-    rig.call(v1::AnnounceRequest {
-        items: vec![fragile, later, announcement("c", block())],
-        ..v1::AnnounceRequest::default()
-    });
+    let later = line("b", later);
+    rig.announce([fragile, later, announcement("c", block())]);
     let mut replayer = replayer();
     for step in 0..3 {
         let plan = v1::PlanRequest {
@@ -163,30 +157,18 @@ fn tried_placements_are_decided_again() {
         let is_found = decision.item_id != "b";
         rig.place_square(&decision, cells, is_found);
     }
-    rig.finish();
 }
 
 #[test]
 fn a_step_in_which_nothing_fits_goes_so_again() {
-    let settings = CellSettings {
-        method: Method {
-            trial: TrialSettings::off(),
-            loads: LoadSettings::default(),
-            ..crate::common::method()
-        },
+    let rig = Rig::new(CellSettings {
         set_aside: 1,
-        ..crate::common::coarse()
-    };
-    let rig = rig::Rig::new(None, settings);
-    let tape = Tape::new(&rig.hub);
-    common::begin(&rig.client);
-    let slabs = ["a", "b"].map(|item_id| announcement(item_id, square("slab", 40, 0.0001)));
-    rig.call(v1::AnnounceRequest {
-        items: slabs.into(),
-        ..v1::AnnounceRequest::default()
+        ..untried()
     });
-    let reply = rig.call(v1::PlanRequest::default());
-    assert_eq!(reply.result(), v1::PlanResult::NothingFits);
+    let tape = Tape::new(&rig.hub);
+    rig.begin();
+    rig.announce(["a", "b"].map(|item_id| announcement(item_id, square("slab", 40, 0.0001))));
+    assert_eq!(rig.plan().result(), v1::PlanResult::NothingFits);
     let mut replayer = replayer();
     // One is set aside, and the step is planned once more.
     for buffer in [2, 1] {
@@ -195,57 +177,40 @@ fn a_step_in_which_nothing_fits_goes_so_again() {
         assert_eq!(again, None);
     }
     assert!(tape.is_empty());
-    rig.finish();
 }
 
 #[test]
 fn the_containers_of_a_cell_are_chosen_from_again() {
-    for choice in [ContainerChoice::Fullest, ContainerChoice::Best] {
-        let rig = containers::Rig::new(&["left", "right"], |settings| {
-            settings.choice = choice;
-            settings.rules.sharing = Sharing::OneOrder;
-        });
-        let tape = Tape::new(&rig.hub);
-        common::begin(&rig.client);
-        let item = |item_id: &str, order: &str, cells: usize| v1::Announcement {
-            order_line: Some(v1::OrderLine {
-                order: order.to_owned(),
-                urgency: u32::from(order == "y"),
-                ..v1::OrderLine::default()
-            }),
-            ..announcement(item_id, square("slab", cells, 0.0001))
-        };
-        rig.call(v1::AnnounceRequest {
-            items: vec![
-                item("a", "x", 9),
-                item("b", "y", 7),
-                item("c", "x", 8),
-                item("d", "y", 6),
-            ],
-            ..v1::AnnounceRequest::default()
-        });
-        let mut replayer = replayer();
-        let mut chosen = Vec::new();
-        for _ in 0..4 {
-            rig.step();
-            let (record, again) = tape.replayed(&mut replayer);
-            assert_eq!(record.containers.len(), 2);
-            let recorded = what_follows(&record.decision.unwrap());
-            chosen.push(recorded.container.clone());
-            assert_eq!(again.unwrap(), recorded);
-        }
-        chosen.sort();
-        chosen.dedup();
-        assert_eq!(chosen, ["left", "right"]);
-        rig.finish();
+    let mut settings = left_and_right();
+    settings.rules.sharing = Sharing::OneOrder;
+    let rig = Rig::new(settings);
+    let tape = Tape::new(&rig.hub);
+    rig.begin();
+    let items = [("a", "x", 9), ("b", "y", 7), ("c", "x", 8), ("d", "y", 6)];
+    rig.announce(items.map(|(item_id, order, cells)| v1::Announcement {
+        order_line: Some(of_order(order)),
+        ..announcement(item_id, square("slab", cells, 0.0001))
+    }));
+    let mut replayer = replayer();
+    let mut chosen = Vec::new();
+    for _ in 0..4 {
+        rig.step();
+        let (record, again) = tape.replayed(&mut replayer);
+        assert_eq!(record.containers.len(), 2);
+        let recorded = what_follows(&record.decision.unwrap());
+        chosen.push(recorded.container.clone());
+        assert_eq!(again.unwrap(), recorded);
     }
+    chosen.sort();
+    chosen.dedup();
+    assert_eq!(chosen, ["left", "right"]);
 }
 
 #[test]
 fn what_cannot_be_planned_again_is_told_apart() {
-    let rig = rig::Rig::new(None, crate::common::coarse());
+    let rig = Rig::new(coarse());
     let tape = Tape::new(&rig.hub);
-    rig.announce(&["a"]);
+    rig.begin_with(&["a"]);
     rig.decision();
     let record = tape.next();
     let mut shapes = tape.shapes(&record);
@@ -280,15 +245,13 @@ fn what_cannot_be_planned_again_is_told_apart() {
         matches!(grid, Unreplayable::Record(Unreadable::Field(_))),
         "{grid}"
     );
-    rig.finish();
 }
 
 #[test]
 fn nothing_is_recorded_where_nobody_reads_it() {
-    let rig = rig::Rig::new(None, crate::common::coarse());
-    rig.announce(&["a", "b"]);
-    let first = rig.decision();
-    rig.place(&first);
+    let rig = Rig::new(coarse());
+    rig.begin_with(&["a", "b"]);
+    rig.step();
     let tape = Tape::new(&rig.hub);
     // What was planned before anybody recorded is not there, and shapes are not known of it.
     let request = v1::ShapesRequest {
@@ -300,5 +263,4 @@ fn nothing_is_recorded_where_nobody_reads_it() {
     let second = rig.decision();
     assert_eq!(tape.next().decision.unwrap(), second);
     assert!(tape.is_empty());
-    rig.finish();
 }

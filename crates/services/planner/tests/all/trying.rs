@@ -1,11 +1,25 @@
 //! Placements are tried before they are decided on, also where no more is known of items than what was seen.
 
-use crate::common::rig::Rig;
+use crate::common::{Rig, coarse};
 use nalgebra::Isometry3;
 use ppnpack_wire::{convert, v1};
 
 fn says(decision: &v1::Decision, what: &str) -> bool {
     decision.degraded.iter().any(|reason| reason.contains(what))
+}
+
+/// A planner, and a bridge that says that these lie in the container.
+fn among(bodies: Option<Vec<v1::Body>>) -> Rig {
+    let mut rig = Rig::new(coarse());
+    if let Some(bodies) = bodies {
+        rig.bridge_says(move || v1::CellState {
+            // Later than any that is reported.
+            state_number: 1_000,
+            bodies: bodies.clone(),
+            ..v1::CellState::default()
+        });
+    }
+    rig
 }
 
 fn comes_to_rest(decision: &v1::Decision) -> bool {
@@ -15,13 +29,13 @@ fn comes_to_rest(decision: &v1::Decision) -> bool {
 
 #[test]
 fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
-    let rig = Rig::new(None, crate::common::coarse());
-    rig.announce(&["a", "b"]);
+    let rig = Rig::new(coarse());
+    rig.begin_with(&["a", "b"]);
     let first = rig.decision();
     assert!(comes_to_rest(&first), "{first:?}");
     assert!(says(&first, "tried with the shape"), "{first:?}");
     assert!(!says(&first, "in the container"), "{first:?}");
-    rig.place(&first);
+    rig.place_square(&first, 6, true);
     let second = rig.decision();
     assert!(comes_to_rest(&second), "{second:?}");
     assert!(says(&second, "tried with the shape"), "{second:?}");
@@ -29,7 +43,6 @@ fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
         says(&second, "items in the container took part"),
         "{second:?}"
     );
-    rig.finish();
 }
 
 #[test]
@@ -41,9 +54,9 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
         is_inside: true,
         is_found: true,
     };
-    let rig = Rig::new(Some(vec![stranger]), crate::common::coarse());
-    rig.shown.lock().unwrap().raise((0, 0), 32, 0.05);
-    rig.announce(&["a"]);
+    let rig = among(Some(vec![stranger]));
+    rig.seen.lock().unwrap().raise((0, 0), 32, 0.05);
+    rig.begin_with(&["a"]);
     let decision = rig.decision();
     // It comes to rest where it was planned, on what nobody knows.
     assert!(comes_to_rest(&decision), "{decision:?}");
@@ -51,7 +64,6 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
         says(&decision, "on the heightmap of the others"),
         "{decision:?}"
     );
-    rig.finish();
 }
 
 #[test]
@@ -64,13 +76,13 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
         is_inside: true,
         is_found: true,
     };
-    let rig = Rig::new(Some(vec![body]), crate::common::coarse());
-    rig.announce(&["a", "b"]);
+    let rig = among(Some(vec![body]));
+    rig.begin_with(&["a", "b"]);
     // The bridge says that it lies there before the session knows where.
     let first = rig.decision();
     assert_eq!(first.item_id, "a");
     assert!(says(&first, "on the heightmap of the others"), "{first:?}");
-    rig.place(&first);
+    rig.place_square(&first, 6, true);
     let second = rig.decision();
     assert!(
         says(&second, "items in the container took part"),
@@ -80,7 +92,6 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
         !says(&second, "on the heightmap of the others"),
         "{second:?}"
     );
-    rig.finish();
 }
 
 /// A block that the bridge says to lie in the corner.
@@ -107,11 +118,10 @@ fn took_part(decision: &v1::Decision) -> bool {
 #[test]
 fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
     for is_found in [true, false] {
-        let rig = Rig::new(Some(vec![in_the_corner(is_found)]), crate::common::coarse());
-        rig.shown.lock().unwrap().raise((0, 0), 6, 0.04);
-        rig.announce(&["a", "b"]);
+        let rig = among(Some(vec![in_the_corner(is_found)]));
+        rig.seen.lock().unwrap().raise((0, 0), 6, 0.04);
+        rig.begin_with(&["a", "b"]);
         assert_eq!(took_part(&rig.decision()), is_found);
-        rig.finish();
     }
 }
 
@@ -119,12 +129,11 @@ fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
 fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
     let assumed = || Some(vec![in_the_corner(false)]);
     for (bodies, is_found) in [(None, true), (None, false), (assumed(), true)] {
-        let rig = Rig::new(bodies, crate::common::coarse());
-        rig.announce(&["a", "b"]);
+        let rig = among(bodies);
+        rig.begin_with(&["a", "b"]);
         let first = rig.decision();
         assert_eq!(first.item_id, "a");
         rig.place_square(&first, 6, is_found);
         assert_eq!(took_part(&rig.decision()), is_found);
-        rig.finish();
     }
 }

@@ -2,16 +2,10 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
 
-use crate::common::{self, announcement, block, cell, soon};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
-use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService};
-use ppnpack_service::Process;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{self, Client, Done, Incoming, Listener};
+use crate::common::{self, announcement, block};
+use ppnpack_planner::CellSettings;
+use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd, Status};
 
@@ -20,93 +14,45 @@ const STATE: u64 = 70;
 
 /// A planner in automatic mode, and a bridge that answers as a test says.
 struct Rig {
-    client: Client,
+    own: common::Rig,
     /// How often the bridge was asked to place something.
     placed: Arc<AtomicUsize>,
-    _planner: Box<PlannerService>,
-    _listeners: Vec<Listener>,
-    _processes: Vec<Process>,
-    _hub: Hub,
 }
 
 impl Rig {
-    /// A bridge in this state, which answers requests to place an item so.
+    /// A bridge that knows all since this state, in a later one, and answers requests to place an item so.
     fn new(
-        state: v1::CellState,
+        [first_state_number, state_number]: [u64; 2],
         answer: impl Fn(Incoming<v1::PlaceRequest>) + Send + Sync + 'static,
     ) -> Self {
-        let hub = embedded::hub().unwrap();
-        let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let heightmap = |incoming: Incoming<v1::HeightmapRequest>| {
-            let grid = Grid::reference();
-            let surface = Surface::empty(&grid);
-            common::show(incoming, &grid, surface, STATE);
-        };
-        let bridge = embedded::process(&hub, Service::Bridge, "bridge-1").unwrap();
-        let tell = move |incoming: Incoming<v1::CellStateRequest>| {
-            let reply = v1::CellStateReply {
-                state: Some(state.clone()),
-                ..v1::CellStateReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        };
+        let mut own = common::Rig::new(CellSettings {
+            place_limit_s: 1.0,
+            ..common::untried()
+        });
+        let mut seen = own.seen.lock().unwrap();
+        (seen.state_number, seen.is_stuck) = (STATE, true);
+        drop(seen);
+        own.bridge_says(move || v1::CellState {
+            state_number,
+            first_state_number,
+            ..v1::CellState::default()
+        });
         let placed = Arc::new(AtomicUsize::new(0));
         let counted = Arc::clone(&placed);
-        let place = move |incoming: Incoming<v1::PlaceRequest>| {
+        own.answer(Service::Bridge, move |incoming| {
             counted.fetch_add(1, Ordering::Relaxed);
             answer(incoming);
-        };
-        let listeners = vec![
-            rpc::listen(&perception, None, heightmap).unwrap(),
-            rpc::listen(&bridge, None, tell).unwrap(),
-            rpc::listen(&bridge, None, place).unwrap(),
-        ];
-        let mut settings = CellSettings {
-            heightmap_age_limit_s: 600.0,
-            place_limit_s: 1.0,
-            ..crate::common::coarse()
-        };
-        settings.method.trial = TrialSettings::off();
-        let planner = common::start(&hub, &common::settings(settings), &[]);
-        let client = Client::new(&embedded::session(&hub).unwrap());
-        let begin = v1::BeginRequest {
-            session_id: "s".to_owned(),
+        });
+        own.begin_as(v1::BeginRequest {
             is_automatic: true,
             ..v1::BeginRequest::default()
-        };
-        client.call(&cell(), begin, soon()).unwrap();
-        let announce = v1::AnnounceRequest {
-            items: vec![announcement("a", block())],
-            ..v1::AnnounceRequest::default()
-        };
-        client.call(&cell(), announce, soon()).unwrap();
-        Self {
-            client,
-            placed,
-            _planner: planner,
-            _listeners: listeners,
-            _processes: vec![perception, bridge],
-            _hub: hub,
-        }
-    }
-
-    /// The session once this holds.
-    fn wait(&self, is_so: impl Fn(&v1::Session) -> bool) -> v1::Session {
-        let end = soon();
-        loop {
-            let reply = self
-                .client
-                .call(&cell(), v1::SessionRequest::default(), end);
-            let session = reply.unwrap().session.unwrap();
-            if is_so(&session) {
-                return session;
-            }
-            std::thread::sleep(Duration::from_millis(20));
-        }
+        });
+        own.announce([announcement("a", block())]);
+        Self { own, placed }
     }
 
     fn failed(&self) -> v1::Session {
-        let session = self.wait(|session| session.end != 0);
+        let session = self.own.ended();
         assert_eq!(session.end(), SessionEnd::Failed);
         session
     }
@@ -139,58 +85,37 @@ fn ended(incoming: Incoming<v1::PlaceRequest>, kind: i32) {
 #[test]
 fn an_older_bridge_that_does_not_say_since_when_it_knows_all_may_have_placed_what_it_calls_stale() {
     // It calls stale too what it has forgotten with its journal.
-    let state = v1::CellState {
-        state_number: 9_000,
-        ..v1::CellState::default()
-    };
-    let rig = Rig::new(state, stale);
+    let rig = Rig::new([0, 9_000], stale);
     let session = rig.failed();
-    let settled = session.settled.first().unwrap();
-    assert_eq!(settled.kind(), OutcomeKind::Unknown);
-    assert_eq!(session.items.first().unwrap().state(), ItemState::Gone);
-    assert!(
-        session.failure.contains("may lie anywhere"),
-        "{}",
-        session.failure
-    );
+    assert_eq!(session.settled[0].kind(), OutcomeKind::Unknown);
+    assert_eq!(session.items[0].state(), ItemState::Gone);
+    let failure = &session.failure;
+    assert!(failure.contains("may lie anywhere"), "{failure}");
     assert_eq!(rig.placed.load(Ordering::Relaxed), 1);
 }
 
 #[test]
 fn what_a_bridge_calls_stale_that_knows_all_since_was_not_placed() {
-    let state = v1::CellState {
-        state_number: STATE,
-        first_state_number: STATE,
-        ..v1::CellState::default()
-    };
-    let rig = Rig::new(state, stale);
-    let session = rig.wait(|session| !session.settled.is_empty());
-    assert_eq!(
-        session.settled.first().unwrap().kind(),
-        OutcomeKind::NotPlaced
-    );
+    let rig = Rig::new([STATE, STATE], stale);
+    let session = rig.own.session_once(|session| !session.settled.is_empty());
+    assert_eq!(session.settled[0].kind(), OutcomeKind::NotPlaced);
 }
 
 #[test]
 fn an_outcome_of_a_kind_that_is_not_known_here_ends_the_automatic_mode() {
-    let rig = Rig::new(v1::CellState::default(), |incoming| ended(incoming, 99));
+    let rig = Rig::new([0, 0], |incoming| ended(incoming, 99));
     let session = rig.failed();
-    assert!(
-        session.failure.contains("was not carried out"),
-        "{}",
-        session.failure
-    );
-    assert_eq!(session.items.first().unwrap().state(), ItemState::Decided);
+    let failure = &session.failure;
+    assert!(failure.contains("was not carried out"), "{failure}");
+    assert_eq!(session.items[0].state(), ItemState::Decided);
 }
 
 #[test]
 fn what_an_older_bridge_leaves_out_of_an_outcome_is_not_needed() {
     let kind = OutcomeKind::Placed.into();
-    let rig = Rig::new(v1::CellState::default(), move |incoming| {
-        ended(incoming, kind);
-    });
-    let session = rig.wait(|session| session.end != 0);
+    let rig = Rig::new([0, 0], move |incoming| ended(incoming, kind));
+    let session = rig.own.ended();
     assert_eq!(session.end(), SessionEnd::AllPacked);
-    let item = session.items.first().unwrap();
+    let item = &session.items[0];
     assert_eq!(item.container_from_item, item.planned);
 }

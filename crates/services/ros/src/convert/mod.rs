@@ -2,4 +2,3 @@
 
 pub(crate) mod markers;
 pub(crate) mod messages;
-pub(crate) mod points;

@@ -1,7 +1,7 @@
 //! What the tests of the bridge share.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -14,7 +14,7 @@ use ppnpack_bridge::robot::{
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_bridge::{Bridge, Settings as BridgeSettings};
 use ppnpack_catalogue::cache::CacheDir;
-use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
+use ppnpack_catalogue::catalogue::{Catalogue, NamedMesh, Settings, Source};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::{ContainerSize, Resolution};
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
@@ -38,35 +38,22 @@ pub(crate) fn deadline() -> Instant {
     Instant::now() + PATIENCE
 }
 
-/// Writes a box of these sides, around the origin, as a mesh file.
-pub(crate) fn write_box(folder: &Path, name: &str, sides_m: [f64; 3]) {
-    let highest = Point3::from(sides_m.map(|side| side / 2.0));
-    let mesh = Bounds {
-        lowest: -highest,
-        highest,
-    }
-    .mesh();
-    let mut text = String::new();
-    for vertex in &mesh.vertices {
-        text += &format!("v {} {} {}\n", vertex.x, vertex.y, vertex.z);
-    }
-    for [a, b, c] in &mesh.triangles {
-        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
-    }
-    std::fs::write(folder.join(format!("{name}.obj")), text).unwrap();
-}
-
-/// A folder with the objects `brick` (8 x 6 x 4 cm) and `cube` (5 cm).
-pub(crate) fn objects() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().unwrap();
-    write_box(folder.path(), "brick", [0.08, 0.06, 0.04]);
-    write_box(folder.path(), "cube", [0.05; 3]);
-    folder
-}
-
+/// The objects `brick` (8 x 6 x 4 cm) and `cube` (5 cm), each around its origin.
 pub(crate) fn catalogue() -> Arc<Catalogue> {
-    let folder = objects();
-    let source = Source::Folder(folder.path().to_owned());
+    let objects = [("brick", [0.08, 0.06, 0.04]), ("cube", [0.05; 3])];
+    let objects = objects.map(|(name, sides_m)| {
+        let highest = Point3::from(sides_m.map(|side_m: f64| side_m / 2.0));
+        let bounds = Bounds {
+            lowest: -highest,
+            highest,
+        };
+        NamedMesh {
+            name: name.to_owned(),
+            mesh: bounds.mesh(),
+            density_kg_m3: 400.0,
+        }
+    });
+    let source = Source::Meshes(objects.to_vec().into());
     let settings = Settings {
         cache: CacheDir::Nowhere,
         ..Settings::default()
@@ -126,14 +113,6 @@ impl Controller {
         reply.state.unwrap()
     }
 
-    /// The state as it is at any time.
-    pub(crate) fn state_apart_from_time(&self) -> v1::CellState {
-        v1::CellState {
-            clock_ns: 0,
-            ..self.state()
-        }
-    }
-
     pub(crate) fn state_number(&self) -> u64 {
         self.state().state_number
     }
@@ -152,17 +131,26 @@ impl Controller {
         execution.outcome.unwrap()
     }
 
+    /// Has a brick placed; how that ended.
+    pub(crate) fn carry_out(&self, placement_id: &str, state_number: u64, x_m: f64) -> v1::Outcome {
+        self.place(place(placement_id, state_number, x_m));
+        self.outcome(placement_id)
+    }
+
     pub(crate) fn renew(&self, request_id: &str) -> u64 {
         self.call(renew(request_id)).unwrap().state_number
     }
 }
 
-/// A motion that takes so long.
-pub(crate) fn cycle(cycle_s: f64) -> Cycle {
-    let point = |time_s: f64| JointPoint {
+pub(crate) fn point(time_s: f64) -> JointPoint {
+    JointPoint {
         time_s,
         position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
-    };
+    }
+}
+
+/// A motion that takes so long.
+pub(crate) fn cycle(cycle_s: f64) -> Cycle {
     Cycle {
         arm: "an arm".to_owned(),
         cycle_s,

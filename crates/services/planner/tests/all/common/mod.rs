@@ -1,10 +1,7 @@
-//! What the tests of the planner share: a cell, blocks, a perception that shows what a test says.
-
-pub(crate) mod containers;
-pub(crate) mod rig;
+//! What the tests of the planner share: a planner of one cell, blocks, a perception that shows what a test says.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
@@ -14,12 +11,14 @@ use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::method::{Method, Stability};
 use ppnpack_packing::trial::TrialSettings;
-use ppnpack_planner::{CellSettings, PlannerService, Settings};
+use ppnpack_planner::{CellSettings, ContainerSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::rpc::{Client, Done, Incoming};
+use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
+use ppnpack_service::{Process, Running, ServiceSettings};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Cell, Service};
-use ppnpack_wire::v1;
+use ppnpack_wire::rpc::Request;
+use ppnpack_wire::v1::{self, PlanResult, Status};
 
 /// The cell of all tests.
 pub(crate) fn cell() -> Cell {
@@ -28,28 +27,45 @@ pub(crate) fn cell() -> Cell {
 
 /// A deadline that nothing here is late for.
 pub(crate) fn soon() -> Instant {
-    Instant::now() + Duration::from_secs(20)
+    in_ms(20_000)
 }
 
-/// The paper's grid, on which tests are quick, and by the paper's objective what there is room for.
+pub(crate) fn in_ms(span: u64) -> Instant {
+    Instant::now() + Duration::from_millis(span)
+}
+
+/// The paper's grid, on which tests are quick, and by the paper's objective what there is room for. A heightmap is shown until
+/// the next one is.
 pub(crate) fn coarse() -> CellSettings {
+    let mut trial = TrialSettings::default();
+    trial.limits.tilt_rad = 30.0_f64.to_radians();
+    trial.limits.slide_m = 0.02;
     CellSettings {
         grid: GridSettings::from(&Grid::reference()),
-        method: method(),
+        method: Method {
+            stability: Stability::None,
+            trial,
+            ..Method::published()
+        },
         set_aside: 0,
+        heightmap_age_limit_s: 600.0,
         ..CellSettings::default()
     }
 }
 
-/// The paper's objective, and tries within what counts as steady.
-pub(crate) fn method() -> Method {
-    let mut trial = TrialSettings::default();
-    trial.limits.tilt_rad = 30.0_f64.to_radians();
-    trial.limits.slide_m = 0.02;
-    Method {
-        stability: Stability::None,
-        trial,
-        ..Method::published()
+/// A cell in which nothing is tried: a twin would know better than what a test shows.
+pub(crate) fn untried() -> CellSettings {
+    let mut settings = coarse();
+    settings.method.trial = TrialSettings::off();
+    settings
+}
+
+/// Such a cell with two containers.
+pub(crate) fn left_and_right() -> CellSettings {
+    let containers = ["left", "right"].map(|name| (name.to_owned(), ContainerSettings::default()));
+    CellSettings {
+        containers: BTreeMap::from(containers),
+        ..untried()
     }
 }
 
@@ -61,22 +77,333 @@ pub(crate) fn settings(cell: CellSettings) -> Settings {
     }
 }
 
-/// Begins a session, called `s`.
-pub(crate) fn begin(client: &Client) {
-    let begin = v1::BeginRequest {
-        session_id: "s".to_owned(),
-        ..v1::BeginRequest::default()
-    };
-    client.call(&cell(), begin, soon()).unwrap();
+/// What perception shows.
+pub(crate) struct Seen {
+    /// The state, or the later one that is asked for.
+    pub(crate) state_number: u64,
+    /// Whether it shows this state alone, whatever is asked for.
+    pub(crate) is_stuck: bool,
+    /// What lies in each container; `None` for nothing.
+    pub(crate) surface: Option<Surface>,
+    /// The container of which nothing is shown.
+    pub(crate) hidden: &'static str,
 }
 
-pub(crate) fn start(
-    hub: &Hub,
-    settings: &Settings,
-    catalogues: &[Arc<Catalogue>],
-) -> Box<PlannerService> {
+impl Seen {
+    /// Shows so many cells, from this one on, in another state, as high as this.
+    pub(crate) fn raise(&mut self, (x, y): (usize, usize), cells: usize, height_m: f32) {
+        self.state_number += 1;
+        let empty = || Surface::empty(&Grid::reference());
+        let surface = self.surface.get_or_insert_with(empty);
+        for x in 4 * x..4 * (x + cells) {
+            for y in 4 * y..4 * (y + cells) {
+                surface.raise(x, y, height_m);
+            }
+        }
+    }
+
+    fn show(&self, grid: &Grid, incoming: Incoming<v1::HeightmapRequest>) {
+        if incoming.cell().as_str() == self.hidden {
+            return incoming.refuse(Status::Unavailable, "it is hidden");
+        }
+        let surface = self.surface.clone();
+        let surface = surface.unwrap_or_else(|| Surface::empty(grid));
+        let state_number = match self.is_stuck {
+            true => self.state_number,
+            false => self.state_number.max(incoming.message().least_state_number),
+        };
+        show(incoming, grid, surface, state_number, state_number);
+    }
+}
+
+/// Answers with a heightmap of a state of the cell.
+pub(crate) fn show(
+    incoming: Incoming<v1::HeightmapRequest>,
+    grid: &Grid,
+    surface: Surface,
+    sequence: u64,
+    state_number: u64,
+) {
+    let scene = Scene::from_surface(grid, surface).unwrap();
+    let heightmap = v1::Heightmap {
+        id: Some(v1::HeightmapId { epoch: 1, sequence }),
+        state_number,
+        scene: Some(convert::scene::write(grid, &scene)),
+        ..v1::Heightmap::default()
+    };
+    let reply = v1::HeightmapReply {
+        heightmap: Some(heightmap),
+        ..v1::HeightmapReply::default()
+    };
+    incoming.reply(reply, Done::default());
+}
+
+/// A planner that keeps its sessions in a file, and a controller that asks it. Ends as planned when it is dropped.
+pub(crate) struct Rig {
+    planner: Option<Box<PlannerService>>,
+    settings: Settings,
+    pub(crate) client: Client,
+    pub(crate) seen: Arc<Mutex<Seen>>,
+    services: Vec<(Process, Listener)>,
+    pub(crate) hub: Hub,
+    _folder: tempfile::TempDir,
+}
+
+impl Rig {
+    pub(crate) fn new(cell: CellSettings) -> Self {
+        Self::with_objects(cell, &[])
+    }
+
+    /// A planner with these objects, and a perception that sees each container, empty at first.
+    pub(crate) fn with_objects(cell: CellSettings, catalogues: &[Arc<Catalogue>]) -> Self {
+        let seen = Arc::new(Mutex::new(Seen {
+            state_number: 2,
+            is_stuck: false,
+            surface: None,
+            hidden: "none",
+        }));
+        let (grid, containers) = (cell.grid, cell.containers.clone());
+        let shown = Arc::clone(&seen);
+        let show = move |incoming: Incoming<v1::HeightmapRequest>| {
+            let mut grid = grid;
+            let own = containers.get(incoming.cell().as_str());
+            grid.container = own.and_then(|own| own.container).unwrap_or(grid.container);
+            let shown = shown.lock().unwrap();
+            shown.show(&grid.build().unwrap(), incoming);
+        };
+        let mut rig = Self::shown_by(cell, catalogues, show);
+        rig.seen = seen;
+        rig
+    }
+
+    /// A planner whose perception answers so.
+    pub(crate) fn shown_by(
+        cell: CellSettings,
+        catalogues: &[Arc<Catalogue>],
+        show: impl Fn(Incoming<v1::HeightmapRequest>) + Send + Sync + 'static,
+    ) -> Self {
+        let hub = embedded::hub().unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let settings = Settings {
+            store: Some(folder.path().join("sessions.redb")),
+            ..settings(cell)
+        };
+        settings.validate().unwrap();
+        let mut services = Vec::new();
+        answer(&hub, &mut services, Service::Perception, show);
+        Self {
+            planner: Some(start(&hub, &settings, catalogues)),
+            settings,
+            client: Client::new(&embedded::session(&hub).unwrap()),
+            seen: Arc::new(Mutex::new(Seen {
+                state_number: 0,
+                is_stuck: true,
+                surface: None,
+                hidden: "none",
+            })),
+            services,
+            hub,
+            _folder: folder,
+        }
+    }
+
+    /// Has a service answer requests of a kind so.
+    pub(crate) fn answer<R: Request>(
+        &mut self,
+        service: Service,
+        work: impl Fn(Incoming<R>) + Send + Sync + 'static,
+    ) {
+        answer(&self.hub, &mut self.services, service, work);
+    }
+
+    /// Has a bridge say that the cell is in this state.
+    pub(crate) fn bridge_says(
+        &mut self,
+        state: impl Fn() -> v1::CellState + Send + Sync + 'static,
+    ) {
+        self.answer(
+            Service::Bridge,
+            move |incoming: Incoming<v1::CellStateRequest>| {
+                let reply = v1::CellStateReply {
+                    state: Some(state()),
+                    ..v1::CellStateReply::default()
+                };
+                incoming.reply(reply, Done::default());
+            },
+        );
+    }
+
+    /// A process beside the planner.
+    pub(crate) fn any_process(&self) -> &Process {
+        &self.services[0].0
+    }
+
+    /// The planner anew, with other settings and these objects.
+    pub(crate) fn restart(
+        &mut self,
+        catalogues: &[Arc<Catalogue>],
+        change: impl FnOnce(&mut CellSettings),
+    ) {
+        self.finish();
+        change(self.settings.cells.get_mut("cell-1").unwrap());
+        self.planner = Some(start(&self.hub, &self.settings, catalogues));
+    }
+
+    fn finish(&mut self) {
+        if let Some(planner) = self.planner.take() {
+            planner.finish(soon()).unwrap();
+        }
+    }
+
+    pub(crate) fn ask<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
+        self.client.call(&cell(), request, soon())
+    }
+
+    pub(crate) fn call<R: Request>(&self, request: R) -> R::Reply {
+        self.ask(request).unwrap()
+    }
+
+    /// As what and why a request is refused.
+    pub(crate) fn refused<R: Request>(&self, request: R) -> (Option<Status>, String) {
+        let error = self.ask(request).map(drop).unwrap_err();
+        (error.status(), error.to_string())
+    }
+
+    /// Begins a session, called `s`.
+    pub(crate) fn begin(&self) {
+        self.begin_as(v1::BeginRequest::default());
+    }
+
+    pub(crate) fn begin_as(&self, request: v1::BeginRequest) -> v1::Session {
+        let request = v1::BeginRequest {
+            session_id: "s".to_owned(),
+            ..request
+        };
+        self.call(request).session.unwrap()
+    }
+
+    pub(crate) fn announce(&self, items: impl IntoIterator<Item = v1::Announcement>) {
+        self.call(announce(items));
+    }
+
+    /// Begins a session with blocks.
+    pub(crate) fn begin_with(&self, item_ids: &[&str]) {
+        self.begin();
+        self.announce(
+            item_ids
+                .iter()
+                .map(|item_id| announcement(item_id, block())),
+        );
+    }
+
+    pub(crate) fn withdraw(&self, item_id: &str) -> v1::Session {
+        let request = v1::WithdrawRequest {
+            item_id: item_id.to_owned(),
+            ..v1::WithdrawRequest::default()
+        };
+        self.call(request).session.unwrap()
+    }
+
+    pub(crate) fn plan(&self) -> v1::PlanReply {
+        self.call(v1::PlanRequest::default())
+    }
+
+    pub(crate) fn explain(&self, item_id: &str) -> v1::ExplainReply {
+        self.call(v1::ExplainRequest {
+            item_id: item_id.to_owned(),
+            ..v1::ExplainRequest::default()
+        })
+    }
+
+    pub(crate) fn decision(&self) -> v1::Decision {
+        let reply = self.plan();
+        assert_eq!(reply.result(), PlanResult::Decided, "{reply:?}");
+        reply.decision.unwrap()
+    }
+
+    /// Plans a step, and reports it as placed; why nothing fits, where that is so.
+    pub(crate) fn try_step(&self) -> Result<v1::Decision, Vec<v1::ItemReason>> {
+        let reply = self.plan();
+        let decision = reply.decision.ok_or(reply.reasons)?;
+        self.call(placed(&decision, decision.state_number + 1));
+        Ok(decision)
+    }
+
+    pub(crate) fn step(&self) -> v1::Decision {
+        self.try_step().unwrap()
+    }
+
+    /// Reports a square box of so many cells a side as placed, and shows it; whether it was found or
+    /// is only assumed to lie there.
+    pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize, is_found: bool) {
+        let resting = decision.placement.as_ref().unwrap();
+        let resting = convert::placement::read_resting(resting).unwrap();
+        let at = resting.placement;
+        let bottom_m = f32::from(resting.resting_height) * 0.002;
+        let state_number = {
+            let mut seen = self.seen.lock().unwrap();
+            seen.raise((at.x, at.y), cells, bottom_m + 0.04);
+            seen.state_number
+        };
+        self.call(placed_and(decision, state_number, is_found));
+    }
+
+    pub(crate) fn switch(&self, is_automatic: bool) {
+        self.call(v1::AutomaticRequest {
+            is_automatic,
+            ..v1::AutomaticRequest::default()
+        });
+    }
+
+    pub(crate) fn session(&self) -> v1::Session {
+        self.call(v1::SessionRequest::default()).session.unwrap()
+    }
+
+    /// The session once this holds.
+    pub(crate) fn session_once(&self, is_so: impl Fn(&v1::Session) -> bool) -> v1::Session {
+        let until = soon();
+        loop {
+            let session = self.session();
+            if is_so(&session) {
+                return session;
+            }
+            assert!(
+                Instant::now() < until,
+                "it does not come to that: {session:?}"
+            );
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// The session when its automatic mode has ended.
+    pub(crate) fn ended(&self) -> v1::Session {
+        self.session_once(|session| session.end != 0)
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.finish();
+        }
+    }
+}
+
+fn start(hub: &Hub, settings: &Settings, catalogues: &[Arc<Catalogue>]) -> Box<PlannerService> {
     let process = embedded::process(hub, Service::Planner, "planner-1").unwrap();
     Box::new(ppnpack_planner::start(&process, settings, catalogues).unwrap())
+}
+
+fn answer<R: Request>(
+    hub: &Hub,
+    services: &mut Vec<(Process, Listener)>,
+    service: Service,
+    work: impl Fn(Incoming<R>) + Send + Sync + 'static,
+) {
+    let name = format!("{service}-{}", services.len());
+    let process = embedded::process(hub, service, &name).unwrap();
+    let listener = rpc::listen(&process, None, work).unwrap();
+    services.push((process, listener));
 }
 
 /// A box with a square floor of so many cells a side, 4 cm high, of which no more is known.
@@ -95,6 +422,13 @@ pub(crate) fn block() -> v1::Item {
     square("block", 6, 0.0001)
 }
 
+pub(crate) fn announce(items: impl IntoIterator<Item = v1::Announcement>) -> v1::AnnounceRequest {
+    v1::AnnounceRequest {
+        items: items.into_iter().collect(),
+        ..v1::AnnounceRequest::default()
+    }
+}
+
 /// An item of which the shape is told.
 pub(crate) fn announcement(item_id: &str, item: v1::Item) -> v1::Announcement {
     v1::Announcement {
@@ -104,39 +438,47 @@ pub(crate) fn announcement(item_id: &str, item: v1::Item) -> v1::Announcement {
     }
 }
 
-/// Answers with a heightmap of a state of the cell.
-pub(crate) fn show(
-    incoming: Incoming<v1::HeightmapRequest>,
-    grid: &Grid,
-    surface: Surface,
-    state_number: u64,
-) {
-    let scene = Scene::from_surface(grid, surface).unwrap();
-    let heightmap = v1::Heightmap {
-        id: Some(v1::HeightmapId {
-            epoch: 1,
-            sequence: state_number,
-        }),
-        state_number,
-        scene: Some(convert::scene::write(grid, &scene)),
-        ..v1::Heightmap::default()
-    };
-    let reply = v1::HeightmapReply {
-        heightmap: Some(heightmap),
-        ..v1::HeightmapReply::default()
-    };
-    incoming.reply(reply, Done::default());
+/// A block with what it belongs to.
+pub(crate) fn line(item_id: &str, order_line: v1::OrderLine) -> v1::Announcement {
+    v1::Announcement {
+        order_line: Some(order_line),
+        ..announcement(item_id, block())
+    }
 }
 
-/// Answers with a heightmap of a state of the cell, or of the later one that is asked for.
-pub(crate) fn show_from(
-    incoming: Incoming<v1::HeightmapRequest>,
-    grid: &Grid,
-    surface: Surface,
-    state_number: u64,
-) {
-    let state_number = state_number.max(incoming.message().least_state_number);
-    show(incoming, grid, surface, state_number);
+pub(crate) fn of_order(order: &str) -> v1::OrderLine {
+    v1::OrderLine {
+        order: order.to_owned(),
+        ..v1::OrderLine::default()
+    }
+}
+
+pub(crate) fn of_mass(mass_kg: f64) -> v1::OrderLine {
+    v1::OrderLine {
+        mass_kg,
+        ..v1::OrderLine::default()
+    }
+}
+
+pub(crate) fn close(container: &str, sequence: u64) -> v1::CloseRequest {
+    v1::CloseRequest {
+        container: container.to_owned(),
+        sequence,
+        text: "the truck leaves".to_owned(),
+        ..v1::CloseRequest::default()
+    }
+}
+
+pub(crate) fn open(container: &str, sequence: u64) -> v1::OpenRequest {
+    v1::OpenRequest {
+        start: Some(v1::ContainerStart {
+            container: container.to_owned(),
+            least_state_number: 50,
+            ..v1::ContainerStart::default()
+        }),
+        sequence,
+        ..v1::OpenRequest::default()
+    }
 }
 
 /// Reports a decision's item as placed, and found as planned, in a state of the cell.
@@ -150,17 +492,32 @@ pub(crate) fn placed_and(
     state_number: u64,
     is_found: bool,
 ) -> v1::ReportRequest {
-    v1::ReportRequest {
-        decision_id: decision.decision_id.clone(),
-        outcome: Some(v1::Outcome {
-            placement_id: decision.decision_id.clone(),
-            item_id: decision.item_id.clone(),
-            kind: v1::OutcomeKind::Placed.into(),
+    ended_as(
+        v1::OutcomeKind::Placed,
+        decision,
+        v1::Outcome {
             container_from_item: decision.container_from_item,
             is_inside: true,
             state_number,
             is_found,
             ..v1::Outcome::default()
+        },
+    )
+}
+
+/// Reports how a decision ended.
+pub(crate) fn ended_as(
+    kind: v1::OutcomeKind,
+    decision: &v1::Decision,
+    outcome: v1::Outcome,
+) -> v1::ReportRequest {
+    v1::ReportRequest {
+        decision_id: decision.decision_id.clone(),
+        outcome: Some(v1::Outcome {
+            placement_id: decision.decision_id.clone(),
+            item_id: decision.item_id.clone(),
+            kind: kind.into(),
+            ..outcome
         }),
         ..v1::ReportRequest::default()
     }

@@ -1,0 +1,13 @@
+//! The perception service over real sessions: heightmaps, items that are recognised on trays and found again after they were placed.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod inspecting;
+mod rig;
+mod serving;
+mod trays;

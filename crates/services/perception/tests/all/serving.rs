@@ -1,0 +1,455 @@
+//! Clouds in, heightmaps out, over a real session.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use nalgebra::{Isometry3, Point3};
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
+use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_perception_service::{Fate, Settings};
+use ppnpack_service::Running;
+use ppnpack_service::rpc::CallError;
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::convert::cloud::{self, Capture};
+use ppnpack_wire::convert::scene;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1::{self, Status};
+use prost::Message;
+
+use crate::rig::{PATIENCE, Rig, Sensor, cell};
+
+fn deadline() -> Instant {
+    Instant::now() + PATIENCE
+}
+
+/// A cloud with a point in every sample of a grid's surface, at the height that `height_m` gives.
+fn cloud_of(
+    grid: &Grid,
+    state_number: u64,
+    sequence: u64,
+    height_m: impl Fn(usize, usize) -> Option<f32>,
+) -> v1::PointCloud {
+    let empty = Surface::empty(grid);
+    let middle = |index: usize| ((index as f64 + 0.5) * empty.pitch_m()) as f32;
+    let places = (0..empty.nx()).flat_map(|x| (0..empty.ny()).map(move |y| (x, y)));
+    let points: Vec<Point3<f32>> = places
+        .filter_map(|(x, y)| Some(Point3::new(middle(x), middle(y), height_m(x, y)?)))
+        .collect();
+    let capture = Capture {
+        sequence,
+        captured_at_ns: 1_700_000_000_000_000_000,
+        state_number,
+        container_from_sensor: Isometry3::identity(),
+    };
+    cloud::write(&capture, &points)
+}
+
+fn flat(state_number: u64, sequence: u64) -> v1::PointCloud {
+    cloud_of(&Grid::reference(), state_number, sequence, |_, _| Some(0.0))
+}
+
+fn settings() -> Settings {
+    Settings {
+        // No test takes so long that a late cloud would be taken for a new beginning.
+        sensor_restart_after_s: 600.0,
+        grid: GridSettings::from(&Grid::reference()),
+        ..Settings::default()
+    }
+}
+
+fn rig(settings: &Settings) -> Rig {
+    Rig::with(settings, Stream::Cloud, |_| None)
+}
+
+impl Rig {
+    /// Shows the cell in its state 1 until that is seen: from then on clouds arrive.
+    fn connected(settings: &Settings) -> Self {
+        let rig = rig(settings);
+        let mut cloud = flat(1, 0);
+        let until = deadline();
+        loop {
+            assert!(Instant::now() < until, "no cloud arrives");
+            cloud.sequence += 1;
+            rig.clouds.put(&cloud);
+            if rig.ask_for(&cell(), 1, Duration::from_millis(200)).is_ok() {
+                return rig;
+            }
+        }
+    }
+
+    fn ask_for(
+        &self,
+        cell: &Cell,
+        least_state_number: u64,
+        span: Duration,
+    ) -> Result<v1::Heightmap, CallError> {
+        let request = v1::HeightmapRequest {
+            header: None,
+            least_state_number,
+        };
+        let reply = self.client.call(cell, request, Instant::now() + span)?;
+        Ok(reply.heightmap.unwrap())
+    }
+
+    fn seen(&self, least_state_number: u64) -> v1::Heightmap {
+        self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
+    }
+
+    /// The status with which a request is refused. On a busy machine the refusal may come too late: one in time is enough.
+    fn status(&self, cell: &Cell, least_state_number: u64) -> Status {
+        let until = deadline();
+        loop {
+            match self.ask_for(cell, least_state_number, Duration::from_millis(500)) {
+                Err(CallError::Refused { status, .. }) => return status,
+                Err(CallError::TimedOut) if Instant::now() < until => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+fn read(heightmap: &v1::Heightmap) -> (Grid, Scene) {
+    scene::read(heightmap.scene.as_ref().unwrap()).unwrap()
+}
+
+#[test]
+fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
+    let rig = Rig::connected(&settings());
+    let heightmaps: Latest<v1::Heightmap> =
+        Latest::subscribe(&rig.sensor, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES).unwrap();
+    let grid = Grid::reference();
+    let height_m = |x: usize, y: usize| (x * 7 + y * 3) as f32 * 1e-4;
+    let mut surface = Surface::empty(&grid);
+    for (x, y) in (0..128).flat_map(|x| (0..128).map(move |y| (x, y))) {
+        surface.raise(x, y, height_m(x, y));
+    }
+    let expected = Scene::from_surface(&grid, surface).unwrap();
+    let before = rig.seen(1).id.unwrap();
+
+    rig.clouds
+        .put(&cloud_of(&grid, 2, 1, |x, y| Some(height_m(x, y))));
+    let heightmap = rig.seen(2);
+    assert_eq!(read(&heightmap), (grid, expected));
+    let id = heightmap.id.unwrap();
+    assert_eq!((id.epoch, id.sequence), (before.epoch, before.sequence + 1));
+    assert_eq!(heightmap.state_number, 2);
+    assert_eq!(heightmap.captured_at_ns, 1_700_000_000_000_000_000);
+    let quality = heightmap.quality.unwrap();
+    assert_eq!(
+        (quality.points_inside, quality.unknown_cells, quality.cells),
+        (128 * 128, 0, 1024)
+    );
+    assert!(quality.processing_ns > 0);
+
+    // The subscription may have come too late for that one.
+    rig.clouds.put(&flat(3, 1));
+    let published = std::iter::from_fn(|| heightmaps.wait(deadline()));
+    let published = published
+        .map(|arrived| arrived.message.unwrap())
+        .find(|published| published.state_number == 3);
+    assert_eq!(published.unwrap(), rig.seen(3));
+}
+
+#[test]
+fn who_waits_for_a_state_holds_nobody_up() {
+    let rig = Rig::connected(&settings());
+    std::thread::scope(|scope| {
+        let waiting: Vec<_> = (0..4).map(|_| scope.spawn(|| rig.seen(9))).collect();
+        for _ in 0..20 {
+            assert_eq!(rig.seen(1).state_number, 1);
+        }
+        rig.clouds.put(&flat(8, 1));
+        assert_eq!(rig.seen(8).state_number, 8);
+        assert!(waiting.iter().all(|waiting| !waiting.is_finished()));
+        rig.clouds.put(&flat(9, 1));
+        for waiting in waiting {
+            assert_eq!(waiting.join().unwrap().state_number, 9);
+        }
+    });
+}
+
+#[test]
+fn who_waits_in_vain_is_told_why() {
+    let rig = Rig::connected(&settings());
+    assert_eq!(rig.status(&cell(), 2), Status::TimedOut);
+    assert_eq!(
+        rig.status(&Cell::new("cell-2").unwrap(), 0),
+        Status::Unavailable
+    );
+}
+
+#[test]
+fn more_than_may_wait_are_refused() {
+    let rig = Rig::connected(&Settings {
+        queue: 2,
+        ..settings()
+    });
+    let busy = std::thread::scope(|scope| {
+        let refused = || rig.status(&cell(), 2);
+        let waiting: Vec<_> = (0..8).map(|_| scope.spawn(refused)).collect();
+        let statuses = waiting.into_iter().map(|waiting| waiting.join().unwrap());
+        statuses.filter(|status| *status == Status::Busy).count()
+    });
+    assert!(busy >= 4, "{busy} of 8");
+}
+
+#[test]
+fn malformed_clouds_are_refused_and_counted() {
+    let rig = Rig::connected(&settings());
+    let malformed: [fn(&mut v1::PointCloud); 9] = [
+        |cloud| cloud.sequence = 0,
+        |cloud| cloud.container_from_sensor = None,
+        |cloud| cloud.point_stride = 0,
+        |cloud| cloud.point_stride = 11,
+        |cloud| cloud.fields.truncate(2),
+        |cloud| cloud.fields[2].offset = 10,
+        |cloud| cloud.fields[2].r#type = 99,
+        |cloud| cloud.fields[2].name = "x".to_owned(),
+        |cloud| cloud.data.truncate(100),
+    ];
+    for change in malformed {
+        let mut cloud = flat(2, 1);
+        change(&mut cloud);
+        rig.send_refused(&cloud, Fate::Malformed);
+    }
+    assert_eq!(rig.seen(0).state_number, 1);
+    rig.clouds.put(&flat(2, 1));
+    assert_eq!(rig.seen(2).state_number, 2);
+}
+
+#[test]
+fn late_clouds_are_refused_and_counted() {
+    let rig = Rig::connected(&settings());
+    rig.clouds.put(&flat(5, 7));
+    let newest = rig.seen(5);
+    for (state_number, sequence) in [(5, 7), (5, 6), (4, 100), (0, 100)] {
+        rig.send_refused(&flat(state_number, sequence), Fate::Late);
+    }
+    assert_eq!(rig.seen(0), newest);
+}
+
+#[test]
+fn what_no_point_shows_is_higher_than_the_rim() {
+    let rig = Rig::connected(&settings());
+    let grid = Grid::reference();
+    // Cells (10, 20) and (11, 20) are in the dark, but for a hole in one of them that is no point.
+    let in_the_dark = |x: usize, y: usize| (40..48).contains(&x) && (80..84).contains(&y);
+    let height_m = |x, y| match (x, y) {
+        (41, 81) => Some(f32::NAN),
+        (x, y) if in_the_dark(x, y) => None,
+        _ => Some(0.1),
+    };
+    rig.clouds.put(&cloud_of(&grid, 2, 1, height_m));
+    let heightmap = rig.seen(2);
+    assert_eq!(heightmap.quality.as_ref().unwrap().unknown_cells, 2);
+    let (_, scene) = read(&heightmap);
+    for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
+        let is_unknown = y == 20 && (x == 10 || x == 11);
+        let expected = if is_unknown { grid.rim() + 1 } else { 50 };
+        assert_eq!(
+            scene.heightmap().get(x, y),
+            Some(expected),
+            "cell ({x}, {y})"
+        );
+    }
+    let surface = scene.surface().unwrap();
+    assert!(surface.heights_m()[41 * 128 + 81] > 0.3);
+}
+
+#[test]
+fn cells_have_the_grids_that_are_set() {
+    let fine = GridSettings {
+        container: ContainerSize {
+            x_m: 0.2,
+            y_m: 0.1,
+            z_m: 0.15,
+        },
+        cell_m: 0.005,
+        height_unit_m: 0.001,
+        yaws: 8,
+    };
+    let rig = Rig::connected(&Settings {
+        cells: BTreeMap::from([("cell-2".to_owned(), fine)]),
+        ..settings()
+    });
+    let second = Cell::new("cell-2").unwrap();
+    let clouds = Sensor::new(&rig.sensor, &second, Stream::Cloud);
+    let grid = fine.build().unwrap();
+    clouds.put(&cloud_of(&grid, 1, 1, |_, _| Some(0.02)));
+    let heightmap = rig.ask_for(&second, 1, PATIENCE).unwrap();
+    let (read_grid, scene) = read(&heightmap);
+    assert_eq!(read_grid, grid);
+    assert!(
+        scene
+            .heightmap()
+            .heights()
+            .iter()
+            .all(|height| *height == 20)
+    );
+    assert_eq!(read(&rig.seen(1)).0, Grid::reference());
+}
+
+#[test]
+fn other_cells_are_not_served_where_only_listed_ones_are() {
+    let rig = Rig::connected(&Settings {
+        cells: BTreeMap::from([("cell-1".to_owned(), GridSettings::from(&Grid::reference()))]),
+        has_unlisted_cells: false,
+        ..settings()
+    });
+    let second = Cell::new("cell-2").unwrap();
+    assert!(matches!(
+        rig.ask_for(&second, 0, Duration::from_millis(300)),
+        Err(CallError::NoAnswer { .. } | CallError::TimedOut)
+    ));
+}
+
+#[test]
+fn the_end_comes_when_it_is_asked_for() {
+    let rig = Rig::connected(&settings());
+    let Rig {
+        perception, client, ..
+    } = rig;
+    Box::new(perception).finish(deadline()).unwrap();
+    let request = v1::HeightmapRequest::default();
+    let patience = Instant::now() + Duration::from_millis(300);
+    assert!(matches!(
+        client.call(&cell(), request, patience),
+        Err(CallError::NoAnswer { .. } | CallError::TimedOut)
+    ));
+}
+
+/// The points of `flat` in one half along x, of a sensor.
+fn half(sensor: &str, state_number: u64, sequence: u64, is_low: bool) -> v1::PointCloud {
+    let grid = Grid::reference();
+    let height_m = |x: usize, _| ((x < 64) == is_low).then_some(0.1);
+    v1::PointCloud {
+        sensor: sensor.to_owned(),
+        ..cloud_of(&grid, state_number, sequence, height_m)
+    }
+}
+
+fn two_sensors() -> Settings {
+    let names = ["left", "right"].map(str::to_owned).to_vec();
+    Settings {
+        sensors: BTreeMap::from([("cell-1".to_owned(), names)]),
+        sensor_restart_after_s: 0.2,
+        ..settings()
+    }
+}
+
+#[test]
+fn the_sensors_of_a_cell_make_one_heightmap_together() {
+    let rig = rig(&two_sensors());
+    let until = deadline();
+    let mut sequence = 0;
+    let heightmap = loop {
+        assert!(Instant::now() < until, "no heightmap");
+        sequence += 1;
+        rig.clouds.put(&half("left", 4, sequence, true));
+        rig.clouds.put(&half("right", 4, sequence, false));
+        if let Ok(heightmap) = rig.ask_for(&cell(), 4, Duration::from_millis(200)) {
+            break heightmap;
+        }
+    };
+    let quality = heightmap.quality.as_ref().unwrap();
+    assert_eq!((quality.unknown_cells, quality.clouds), (0, 2));
+    assert_eq!(quality.points_inside, 128 * 128);
+    assert!(quality.doubts.is_empty());
+    let (_, scene) = read(&heightmap);
+    assert!(
+        scene
+            .heightmap()
+            .heights()
+            .iter()
+            .all(|height| *height == 50)
+    );
+
+    // One alone is not enough, and the other is named.
+    rig.clouds.put(&half("left", 5, sequence + 1, true));
+    let silence = loop {
+        match rig.ask_for(&cell(), 5, Duration::from_millis(500)) {
+            Err(CallError::Refused { message, .. }) if message.contains("has sent nothing") => {
+                break message;
+            }
+            other => assert!(Instant::now() < until, "{other:?}"),
+        }
+        rig.clouds.put(&half("left", 5, sequence + 2, true));
+        sequence += 1;
+    };
+    assert!(silence.contains("sensor \"right\""), "{silence}");
+    let mut stranger = half("behind", 5, 1, true);
+    rig.send_refused(&stranger, Fate::Unserved);
+    stranger.sensor.clear();
+    rig.send_refused(&stranger, Fate::Unserved);
+}
+
+#[test]
+fn a_cloud_of_another_cell_is_not_used() {
+    let rig = Rig::connected(&settings());
+    let of = |cell: &str, sequence| v1::PointCloud {
+        cell: cell.to_owned(),
+        ..flat(9, sequence)
+    };
+    rig.send_refused(&of("cell-2", 1_000_000), Fate::Unserved);
+    rig.clouds.put(&of("cell-1", 1_000_001));
+    assert_eq!(rig.seen(9).cell, "cell-1");
+}
+
+#[test]
+fn what_a_cloud_makes_doubtful_is_told() {
+    let rig = Rig::connected(&settings());
+    assert!(rig.seen(1).quality.unwrap().doubts.is_empty());
+    let third = |x, _| (x < 40).then_some(0.0);
+    rig.clouds.put(&cloud_of(&Grid::reference(), 2, 1, third));
+    let doubts = rig.seen(2).quality.unwrap().doubts;
+    assert_eq!(doubts.len(), 1);
+    assert_eq!(doubts[0].kind(), v1::DoubtKind::LittleSeen);
+    assert!(
+        doubts[0].message.contains("320 of 1024 cells"),
+        "{}",
+        doubts[0].message
+    );
+}
+
+#[test]
+fn a_heightmap_that_is_asked_for_tells_its_age() {
+    let rig = Rig::connected(&settings());
+    let ages = [(); 2].map(|()| {
+        let request = v1::HeightmapRequest {
+            header: None,
+            least_state_number: 1,
+        };
+        rig.client
+            .call(&cell(), request, deadline())
+            .unwrap()
+            .age_ns
+    });
+    assert!(0 < ages[0] && ages[0] < ages[1], "{ages:?}");
+}
+
+#[test]
+fn clouds_that_have_no_room_are_dropped_and_those_that_have_are_mapped() {
+    let rig = Rig::connected(&Settings {
+        clouds_mib: 1,
+        ..settings()
+    });
+    let large = {
+        let mut cloud = flat(2, 1);
+        cloud.data = cloud.data.repeat(6);
+        cloud
+    };
+    assert!(large.encoded_len() > 1 << 20);
+    for _ in 0..10 {
+        rig.send_refused(&large, Fate::NoRoom);
+    }
+    for state_number in 2..20 {
+        rig.clouds.put(&flat(state_number, 1));
+        rig.seen(state_number);
+    }
+    assert_eq!(
+        rig.perception.clouds(Fate::NoRoom),
+        10,
+        "room is given back"
+    );
+}

@@ -1,0 +1,23 @@
+//! A node of ROS 2 over Zenoh, as `rmw_zenoh` has them, without ROS.
+//!
+//! A [`Node`] publishes topics and answers services on any Zenoh session. Others find it by the liveliness tokens that it
+//! declares ([`keys`]). Messages are structs ([`messages`]) whose type hash is made of their own fields ([`description`]), so
+//! that what is announced and what is sent cannot differ. They are put into bytes as plain CDR ([`cdr`]). The protocol is that
+//! of Jazzy and later: <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
+//!
+//! Two crates have this protocol, and neither serves in place of this module:
+//!
+//! - `hiroz` 0.2.1 adds 88 packages to the workspace's 620, and Zenoh's default features, serial lines and shared memory to
+//!   every service. It opens a session of its own, never the stack's. `tests/ros2` holds this module against it.
+//! - `ros2-client` 0.12.1 adds 64 packages and Zenoh's default features. Types of one's own are sent under a hash of zeros,
+//!   which no subscriber of `rmw_zenoh` matches, and publishers keep nothing for who comes later.
+
+pub(crate) mod cdr;
+pub(crate) mod description;
+pub(crate) mod keys;
+pub(crate) mod messages;
+mod node;
+mod service;
+
+pub(crate) use node::{Node, Publisher};
+pub(crate) use service::{Request, Server};

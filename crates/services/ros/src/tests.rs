@@ -1,0 +1,242 @@
+//! A cell in ROS over real sessions: what it says comes, and what is asked is passed on.
+
+use std::sync::mpsc::{Receiver, sync_channel};
+use std::time::{Duration, Instant};
+
+use nalgebra::Isometry3;
+use ppnpack_service::embedded::{self, Hub};
+use ppnpack_service::process::Process;
+use ppnpack_service::rpc::{self, Done, Incoming};
+use ppnpack_service::stream::Publisher;
+use ppnpack_service::{Running, alive};
+use ppnpack_wire::convert::pose;
+use ppnpack_wire::keys::{Cell, Service as Of, Stream};
+use ppnpack_wire::v1;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::ReplyKeyExpr;
+use zenoh::sample::Sample;
+use zenoh::{Session as ZenohSession, Wait};
+
+use crate::rmw::cdr;
+use crate::rmw::description::{Message, Service, message_key, service_key};
+use crate::rmw::keys::{self, Name};
+use crate::rmw::messages::{CellState, Hold, MarkerArray, Session, TfMessage, Trigger};
+use crate::{Ros, Settings};
+
+/// Far more than anything here takes.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// What a test waits between attempts.
+const AGAIN: Duration = Duration::from_millis(50);
+
+fn cell() -> Cell {
+    Cell::new("cell-1").unwrap()
+}
+
+fn name(name: &str) -> Name {
+    Name::new(name).unwrap()
+}
+
+/// A cell that is there, its face, and somebody in ROS.
+struct Rig {
+    face: Option<Box<Ros>>,
+    bridge: Process,
+    states: Publisher<v1::CellState>,
+    session: ZenohSession,
+    _alive: alive::Token,
+    _process: Process,
+    hub: Hub,
+}
+
+impl Rig {
+    fn new(settings: &Settings) -> Self {
+        let hub = embedded::hub().unwrap();
+        let bridge = embedded::process(&hub, Of::Bridge, "bridge-1").unwrap();
+        let process = embedded::process(&hub, Of::Ros, "ros-1").unwrap();
+        let session = embedded::session(&hub).unwrap();
+        Self {
+            _alive: alive::announce(&bridge, Some(&cell())).unwrap(),
+            states: Publisher::new(&bridge, &cell(), Stream::State).unwrap(),
+            face: Some(Box::new(crate::start(&process, settings).unwrap())),
+            bridge,
+            session,
+            _process: process,
+            hub,
+        }
+    }
+
+    /// The messages of a topic.
+    fn listen<M: Message>(&self, topic: &str) -> (Receiver<M>, Subscriber<()>) {
+        let (sender, receiver) = sync_channel(64);
+        let on_sample = move |sample: Sample| {
+            let message = cdr::decode(&sample.payload().to_bytes()).unwrap();
+            drop(sender.try_send(message));
+        };
+        let key = keys::data(0, &name(topic), &message_key::<M>());
+        let subscribed = self.session.declare_subscriber(key).callback(on_sample);
+        (receiver, subscribed.wait().unwrap())
+    }
+
+    /// What is given to whoever comes later to a topic, as advanced subscribers of Zenoh ask for it.
+    fn last<M: Message>(&self, topic: &str) -> Option<(Sample, M)> {
+        let key = keys::data(0, &name(topic), &message_key::<M>());
+        let replies = self
+            .session
+            .get(format!("{key}/@adv/**?_max=1"))
+            .accept_replies(ReplyKeyExpr::Any)
+            .wait()
+            .unwrap();
+        let reply = replies.recv_timeout(PATIENCE).ok().flatten()?;
+        let sample = reply.into_result().unwrap();
+        let message = cdr::decode(&sample.payload().to_bytes()).unwrap();
+        Some((sample, message))
+    }
+
+    /// Asks a service, again until somebody answers.
+    fn call<S: Service>(&self, service: &str, request: &S) -> S::Response {
+        let key = keys::data(0, &name(service), &service_key::<S>());
+        let until = Instant::now() + PATIENCE;
+        while Instant::now() < until {
+            let payload = cdr::encode(request).unwrap();
+            let replies = self
+                .session
+                .get(key.as_str())
+                .payload(payload)
+                .wait()
+                .unwrap();
+            if let Ok(Some(reply)) = replies.recv_timeout(PATIENCE) {
+                let sample = reply.into_result().unwrap();
+                return cdr::decode(&sample.payload().to_bytes()).unwrap();
+            }
+            std::thread::sleep(AGAIN);
+        }
+        panic!("nobody answers {service}");
+    }
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        let face = self.face.take().unwrap();
+        let ended = face.finish(Instant::now() + PATIENCE);
+        if !std::thread::panicking() {
+            assert_eq!(ended, Ok(()));
+        }
+    }
+}
+
+/// Does something again and again, until a message comes.
+fn comes<T>(receiver: &Receiver<T>, mut act: impl FnMut()) -> T {
+    let until = Instant::now() + PATIENCE;
+    while Instant::now() < until {
+        act();
+        if let Ok(message) = receiver.recv_timeout(AGAIN) {
+            return message;
+        }
+    }
+    panic!("nothing comes");
+}
+
+fn state() -> v1::CellState {
+    let at = Isometry3::translation(0.1, 0.2, 0.03);
+    v1::CellState {
+        state_number: 7,
+        bodies: vec![v1::Body {
+            item_id: "a".to_owned(),
+            object: "mug".to_owned(),
+            container_from_item: Some(pose::write(&at)),
+            is_inside: true,
+            is_found: true,
+        }],
+        hold: Some(v1::Hold {
+            reason: "a door is open".to_owned(),
+        }),
+        ..v1::CellState::default()
+    }
+}
+
+#[test]
+fn a_state_comes_with_the_frames_of_its_items_also_to_whoever_comes_later() {
+    let rig = Rig::new(&Settings::default());
+    let topic = "/ppnpack/cell_1/state";
+    let (states, _of_states) = rig.listen::<CellState>(topic);
+    let (frames, _of_frames) = rig.listen::<TfMessage>("/tf");
+    let put = || rig.states.put(&state()).unwrap();
+    let came = comes(&states, put);
+    assert_eq!(came.header.frame_id, "cell-1/container");
+    assert_eq!((came.state_number, came.is_held), (7, true));
+    assert_eq!(came.hold_reason, "a door is open");
+    assert_eq!(came.bodies[0].object, "mug");
+    assert_eq!(came.bodies[0].pose.position.y, 0.2);
+    assert_eq!(came.bodies[0].pose.orientation.w, 1.0);
+    let item = &comes(&frames, put).transforms[0];
+    assert_eq!(item.header.frame_id, "cell-1/container");
+    assert_eq!(item.child_frame_id, "cell-1/item/a");
+    assert_eq!(item.transform.translation.z, 0.03);
+
+    let (sample, last) = rig.last::<CellState>(topic).unwrap();
+    let key = keys::data(0, &name(topic), &message_key::<CellState>());
+    assert_eq!(sample.key_expr().as_str(), key);
+    assert_eq!(
+        (last.state_number, sample.attachment().unwrap().len()),
+        (7, 33)
+    );
+    let (_, fixed) = rig.last::<TfMessage>("/tf_static").unwrap();
+    assert_eq!(fixed.transforms[0].child_frame_id, "cell-1/container");
+    let (_, scene) = rig.last::<MarkerArray>("/ppnpack/cell_1/scene").unwrap();
+    assert_eq!(scene.markers.len(), 3);
+}
+
+#[test]
+fn what_is_asked_is_passed_on_and_answered() {
+    let settings = Settings {
+        request_limit_s: 0.5,
+        ..Settings::default()
+    };
+    let rig = Rig::new(&settings);
+    let (sender, holds) = sync_channel(8);
+    let hold = move |incoming: Incoming<v1::HoldRequest>| {
+        sender.try_send(incoming.message().clone()).unwrap();
+        incoming.reply(v1::HoldReply::default(), Done::default());
+    };
+    let _listener = rpc::listen(&rig.bridge, Some(&cell()), hold).unwrap();
+    let request = Hold {
+        reason: "lunch".to_owned(),
+        is_aborting: true,
+    };
+    let response = rig.call("/ppnpack/cell_1/hold", &request);
+    assert!(response.success && response.message.is_empty());
+    let held = holds.recv_timeout(PATIENCE).unwrap();
+    assert_eq!((held.reason.as_str(), held.is_aborting), ("lunch", true));
+    // Nobody resumes, and that is said.
+    let response = rig.call("/ppnpack/cell_1/resume", &Trigger::default());
+    assert!(!response.success);
+    assert!(!response.message.is_empty());
+}
+
+#[test]
+fn a_session_that_began_before_is_told() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let answer = |incoming: Incoming<v1::SessionRequest>| {
+        let session = v1::Session {
+            session_id: "before".to_owned(),
+            ..v1::Session::default()
+        };
+        let reply = v1::SessionReply {
+            session: Some(session),
+            ..v1::SessionReply::default()
+        };
+        incoming.reply(reply, Done::default());
+    };
+    let _listener = rpc::listen(&planner, Some(&cell()), answer).unwrap();
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let until = Instant::now() + PATIENCE;
+    let (_, session) = loop {
+        if let Some(told) = rig.last::<Session>("/ppnpack/cell_1/session") {
+            break told;
+        }
+        assert!(Instant::now() < until, "no session is told");
+        std::thread::sleep(AGAIN);
+    };
+    assert_eq!(session.session_id, "before");
+}

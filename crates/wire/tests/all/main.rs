@@ -1,0 +1,23 @@
+//! The wire, held against its schemas, against hostile bytes and against what was recorded of it.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "a panic in a test is a failing test"
+)]
+
+mod convert;
+mod debug;
+mod decode;
+mod generated;
+mod golden;
+mod hostile;
+mod item_store;
+#[path = "../support/payload.rs"]
+mod payload;
+mod ros;
+mod ros_layouts;
+mod rpc;
+mod schema;
+mod support;

@@ -1,0 +1,256 @@
+//! How long plans take through the stack, every service its own process, through a router; by itself, or beside other programs.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
+use ppnpack_packing::grid::Resolution;
+use ppnpack_wire::keys::Service;
+
+use crate::cell::CellClient;
+use crate::latency::{Compared, Measured, Packing, Times, Twin};
+use crate::report::print_table;
+use crate::stack::{Options, Stack};
+
+/// Where a stack evaluates if nothing else is said.
+const IN_PROCESS: &str = "in-process";
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Containers packed per row
+    #[arg(long, default_value_t = 5)]
+    containers: usize,
+
+    /// Objects that arrive for each container
+    #[arg(long, default_value_t = 60)]
+    objects: usize,
+
+    /// Leave the network out, as where there is no libtorch
+    #[arg(long)]
+    without_network: bool,
+
+    /// Compare with the programs in this folder, such as those of an earlier commit: two stacks plan the same steps in turns
+    #[arg(long, value_name = "DIR")]
+    against: Option<PathBuf>,
+}
+
+/// A row of the table.
+type Row = (String, Measured);
+
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let catalogue = builtin()?;
+    if let Some(programs) = &arguments.against {
+        return compare(arguments, &catalogue, programs);
+    }
+    let mut rows = vec![
+        exhaustive(arguments, &catalogue, IN_PROCESS)?,
+        exhaustive(arguments, &catalogue, "services")?,
+    ];
+    if !arguments.without_network {
+        rows.push(with_network(arguments, &catalogue)?);
+    }
+    rows.extend(four_cells(arguments, &catalogue)?);
+    print_rows(rows);
+    Ok(())
+}
+
+/// The built-in objects.
+pub(crate) fn builtin() -> Result<Catalogue> {
+    let (objects, settings) = (ppnpack_household::builtin(), Settings::default());
+    let resolution = Resolution::reference();
+    Ok(Catalogue::load(
+        &objects,
+        &settings,
+        &resolution,
+        &|_, _| {},
+    )?)
+}
+
+/// Placements pass a geometric test and are not tried: a try takes longer than all that is measured here.
+fn untried(mut options: Options) -> Options {
+    for cell in &options.cells {
+        for setting in ["trial.tries_per_item=0", "stability=\"physical\""] {
+            let setting = format!("service.cells.{cell}.{setting}");
+            options.settings.push((Service::Planner, setting));
+        }
+    }
+    options
+}
+
+fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static str) -> Result<Row> {
+    let stack = Stack::start(&untried(Options {
+        evaluate,
+        ..Options::default()
+    }))?;
+    let mut twin = Twin::new(catalogue, true)?;
+    let measured = pack(&stack, 0, arguments, catalogue, Some(&mut twin))?;
+    let what = format!("exhaustive search, evaluate = {evaluate}, one cell");
+    Ok((what, measured))
+}
+
+fn with_network(arguments: &Arguments, catalogue: &Catalogue) -> Result<Row> {
+    let options = untried(Options {
+        has_network: true,
+        evaluate: IN_PROCESS,
+        ..Options::default()
+    });
+    let stack =
+        Stack::start(&options).context("with the network; --without-network leaves it out")?;
+    let measured = pack(&stack, 0, arguments, catalogue, None)?;
+    Ok(("network, K = 5 %, one cell".to_owned(), measured))
+}
+
+fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> {
+    let cells: Vec<String> = (1..=4).map(|number| format!("cell-{number}")).collect();
+    let options = untried(Options {
+        cells: cells.clone(),
+        evaluate: IN_PROCESS,
+        ..Options::default()
+    });
+    let stack = Stack::start(&options)?;
+    let measured: Vec<Result<Measured>> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..cells.len())
+            .map(|cell| {
+                let stack = &stack;
+                scope.spawn(move || pack(stack, cell, arguments, catalogue, None))
+            })
+            .collect();
+        let joined = threads.into_iter().map(|thread| thread.join());
+        joined
+            .map(|joined| joined.unwrap_or_else(|_| Err(anyhow::anyhow!("a thread panicked"))))
+            .collect()
+    });
+    let rows = cells.iter().zip(measured);
+    rows.map(|(cell, measured)| {
+        let what = format!("exhaustive search, {cell} of four at once");
+        Ok((what, measured?))
+    })
+    .collect()
+}
+
+fn pack(
+    stack: &Stack,
+    cell: usize,
+    arguments: &Arguments,
+    catalogue: &Catalogue,
+    mut twin: Option<&mut Twin<'_>>,
+) -> Result<Measured> {
+    let client = stack.cell(cell)?;
+    let mut all = Measured::default();
+    for container in 0..arguments.containers {
+        let objects = objects(arguments, catalogue, container);
+        let session_id = format!("bench-{cell}-{container}");
+        let mut packing = Packing::begin(&client, &session_id, &objects)?;
+        while packing.step(twin.as_deref_mut())? {}
+        let measured = packing.measured();
+        // The first plan of a container is like any other, but the first of all fills the caches.
+        let warm_up = usize::from(container == 0);
+        all.asked.extend(measured.asked.iter().skip(warm_up));
+        all.in_process
+            .extend(measured.in_process.iter().skip(warm_up));
+        for (stage, times) in measured.stages {
+            all.stages.entry(stage).or_default().extend(times);
+        }
+        all.degraded += measured.degraded;
+    }
+    Ok(all)
+}
+
+/// What arrives for a container: another part of the catalogue each time, the same in every row.
+fn objects<'a>(arguments: &Arguments, catalogue: &'a Catalogue, container: usize) -> Vec<&'a str> {
+    let names = catalogue.objects.iter().map(|object| &**object.item.name());
+    let objects = names.cycle().skip(container * 17).take(arguments.objects);
+    objects.collect()
+}
+
+fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Result<()> {
+    let mut rows = Vec::new();
+    for evaluate in [IN_PROCESS, "services"] {
+        let start = |programs: Option<&Path>| {
+            Stack::start(&untried(Options {
+                evaluate,
+                programs: programs.map(Path::to_owned),
+                ..Options::default()
+            }))
+        };
+        let (others, own) = (start(Some(programs))?, start(None)?);
+        let Compared {
+            plans,
+            others_p50_ms,
+            own_p50_ms,
+            difference_ms: [low, median, high],
+        } = in_turns(arguments, catalogue, &others.cell(0)?, &own.cell(0)?)?;
+        rows.push(vec![
+            format!("exhaustive search, evaluate = {evaluate}, one cell"),
+            plans.to_string(),
+            format!("{others_p50_ms:.3}"),
+            format!("{own_p50_ms:.3}"),
+            format!("{:.3}", own_p50_ms / others_p50_ms),
+            format!("{median:+.3} ({low:+.3} to {high:+.3})"),
+        ]);
+    }
+    print_table(
+        "what | plans | others, p50 (ms) | these, p50 (ms) | ratio | difference, median and its 95 % interval (ms)",
+        rows,
+    );
+    Ok(())
+}
+
+/// Packs the same objects in two stacks, step by step in turns, so that what else the machine does meets both alike. Which one goes first
+/// changes with each step.
+fn in_turns(
+    arguments: &Arguments,
+    catalogue: &Catalogue,
+    others: &CellClient,
+    own: &CellClient,
+) -> Result<Compared> {
+    let (mut others_took, mut own_took) = (Vec::new(), Vec::new());
+    for container in 0..arguments.containers {
+        let objects = objects(arguments, catalogue, container);
+        let session_id = format!("bench-{container}");
+        let mut a = Packing::begin(others, &session_id, &objects)?;
+        let mut b = Packing::begin(own, &session_id, &objects)?;
+        let mut step = 0;
+        loop {
+            let both_go_on = match step % 2 {
+                0 => [a.step(None)?, b.step(None)?],
+                _ => [b.step(None)?, a.step(None)?],
+            };
+            if both_go_on != [true, true] {
+                break;
+            }
+            step += 1;
+        }
+        // The first of all fills the caches.
+        let warm_up = usize::from(container == 0);
+        others_took.extend(a.measured().asked.into_iter().take(step).skip(warm_up));
+        own_took.extend(b.measured().asked.into_iter().take(step).skip(warm_up));
+    }
+    Ok(Compared::new(&others_took, &own_took))
+}
+
+fn print_rows(rows: Vec<Row>) {
+    let mut stages = Vec::new();
+    let rows = rows.into_iter().map(|(what, measured)| {
+        for (stage, times) in measured.stages {
+            stages.push(vec![what.clone(), stage, Times::new(times).shown(0.5)]);
+        }
+        let (asked, alone) = (Times::new(measured.asked), Times::new(measured.in_process));
+        // The same steps planned in one process, where they were.
+        let alone_ms = (alone.count() > 0).then(|| alone.percentile_ms(0.5));
+        let optional = |value: Option<f64>| value.map_or("–".to_owned(), |ms| format!("{ms:.2}"));
+        let mut row = vec![what, asked.count().to_string()];
+        row.extend([0.5, 0.99, 1.0].map(|share| asked.shown(share)));
+        row.push(optional(alone_ms));
+        row.push(optional(alone_ms.map(|ms| asked.percentile_ms(0.5) - ms)));
+        row.push(measured.degraded.to_string());
+        row
+    });
+    print_table(
+        "what | plans | p50 (ms) | p99 (ms) | max (ms) | in one process, p50 (ms) | added (ms) | degraded",
+        rows,
+    );
+    println!("The planner's stages, each at its median:\n");
+    print_table("what | stage | p50 (ms)", stages);
+}

@@ -1,0 +1,317 @@
+//! The operator's page over real processes: what it shows, what it refuses, how soon a cell is held.
+
+use std::time::{Duration, Instant};
+
+use crate::http::Watch;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{self, OBJECTS, count, slow_robot};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1::ItemState;
+use serde_json::{Value, json};
+
+const TOKEN: &str = "a-token-for-tests-0123456789";
+
+/// A cell that is held at the page stands still within this time.
+const HELD_WITHIN: Duration = Duration::from_millis(200);
+
+fn with_token(mut options: Options) -> Options {
+    let setting = format!("service.token={TOKEN}");
+    options.settings.push((Service::Console, setting));
+    options
+}
+
+fn stale(watch: &Watch) -> Vec<&str> {
+    let stale = watch.part("cell-1", "status")["stale"].as_array();
+    stale
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .collect()
+}
+
+/// What happened in the cell, the kinds alone.
+fn kinds(watch: &Watch) -> Vec<&str> {
+    let events = watch.part("cell-1", "events").as_array();
+    let events = events.into_iter().flatten();
+    events.filter_map(|event| event["kind"].as_str()).collect()
+}
+
+#[test]
+fn a_packing_is_shown_and_a_planner_that_is_killed_is_missed_until_it_is_back() {
+    let alternatives = "service.cells.cell-1.alternatives=2";
+    let options = common::with(&[(Service::Planner, alternatives)]);
+    let mut stack = Stack::start(&options).unwrap();
+    let page = stack.add_console(1, &options).unwrap();
+    let mut watch = page.watch().unwrap();
+    watch
+        .until("the cell", |it| !it.part("cell-1", "status").is_null())
+        .unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("shown", &OBJECTS[..6], true).unwrap();
+    watch
+        .until("the end of the packing", |it| {
+            let session = it.part("cell-1", "session");
+            session["end"] == json!("all_packed")
+                && it.part("cell-1", "items").as_array().map(Vec::len) == Some(6)
+        })
+        .unwrap();
+    watch
+        .until("what was packed, with volumes and a picture of it", |it| {
+            let figures = it.part("cell-1", "figures");
+            figures["items_without_volume"] == json!(0) && figures["filled"].as_f64() > Some(0.0)
+        })
+        .unwrap();
+    let decisions = watch.part("cell-1", "decisions").as_array().unwrap();
+    assert_eq!(decisions.len(), 6);
+    assert!(
+        decisions
+            .iter()
+            .all(|decision| decision["outcome"]["kind"] == json!("placed"))
+    );
+    let first = &decisions[5]["alternatives"];
+    assert_eq!(first.as_array().unwrap().len(), 2, "{first}");
+    assert!(
+        first[0]["corner_m"].is_array() && first[0]["shape"].is_string(),
+        "{first}"
+    );
+    assert!(
+        watch.part("cell-1", "figures")["utilisation"]
+            .as_f64()
+            .unwrap()
+            > 0.0
+    );
+    assert_eq!(
+        watch.part("cell-1", "cycles")["steps"]
+            .as_array()
+            .unwrap()
+            .len(),
+        6
+    );
+    assert_eq!(watch.part("cell-1", "status")["doing"], json!("ended"));
+
+    let item = &watch.part("cell-1", "items")[0];
+    assert!(item["container_from_shape"].is_object(), "{item}");
+    let shape = item["shape"].as_str().unwrap();
+    let triangles = page
+        .get(&format!("/api/cells/cell-1/shapes/{shape}"))
+        .unwrap();
+    assert_eq!(triangles.status, 200);
+    assert!(triangles.headers["cache-control"].contains("immutable"));
+    let counts =
+        [0, 4].map(|at| u32::from_le_bytes(triangles.body[at..at + 4].try_into().unwrap()));
+    let expected = 8 + 12 * (counts[0] + counts[1]) as usize;
+    assert_eq!(triangles.body.len(), expected);
+    let unknown = page
+        .get(&format!("/api/cells/cell-1/shapes/{}", "0".repeat(64)))
+        .unwrap();
+    assert_eq!(unknown.error(), (404, "unknown_shape".to_owned()));
+
+    assert_eq!(stale(&watch), Vec::<&str>::new());
+    stack.signal("planner-1", Signal::Kill).unwrap();
+    watch
+        .until("that the planner is away", |it| {
+            stale(it)
+                .iter()
+                .any(|sentence| sentence.contains("The planner has been away"))
+        })
+        .unwrap();
+    assert_eq!(watch.part("cell-1", "status")["doing"], json!("unknown"));
+    assert_eq!(
+        watch.part("cell-1", "items").as_array().unwrap().len(),
+        6,
+        "what was heard last stays"
+    );
+    stack.restart("planner-1").unwrap();
+    watch
+        .until("that it is back", |it| {
+            let kinds = kinds(it);
+            stale(it).is_empty() && kinds.contains(&"away") && kinds.contains(&"back")
+        })
+        .unwrap();
+    assert_eq!(watch.part("cell-1", "status")["doing"], json!("ended"));
+    assert!(watch.beats > 0);
+}
+
+#[test]
+fn controls_need_the_token_and_stop_a_cell_at_once() {
+    let options = slow_robot(Options::default());
+    let mut stack = Stack::start(&options).unwrap();
+    let cell = stack.cell(0).unwrap();
+    let order = json!({"cell": "cell-1"});
+    let confirmed = json!({"cell": "cell-1", "confirmed": true});
+
+    let without = stack.add_console(1, &options).unwrap();
+    let refused = without.with_token(TOKEN).control("hold", &order).unwrap();
+    assert_eq!(refused.error(), (403, "controls_off".to_owned()));
+
+    let page = stack.add_console(2, &with_token(options)).unwrap();
+    for (who, status) in [
+        (page.clone(), 401),
+        (page.with_token("another-token-0123456"), 401),
+        (page.with_token(TOKEN), 200),
+    ] {
+        assert_eq!(who.control("check", &json!({})).unwrap().status, status);
+    }
+    assert_eq!(page.control("hold", &order).unwrap().status, 401);
+    assert!(
+        cell.state().unwrap().hold.is_none(),
+        "nothing was done without the token"
+    );
+    let page = page.with_token(TOKEN);
+    let mut watch = page.watch().unwrap();
+    watch
+        .until("the state", |it| it.part("cell-1", "state").is_object())
+        .unwrap();
+
+    // Held and resumed several times, from the request to the page's own word that the cell is held.
+    let mut waits = Vec::new();
+    for _ in 0..10 {
+        let began = Instant::now();
+        assert_eq!(page.control("hold", &order).unwrap().status, 200);
+        watch
+            .until("the hold", |it| {
+                it.part("cell-1", "status")["doing"] == json!("held")
+            })
+            .unwrap();
+        waits.push(began.elapsed());
+        assert!(cell.state().unwrap().hold.is_some());
+        let unconfirmed = page.control("resume", &order).unwrap();
+        assert_eq!(unconfirmed.status, 409);
+        assert!(unconfirmed.json().unwrap()["question"].is_string());
+        assert!(
+            cell.state().unwrap().hold.is_some(),
+            "nothing is done before it is confirmed"
+        );
+        assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
+        watch
+            .until("the resumption", |it| {
+                it.part("cell-1", "state")["held"].is_null()
+            })
+            .unwrap();
+    }
+    waits.sort_unstable();
+    let (median, worst) = (waits[waits.len() / 2], waits[waits.len() - 1]);
+    println!(
+        "held | median {} ms | worst {} ms",
+        median.as_millis(),
+        worst.as_millis()
+    );
+    assert!(median <= HELD_WITHIN, "{waits:?}");
+
+    // A step makes one placement, and the cell is held after it.
+    assert_eq!(page.control("hold", &order).unwrap().status, 200);
+    cell.begin("steps", &OBJECTS[..6], true).unwrap();
+    let stepped = page.control("step", &confirmed).unwrap();
+    assert_eq!(stepped.status, 200, "{:?}", stepped.json());
+    common::wait_for(&cell, |session| count(session, ItemState::Packed) == 1);
+    assert!(cell.state().unwrap().hold.is_some());
+
+    // What is taken out by hand is gone from the container that the page shows.
+    let removed = json!({"cell": "cell-1", "item_ids": ["item-0", "item-1", "item-2", "item-3", "item-4", "item-5"]});
+    let answer = page.control("removed", &removed).unwrap();
+    assert_eq!(answer.status, 200, "{:?}", answer.json());
+    watch
+        .until("the empty container", |it| {
+            it.part("cell-1", "items") == &json!([])
+        })
+        .unwrap();
+    assert_eq!(page.control("touched", &order).unwrap().status, 200);
+    let waiting = cell
+        .session()
+        .unwrap()
+        .items
+        .iter()
+        .rev()
+        .find(|item| item.state() == ItemState::Waiting)
+        .unwrap()
+        .item_id
+        .clone();
+    let withdrawn = json!({"cell": "cell-1", "item_ids": [waiting]});
+    assert_eq!(page.control("withdraw", &withdrawn).unwrap().status, 200);
+    assert_eq!(count(&cell.session().unwrap(), ItemState::Withdrawn), 1);
+
+    // Another container is brought once the cell goes on, and packed.
+    common::wait_for(&cell, |session| session.pending.is_none());
+    assert_eq!(page.control("new_container", &order).unwrap().status, 409);
+    let renewed = page.control("new_container", &confirmed).unwrap();
+    assert_eq!(renewed.status, 200, "{:?}", renewed.json());
+    assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
+    common::wait_for(&cell, |session| {
+        session.containers[0].sequence == 1 && session.containers[0].is_open
+    });
+    let off = json!({"cell": "cell-1", "is_on": false});
+    assert_eq!(page.control("automatic", &off).unwrap().status, 200);
+    assert!(!cell.session().unwrap().is_automatic);
+    let on = json!({"cell": "cell-1", "is_on": true});
+    assert_eq!(page.control("automatic", &on).unwrap().status, 409);
+
+    for (action, body, status) in [
+        ("dance", json!({"cell": "cell-1"}), 404),
+        ("hold", json!({"cell": "elsewhere"}), 404),
+        ("hold", json!({"cell": "cell-1", "colour": "red"}), 400),
+        ("removed", json!({"cell": "cell-1"}), 400),
+        (
+            "hold",
+            json!({"cell": "cell-1", "reason": "x".repeat(20_000)}),
+            413,
+        ),
+    ] {
+        assert_eq!(
+            page.control(action, &body).unwrap().status,
+            status,
+            "{action} {body}"
+        );
+    }
+}
+
+#[test]
+fn the_page_is_its_own_and_bounded() {
+    let options = Options::default();
+    let mut stack = Stack::start(&options).unwrap();
+    let page = stack.add_console(1, &options).unwrap();
+    let index = page.get("/").unwrap();
+    assert_eq!(index.status, 200);
+    assert!(index.headers["content-type"].starts_with("text/html"));
+    let policy = &index.headers["content-security-policy"];
+    assert!(
+        policy.contains("default-src 'none'") && policy.contains("connect-src 'self'"),
+        "{policy}"
+    );
+    assert_eq!(
+        page.get("/main.js").unwrap().headers["content-type"],
+        "text/javascript; charset=utf-8"
+    );
+    for path in [
+        "/nothing.js",
+        "/api",
+        "/%2e%2e/secret",
+        "/api/cells/cell-1/shapes/x",
+    ] {
+        let missing = page.get(path).unwrap();
+        assert_eq!(missing.status, 404, "{path}");
+        assert!(missing.json().unwrap()["error"].is_string());
+    }
+    assert_eq!(page.get("/api/control/hold").unwrap().status, 405);
+    let foreign = page.get_of_host("/api/state", "evil.example").unwrap();
+    assert_eq!(foreign.error(), (403, "other_host".to_owned()));
+    let state = page.get("/api/state").unwrap();
+    assert_eq!(state.headers["cache-control"], "no-store");
+    assert!(
+        !state.json().unwrap()["parts"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+
+    // More pages than may be are sent away, and let in again when one has gone.
+    let mut pages: Vec<Watch> = (0..32).map(|_| page.watch().unwrap()).collect();
+    let more = page.get("/api/events").unwrap();
+    assert_eq!(more.error(), (503, "too_many".to_owned()));
+    pages.pop();
+    let until = Instant::now() + Duration::from_secs(20);
+    while page.watch().is_err() {
+        assert!(Instant::now() < until, "no page is let in");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}

@@ -1,0 +1,413 @@
+//! Faults of real processes. Each test has a set-up, a fault, a recovery and an invariant.
+//!
+//! The invariants are those of `docs/reliability.md`: nothing that was acknowledged is lost, nothing is placed twice,
+//! nothing is placed for another state of the container, and a fresh request succeeds within five seconds of the end
+//! of the fault.
+
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
+
+use crate::cell::CellClient;
+use crate::process::Signal;
+use crate::stack::{Options, Stack};
+use crate::tests::common::{
+    self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, assert_serves_again, finish,
+    slow_robot,
+};
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+
+/// The points of a step at which a process is killed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    BeforePlan,
+    Decided,
+    Placing,
+    Placed,
+}
+
+const STAGES: [Stage; 4] = [
+    Stage::BeforePlan,
+    Stage::Decided,
+    Stage::Placing,
+    Stage::Placed,
+];
+
+/// One step, with something done at one of its stages. Everything that a controller does is repeatable.
+fn step_with(cell: &CellClient, at: Stage, fault: &mut dyn FnMut()) -> Option<v1::Decision> {
+    let mut at_stage = |stage| {
+        if stage == at {
+            fault();
+        }
+    };
+    at_stage(Stage::BeforePlan);
+    let decision = cell.plan().unwrap()?;
+    at_stage(Stage::Decided);
+    cell.ask(v1::PlaceRequest::from(&decision)).unwrap();
+    at_stage(Stage::Placing);
+    let outcome = cell.place(&decision).unwrap();
+    at_stage(Stage::Placed);
+    cell.report(&decision, outcome).unwrap();
+    Some(decision)
+}
+
+#[test]
+fn each_service_is_killed_at_each_stage_of_a_step() {
+    let mut stack = Stack::start(&slow_robot(Options::default())).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("kills", &OBJECTS, false).unwrap();
+    for name in [
+        "planner-1",
+        "heuristic-1",
+        "perception-1",
+        "bridge-1",
+        "router",
+    ] {
+        for stage in STAGES {
+            let mut ended = Instant::now();
+            let mut kill = || {
+                stack.signal(name, Signal::Kill).unwrap();
+                stack.restart(name).unwrap();
+                ended = Instant::now();
+            };
+            let decision = step_with(&cell, stage, &mut kill);
+            assert!(
+                decision.is_some(),
+                "{name} at {stage:?}: nothing was decided"
+            );
+            let when = format!("{name} killed at {stage:?}");
+            assert_serves_again(&cell, ended, &when);
+            assert_consistent(&cell, &when);
+        }
+    }
+    finish(&cell);
+}
+
+#[test]
+fn everything_is_killed_while_the_planner_packs_by_itself() {
+    let mut stack = Stack::start(&slow_robot(Options::default())).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("all-killed", &OBJECTS[..12], true).unwrap();
+    for round in 0..3 {
+        let packed = |session: &v1::Session| common::count(session, v1::ItemState::Packed);
+        let before = packed(&cell.session().unwrap());
+        common::wait_for(&cell, |session| {
+            packed(session) > before || session.end != 0
+        });
+        let all = [
+            "planner-1",
+            "heuristic-1",
+            "perception-1",
+            "bridge-1",
+            "router",
+        ];
+        for name in all {
+            stack.signal(name, Signal::Kill).unwrap();
+        }
+        for name in all {
+            stack.restart(name).unwrap();
+        }
+        let when = format!("everything killed, round {round}");
+        assert_serves_again(&cell, Instant::now(), &when);
+        assert_consistent(&cell, &when);
+    }
+    let session = common::wait_for(&cell, |session| session.end != 0);
+    assert_ne!(session.end(), v1::SessionEnd::Failed, "{}", session.failure);
+    assert_consistent(&cell, "at the end");
+}
+
+#[test]
+fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("stopped", &OBJECTS, false).unwrap();
+    assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
+
+    stack.signal("heuristic-1", Signal::Stop).unwrap();
+    let decision = cell.step().unwrap().unwrap();
+    assert!(
+        decision.degraded[0].contains("heuristic-1"),
+        "{:?}",
+        decision.degraded
+    );
+    assert_consistent(&cell, "while it is stopped");
+
+    stack.signal("heuristic-1", Signal::Continue).unwrap();
+    let ended = Instant::now();
+    let when = "a stopped heuristic service is asked again";
+    while !cell.step().unwrap().unwrap().degraded.is_empty() {
+        assert!(ended.elapsed() < RECOVERY, "{when}");
+    }
+    assert_recovered(ended, when);
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn without_any_heuristic_service_the_planner_searches_itself_and_says_so() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("alone", &OBJECTS, false).unwrap();
+    cell.step().unwrap().unwrap();
+    stack.signal("heuristic-1", Signal::Kill).unwrap();
+    let decision = cell.step().unwrap().unwrap();
+    assert_eq!(decision.degraded.len(), 1, "{:?}", decision.degraded);
+    stack.restart("heuristic-1").unwrap();
+    let ended = Instant::now();
+    stack.wait_ready("heuristic-1").unwrap();
+    let decision = cell.step().unwrap().unwrap();
+    assert_eq!(decision.degraded, Vec::<String>::new());
+    assert_recovered(ended, "the only heuristic service is back");
+}
+
+#[test]
+fn a_heuristic_service_decides_what_the_planner_decides() {
+    let decisions = |evaluate: &'static str| {
+        let stack = Stack::start(&Options {
+            evaluate,
+            ..Options::default()
+        })
+        .unwrap();
+        let cell = stack.cell(0).unwrap();
+        cell.begin("same", &OBJECTS, false).unwrap();
+        let mut decisions = Vec::new();
+        while let Some(decision) = cell.step().unwrap() {
+            assert_eq!(decision.degraded, Vec::<String>::new());
+            decisions.push((
+                decision.item_id,
+                decision.placement,
+                decision.value.to_bits(),
+            ));
+        }
+        decisions
+    };
+    let alone = decisions("in-process");
+    assert!(alone.len() > 10);
+    assert_eq!(decisions("services"), alone);
+}
+
+#[test]
+fn a_stopped_bridge_places_once_when_it_goes_on() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("stopped-bridge", &OBJECTS, false).unwrap();
+    let decision = cell.plan().unwrap().unwrap();
+    let before = cell.state().unwrap();
+    stack.signal("bridge-1", Signal::Stop).unwrap();
+    let limit = Duration::from_millis(300);
+    for _ in 0..3 {
+        let request = v1::PlaceRequest::from(&decision);
+        assert!(
+            cell.ask_within(request, limit).is_err(),
+            "a stopped bridge answered"
+        );
+    }
+    stack.signal("bridge-1", Signal::Continue).unwrap();
+    let ended = Instant::now();
+    let outcome = cell.place(&decision).unwrap();
+    assert_recovered(ended, "a stopped bridge places");
+    assert_eq!(outcome.kind(), OutcomeKind::Placed, "{}", outcome.failure);
+    assert_eq!(cell.state().unwrap().state_number, before.state_number + 1);
+    cell.report(&decision, outcome).unwrap();
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn a_stopped_perception_delays_plans_and_none_is_made_on_an_old_heightmap() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("stopped-perception", &OBJECTS, false).unwrap();
+    let decision = cell.plan().unwrap().unwrap();
+    stack.signal("perception-1", Signal::Stop).unwrap();
+    let outcome = cell.place(&decision).unwrap();
+    cell.report(&decision, outcome).unwrap();
+    let refused = cell.ask_within(v1::PlanRequest::default(), Duration::from_secs(1));
+    assert!(
+        refused.is_err(),
+        "planned on a heightmap from before the placement"
+    );
+    stack.signal("perception-1", Signal::Continue).unwrap();
+    let ended = Instant::now();
+    assert!(cell.step().unwrap().is_some());
+    assert_serves_again(&cell, ended, "a stopped perception goes on");
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_meanwhile() {
+    let options = common::with(&[
+        (Service::Bridge, "service.cells.cell-1.is_stateless=true"),
+        (Service::Bridge, "service.cloud_rate_hz=20"),
+    ]);
+    let mut stack = Stack::start(&options).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("queued", &["toy_brick"; 20], false).unwrap();
+    let is_noticed = "clouds that are held up are noticed from now on";
+    let until = Instant::now() + Duration::from_secs(60);
+    while !stack.log("perception-1").unwrap().contains(is_noticed) {
+        assert!(Instant::now() < until, "not noticed");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let mut poses = BTreeSet::new();
+    for _ in 0..4 {
+        let decision = cell.plan().unwrap().unwrap();
+        stack.signal("perception-1", Signal::Stop).unwrap();
+        // The first of the clouds that queue show the cell as it was.
+        let outcome = cell.place(&decision).unwrap();
+        cell.report(&decision, outcome).unwrap();
+        let refused = cell.ask_within(v1::PlanRequest::default(), Duration::from_secs(1));
+        assert!(refused.is_err(), "planned while perception was stopped");
+        stack.signal("perception-1", Signal::Continue).unwrap();
+        // All are alike: planned on a picture from before, the next one would go where this one lies.
+        let placement = decision.placement.unwrap();
+        let place = format!("{placement:?}");
+        assert!(poses.insert(place), "{placement:?} was planned twice");
+    }
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn a_placement_is_executed_once_whatever_is_repeated() {
+    let stack = Stack::start(&slow_robot(Options::default())).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("repeats", &OBJECTS, false).unwrap();
+    let first = cell.plan().unwrap().unwrap();
+    let before = cell.state().unwrap().state_number;
+    // Eight times at once.
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| cell.ask(v1::PlaceRequest::from(&first)).unwrap());
+        }
+    });
+    let outcome = cell.place(&first).unwrap();
+    assert_eq!(cell.state().unwrap().state_number, before + 1);
+    cell.report(&first, outcome.clone()).unwrap();
+
+    // Late: when the next one is already done, and out of order.
+    let second = cell.step().unwrap().unwrap();
+    let late = cell
+        .ask(v1::PlaceRequest::from(&first))
+        .unwrap()
+        .execution
+        .unwrap();
+    assert_eq!(late.phase(), ExecutionPhase::Ended);
+    assert_eq!(late.outcome, Some(outcome));
+    assert_eq!(cell.state().unwrap().state_number, before + 2);
+
+    // The same id for something else.
+    let mut other = v1::PlaceRequest::from(&first);
+    other.item_id.clone_from(&second.item_id);
+    let refused = cell.ask(other).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
+
+    // Planned on a state of the container that is past.
+    let mut stale = v1::PlaceRequest::from(&first);
+    stale.placement_id = "stale".to_owned();
+    let refused = cell.ask(stale).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
+    assert_eq!(cell.state().unwrap().state_number, before + 2);
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
+fn a_request_for_a_plan_that_is_repeated_gives_the_same_decision() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("same-plan", &OBJECTS, false).unwrap();
+    let request = || v1::PlanRequest {
+        header: Some(v1::RequestHeader {
+            request_id: "plan-1".to_owned(),
+            ..v1::RequestHeader::default()
+        }),
+        alternatives: 0,
+    };
+    let decision = cell.ask(request()).unwrap().decision.unwrap();
+    stack.signal("planner-1", Signal::Kill).unwrap();
+    stack.restart("planner-1").unwrap();
+    let ended = Instant::now();
+    let again = cell.ask(request()).unwrap().decision.unwrap();
+    assert_recovered(ended, "a plan asked for again over a restart");
+    assert_eq!(again.decision_id, decision.decision_id);
+    assert_eq!(again.placement, decision.placement);
+    let refused = cell.ask(v1::PlanRequest::default()).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
+}
+
+#[test]
+fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("damaged", &OBJECTS, false).unwrap();
+    cell.step().unwrap().unwrap();
+    stack.signal("planner-1", Signal::Terminate).unwrap();
+    let sessions = stack.folder.path().join("sessions.cells");
+    std::fs::write(sessions.join("cell-1.redb"), vec![0x5a; 20_000]).unwrap();
+    stack.restart("planner-1").unwrap();
+    let ended = Instant::now();
+    stack.wait_ready("planner-1").unwrap();
+    assert_eq!(cell.session().unwrap().session_id, "");
+    assert_recovered(ended, "a damaged session store");
+    let aside = std::fs::read_dir(sessions).unwrap();
+    let aside = aside.filter(|entry| {
+        let name = entry.as_ref().unwrap().file_name();
+        name.to_string_lossy().contains("damaged")
+    });
+    assert_eq!(aside.count(), 1);
+    cell.begin("after-damage", &OBJECTS, false).unwrap();
+    assert!(cell.step().unwrap().is_some());
+}
+
+#[test]
+fn every_service_ends_cleanly_when_asked_to() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("end", &OBJECTS, true).unwrap();
+    for name in [
+        "planner-1",
+        "bridge-1",
+        "perception-1",
+        "heuristic-1",
+        "router",
+    ] {
+        stack.signal(name, Signal::Terminate).unwrap();
+        let log = stack.log(name).unwrap();
+        assert!(log.contains("finished everything"), "{name}: {log}");
+    }
+}
+
+#[test]
+fn a_network_that_hangs_or_is_away_costs_time_once_and_the_search_is_exhaustive() {
+    let options = Options {
+        has_network: true,
+        ..common::with(&[(Service::Planner, "service.cells.cell-1.propose_limit_s=0.2")])
+    };
+    let mut stack = Stack::start(&options).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("network", &OBJECTS, false).unwrap();
+    assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
+    stack.signal("ppn-1", Signal::Stop).unwrap();
+    for _ in 0..2 {
+        let decision = cell.step().unwrap().unwrap();
+        assert!(
+            decision.degraded[0].contains("ppn"),
+            "{:?}",
+            decision.degraded
+        );
+    }
+    stack.signal("ppn-1", Signal::Continue).unwrap();
+    stack.signal("ppn-1", Signal::Kill).unwrap();
+    let decision = cell.step().unwrap().unwrap();
+    assert!(
+        decision.degraded[0].contains("ppn"),
+        "{:?}",
+        decision.degraded
+    );
+    stack.restart("ppn-1").unwrap();
+    stack.wait_ready("ppn-1").unwrap();
+    let ended = Instant::now();
+    let when = "the network is asked again";
+    while !cell.step().unwrap().unwrap().degraded.is_empty() {
+        assert!(ended.elapsed() < RECOVERY, "{when}");
+    }
+    assert_recovered(ended, when);
+    assert_consistent(&cell, "afterwards");
+}
