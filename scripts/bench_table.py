@@ -1,4 +1,4 @@
-"""Prints criterion's medians as Markdown, with ratios within the run."""
+"""Prints criterion's medians as Markdown: a row for each benchmark, a column for each grid."""
 
 import datetime
 import json
@@ -7,15 +7,17 @@ import pathlib
 import subprocess
 import sys
 
-# Per grid, steps are given as a ratio to this one.
+# Steps begin with this one.
 BASE = "SDFM, published stability"
 
+GRIDS = ("1 cm, 4 yaws", "5 mm, 8 yaws", "2.5 mm, 16 yaws")
 
-def seconds(value):
-    for limit, unit, scale in ((1e-3, "µs", 1e6), (1.0, "ms", 1e3)):
-        if value < limit:
-            return f"{value * scale:.3g} {unit}"
-    return f"{value:.3g} s"
+
+def seconds(median, low, high):
+    """A median with its interval, all in the median's unit."""
+    for limit, unit, scale in ((1e-3, "µs", 1e6), (1.0, "ms", 1e3), (float("inf"), "s", 1.0)):
+        if median < limit:
+            return f"{median * scale:.3g} {unit} ({low * scale:.3g} – {high * scale:.3g})"
 
 
 def measured(folder):
@@ -53,20 +55,23 @@ def main():
           "'Every value computed' is the engine's plain survey of all placements, without bounds and without the "
           "processor's wider vectors. Medians with 95 % intervals, from one run of `scripts/bench`; what is measured is said in "
           "the `benches` folders of the crates.")
-    base = {parameter: values[0] for _, function, parameter, values in rows if function == BASE}
     for group in dict.fromkeys(row[0] for row in rows):
-        print(f"\n## {group}\n")
-        has_ratio = any(row[0] == group and row[2] in base for row in rows) and group == "step"
-        print(f"| grid | what | median | interval |{' to the first |' if has_ratio else ''}")
-        print(f"|---|---|---|---|{'---|' if has_ratio else ''}")
         of_group = [row for row in rows if row[0] == group]
-        order = {name: place for place, name in enumerate(("1 cm, 4 yaws", "5 mm, 8 yaws", "2.5 mm, 16 yaws"))}
-        of_group.sort(key=lambda row: (order.get(row[2], 9), row[1] != BASE, row[1]))
-        for _, function, parameter, (median, low, high) in of_group:
-            line = f"| {parameter or '–'} | {function or group} | {seconds(median)} | {seconds(low)} – {seconds(high)} |"
-            if has_ratio:
-                line += f" {median / base[parameter]:.2f} |" if parameter in base else " – |"
-            print(line)
+        print(f"\n## {group}\n\n{table(group, of_group)}")
 
 
-main()
+def table(group, rows):
+    """A table of a group's benchmarks."""
+    order = {name: place for place, name in enumerate(GRIDS)}
+    grids = sorted({parameter for _, _, parameter, _ in rows}, key=lambda grid: (order.get(grid, 9), grid))
+    functions = sorted({function for _, function, _, _ in rows}, key=lambda function: (function != BASE, function))
+    values = {(function, parameter): seconds(*times) for _, function, parameter, times in rows}
+    lines = ["| | " + " | ".join(grid or "–" for grid in grids) + " |", "|---" * (1 + len(grids)) + "|"]
+    for function in functions:
+        cells = [values.get((function, grid), "–") for grid in grids]
+        lines.append(f"| {function or group} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

@@ -315,6 +315,30 @@ fn every_page_is_in_the_book() {
     }
 }
 
+/// The guides that a page links to, in the order of their first mention.
+fn guides_of(page: &Path) -> Vec<String> {
+    let mut guides = Vec::new();
+    for link in links(&fs::read_to_string(page).unwrap()) {
+        let guide = link.rsplit_once("guides/").map(|(_, guide)| guide);
+        if let Some(guide) = guide.map(str::to_owned)
+            && !guides.contains(&guide)
+        {
+            guides.push(guide);
+        }
+    }
+    guides
+}
+
+#[test]
+fn guides_are_in_one_order_everywhere() {
+    let root = root();
+    let order = guides_of(&root.join("docs/SUMMARY.md"));
+    assert_eq!(order.len(), files(&root.join("docs/guides"), ".md").len());
+    for page in ["README.md", "docs/README.md"] {
+        assert_eq!(guides_of(&root.join(page)), order, "{page}");
+    }
+}
+
 #[test]
 fn every_reason_check_and_metric_is_explained() {
     let root = root();

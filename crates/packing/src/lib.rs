@@ -76,3 +76,8 @@ pub mod valid;
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
 struct Readme;
+
+/// Compiles and runs the example of the guide of a heuristic of one's own.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guides/own-heuristic.md")]
+struct OwnHeuristic;
