@@ -99,7 +99,12 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
     let follower = following.follower.downgrade();
     let served = Served {
         board,
-        controls: Controls::new(client.clone(), Arc::clone(&directory), follower.clone()),
+        controls: Controls::new(
+            process.session(),
+            client.clone(),
+            Arc::clone(&directory),
+            follower.clone(),
+        ),
         directory,
         shapes,
         client,

@@ -13,6 +13,7 @@ use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
+use zenoh::Session;
 
 use crate::directory::Directory;
 use crate::follow::Told;
@@ -66,6 +67,7 @@ impl ControlError {
 
 /// Makes the requests.
 pub(crate) struct Controls {
+    session: Session,
     client: Client,
     directory: Arc<Directory>,
     follower: WeakAddress<Told>,
@@ -81,11 +83,13 @@ struct Target {
 
 impl Controls {
     pub(crate) fn new(
+        session: &Session,
         client: Client,
         directory: Arc<Directory>,
         follower: WeakAddress<Told>,
     ) -> Self {
         Self {
+            session: session.clone(),
             client,
             directory,
             follower,
