@@ -88,11 +88,12 @@ impl Viewer {
             socket,
             channels: BTreeMap::new(),
         };
-        while !topics
-            .iter()
-            .all(|topic| viewer.channels.contains_key(*topic))
-        {
-            viewer.read();
+        // The server knows a channel only some time after it has told of it, but before it tells of the next: this is the last.
+        let last = "/cell-1/planned_scene";
+        for topic in topics.iter().chain([&last]) {
+            while !viewer.channels.contains_key(*topic) {
+                viewer.read();
+            }
         }
         viewer
     }
