@@ -405,7 +405,6 @@ class Packing:
                         "is_choosable": at < 5,
                         "shape": self.shape[o] if at < 6 else None,
                         "order": "",
-                        "urgency": 0,
                         "is_fragile": o == "mug",
                         "is_bottom_only": False,
                         "is_upright": o == "bottle",

@@ -113,7 +113,6 @@ def test_hundreds_of_items_are_shown(console, packing, open_page):
             "is_choosable": at < 5,
             "shape": packing.shape["mug"],
             "order": "",
-            "urgency": 0,
             "is_fragile": False,
             "is_bottom_only": False,
             "is_upright": False,

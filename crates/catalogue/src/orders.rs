@@ -23,9 +23,7 @@ struct Row {
     #[serde(alias = "mass_kg")]
     mass: Option<f64>,
     priority: Option<f64>,
-    bundle: Option<String>,
     stop: Option<u32>,
-    urgency: Option<u32>,
     order_items: Option<usize>,
 }
 
@@ -106,7 +104,7 @@ impl Order {
 }
 
 /// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and, where they are wanted, `quantity` (1),
-/// `group`, `mass` (kg, of one piece), `priority` (0; the highest of its lines is that of an order), `bundle`, `stop` (from 1), `urgency` (0) and
+/// `group`, `mass` (kg, of one piece), `priority` (0; the highest of its lines is that of an order), `stop` (from 1) and
 /// `order_items` (how many items the order has altogether, also those that the table does not have). Lines of an order need not be together.
 /// Orders come by falling priority, equal ones as they begin in the table.
 ///
@@ -188,12 +186,9 @@ fn add(
     let expected = row.order_items.unwrap_or(0);
     order.expected = order.expected.max(expected);
     let group: Option<Arc<str>> = row.group.as_deref().map(Arc::from);
-    let bundle: Option<Arc<str>> = row.bundle.as_deref().map(Arc::from);
     for added in order.items.iter_mut().skip(first) {
         added.stop = Stop::new(row.stop);
         added.item.group.clone_from(&group);
-        added.item.bundle.clone_from(&bundle);
-        added.item.urgency = row.urgency.unwrap_or(0);
         added.item.mass_kg = row.mass.or(added.item.mass_kg);
     }
     Ok(quantity)
@@ -276,21 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn what_travels_together_leaves_and_presses_is_read() {
-        let read = orders(
-            "stop,order,item,bundle,urgency,order_items\n\
-             2,a,cube,gift,,\n\
-             ,a,brick,,5,4\n",
-        );
+    fn what_leaves_when_is_read() {
+        let read = orders("stop,order,item,order_items\n2,a,cube,\n,a,brick,4\n");
         let order = &read.unwrap()[0];
         let [cube, brick] = &order.items[..] else {
             panic!("{order:?}");
         };
         assert_eq!(order.expected, 4);
         assert_eq!((cube.stop, brick.stop), (Stop::new(Some(2)), Stop::LAST));
-        assert_eq!(cube.item.bundle.as_deref(), Some("gift"));
-        assert_eq!((cube.item.urgency, brick.item.urgency), (0, 5));
-        assert_eq!(brick.item.bundle, None);
     }
 
     #[test]

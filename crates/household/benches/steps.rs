@@ -319,7 +319,6 @@ fn waiting_orders(criterion: &mut Criterion) {
             let line = OrderItem {
                 group: Some((arrival % 5).to_string().into()),
                 mass_kg: Some(0.3),
-                urgency: (arrival % 2) as u32,
                 ..OrderItem::new((arrival / 3).to_string().into())
             };
             (arrival, line)

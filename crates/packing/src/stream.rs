@@ -219,7 +219,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(())
     }
 
-    /// Plans what is most urgent first, by all rules and without those that give way where nothing can be packed by them.
+    /// Plans by all rules, and without those that give way where nothing can be packed by them.
     fn plan(
         &mut self,
         step: u64,

@@ -28,7 +28,7 @@ pub(super) struct SourceOptions {
     #[arg(long, value_name = "FILE")]
     sequences: Option<PathBuf>,
 
-    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority, bundle, stop, urgency, order_items. They come one after
+    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority, stop, order_items. They come one after
     /// another, the items of each in another order in each stream
     #[arg(long, value_name = "FILE")]
     orders: Option<PathBuf>,

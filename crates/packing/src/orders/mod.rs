@@ -6,7 +6,6 @@ mod attempts;
 mod bar;
 mod ties;
 
-use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -85,12 +84,8 @@ pub struct OrderItem {
     pub order: Arc<str>,
     /// Its group, where it is of one.
     pub group: Option<Arc<str>>,
-    /// The bundle of items that it travels with in one container, of whatever orders, where it is of one.
-    pub bundle: Option<Arc<str>>,
     /// Its mass, in kilograms; unknown ones count nothing.
     pub mass_kg: Option<f64>,
-    /// Of the items of a buffer those with the greatest number are packed first, as long as one of them can be.
-    pub urgency: u32,
 }
 
 impl OrderItem {
@@ -99,9 +94,7 @@ impl OrderItem {
         Self {
             order,
             group: None,
-            bundle: None,
             mass_kg: None,
-            urgency: 0,
         }
     }
 }
@@ -155,7 +148,7 @@ pub struct Orders {
     closed_ties: BTreeSet<Tie>,
     /// As the step began: what hangs together.
     units: Units,
-    /// The first order in the buffer that no open container holds anything of, of the most urgent items.
+    /// The first order in the buffer that no open container holds anything of.
     next: Option<Arc<str>>,
 }
 
@@ -220,9 +213,8 @@ impl Orders {
         }
         let waiting = candidates.iter();
         let waiting = waiting.filter_map(|held| self.lines.get(&held.arrival));
-        let unbegun = waiting.filter(|line| !self.is_begun(&line.item.order));
-        // Of equal ones, `min_by_key` gives the first.
-        let next = unbegun.min_by_key(|line| Reverse(line.item.urgency));
+        let mut unbegun = waiting.filter(|line| !self.is_begun(&line.item.order));
+        let next = unbegun.next();
         self.next = next.map(|line| Arc::clone(&line.item.order));
     }
 

@@ -20,8 +20,6 @@ pub enum Tie {
         /// The groups.
         groups: (String, String),
     },
-    /// A bundle that they are of.
-    Bundle(Arc<str>),
 }
 
 impl fmt::Display for Tie {
@@ -37,12 +35,6 @@ impl fmt::Display for Tie {
                 formatter,
                 "the items of {a} and {b} of order {order} must travel together"
             ),
-            Self::Bundle(bundle) => {
-                write!(
-                    formatter,
-                    "the items of bundle {bundle} must travel together"
-                )
-            }
         }
     }
 }
@@ -61,8 +53,7 @@ impl ContainerRules {
             order: order(),
             groups: groups.clone(),
         });
-        let bundle = item.bundle.clone().map(Tie::Bundle);
-        whole.into_iter().chain(pairs).chain(bundle).collect()
+        whole.into_iter().chain(pairs).collect()
     }
 }
 

@@ -54,17 +54,15 @@ fn arriving() -> impl Strategy<Value = Arriving> {
             1 => proptest::sample::select(of).prop_map(|name| Some(Arc::<str>::from(name)))
         ]
     };
-    let of_order = (0..4_u8, maybe(&GROUPS), maybe(&["x", "y"]), 0..3_u32);
+    let of_order = (0..4_u8, maybe(&GROUPS));
     let mass = prop_oneof![Just(None), (0.1..3.0).prop_map(Some)];
     let stop = prop_oneof![Just(None), (1..4_u32).prop_map(Some)];
     ((1..5_usize, 1..5_usize, 1..7_i16), of_order, mass, stop).prop_map(
-        |(size, (order, group, bundle, urgency), mass_kg, stop)| Arriving {
+        |(size, (order, group), mass_kg, stop)| Arriving {
             size,
             line: OrderItem {
                 group,
-                bundle,
                 mass_kg,
-                urgency,
                 ..OrderItem::new(order.to_string().into())
             },
             stop: Stop::new(stop),
@@ -142,7 +140,6 @@ impl<'a> World<'a> {
         };
         let mut pairs = self.rules.together.iter();
         (self.rules.undivided && a.order == b.order)
-            || (a.bundle.is_some() && a.bundle == b.bundle)
             || (a.order == b.order && pairs.any(|pair| is_of(a, pair) && is_of(b, pair)))
     }
 
@@ -341,9 +338,8 @@ impl<'a> World<'a> {
             Bar::EarlierOrder(order) => {
                 let begun = self.orders(&Self::arrivals(&self.open));
                 let unbegun = waiting.iter().map(|one| self.line(*one));
-                let unbegun = unbegun.filter(|line| !begun.contains(&*line.order));
-                // Of equal ones, `min_by_key` gives the first.
-                let first = unbegun.min_by_key(|line| std::cmp::Reverse(line.urgency));
+                let mut unbegun = unbegun.filter(|line| !begun.contains(&*line.order));
+                let first = unbegun.next();
                 let is_first = first.is_some_and(|line| line.order == *order);
                 is_one_order && is_first && *order != item.order
             }
@@ -360,7 +356,6 @@ impl<'a> World<'a> {
                 let is_of_pair = group == Some(&groups.0) || group == Some(&groups.1);
                 self.rules.together.contains(groups) && line.order == *order && is_of_pair
             }
-            Tie::Bundle(bundle) => line.bundle.as_ref() == Some(bundle),
         }
     }
 
@@ -531,12 +526,9 @@ proptest! {
                 game.exchange(0);
                 continue;
             };
-            let urgency = |arrival: &usize| items[*arrival].line.urgency;
-            let most = possible.iter().map(urgency).max();
-            prop_assert_eq!(Some(urgency(&lying.arrival)), most, "{:?} of {:?}", lying, possible);
+            prop_assert!(possible.contains(&lying.arrival), "{:?} of {:?}", lying, possible);
             if gave_way {
-                let mut strict = game.placeable(&arrivals, false);
-                strict.retain(|other| Some(urgency(other)) == most);
+                let strict = game.placeable(&arrivals, false);
                 prop_assert!(strict.is_empty(), "{strict:?} needed no rule to give way");
             }
             game.world.open[container].push(lying);
@@ -702,19 +694,17 @@ fn an_undivided_order_is_begun_only_where_all_of_it_is_possible() {
 }
 
 #[test]
-fn groups_and_bundles_travel_together_and_what_is_tied_to_them_follows() {
+fn groups_travel_together_and_what_is_tied_to_them_follows() {
     let rules = ContainerRules {
-        together: vec![("device".to_owned(), "charger".to_owned())],
+        together: [("device", "charger"), ("charger", "card")]
+            .map(|(one, other)| (one.to_owned(), other.to_owned()))
+            .into(),
         ..ContainerRules::default()
-    };
-    let in_bundle = |item: OrderItem| OrderItem {
-        bundle: Some("gift".into()),
-        ..item
     };
     let items = [
         of_group("7", "device"),
-        in_bundle(of_group("7", "charger")),
-        in_bundle(of_group("8", "card")),
+        of_group("7", "charger"),
+        of_group("7", "card"),
         of_group("7", "toy"),
         of_group("9", "device"),
     ];
@@ -726,7 +716,7 @@ fn groups_and_bundles_travel_together_and_what_is_tied_to_them_follows() {
     );
     assert_eq!(
         told(&mut orders, 1, 2),
-        "the items of bundle gift must travel together, and others of them have to follow items in another container"
+        "the items of charger and card of order 7 must travel together, and others of them have to follow items in another container"
     );
     assert!(bar(&mut orders, 1, 3).is_none_or(|bar| bar.gives_way()));
     assert_eq!(bar(&mut orders, 1, 4), None);

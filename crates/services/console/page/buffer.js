@@ -61,7 +61,6 @@ const rules = (item) => [
   item.is_upright && 'upright',
   item.carries_kg !== null && `carries ${kilograms(item.carries_kg)}`,
   item.order && `order ${item.order}`,
-  item.urgency > 0 && `urgency ${item.urgency}`,
 ].filter(Boolean).join(', ');
 
 const tags = (item, isChosen) => {

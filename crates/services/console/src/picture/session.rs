@@ -131,7 +131,6 @@ fn buffer_item(item: &v1::SessionItem, is_choosable: bool, shape: Option<ShapeId
         "is_choosable": is_choosable,
         "shape": shape.map(|shape| shape.to_string()),
         "order": line.map_or("", |line| line.order.as_str()),
-        "urgency": line.map_or(0, |line| line.urgency),
         "is_fragile": rules.is_some_and(|rules| rules.is_fragile),
         "is_bottom_only": rules.is_some_and(|rules| rules.is_bottom_only),
         "is_upright": rules.is_some_and(|rules| rules.is_upright),

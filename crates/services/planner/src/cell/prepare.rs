@@ -74,11 +74,7 @@ fn attempts(
         Some(orders) => orders.attempts(containers, candidates),
         None => vec![Attempt::STRICT],
     };
-    if !is_all_seen {
-        attempts.retain(|attempt| !attempt.gives_way);
-        let is_staged = attempts.len() > 1;
-        attempts.extend(is_staged.then_some(Attempt::STRICT));
-    }
+    attempts.retain(|attempt| is_all_seen || !attempt.gives_way);
     let admitted = |attempt: Attempt, at: usize| {
         let is_admitted =
             |held: &Candidate| orders.is_none_or(|orders| orders.admits(attempt, at, held.arrival));
