@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::{CatalogueObject, Model};
-use ppnpack_numbers::{factor_within, gaussian};
+use ppnpack_numbers::gaussian;
 use ppnpack_packing::check::Evidence;
 use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::episode::PackingCell;
@@ -60,14 +60,11 @@ pub struct SimulatedPackingCell {
     /// By the numbers of their bodies.
     placed: Vec<Placed>,
     last_poses: LastPoses,
-    /// What is known of these bodies; their masses may be other ones.
-    known: Vec<Arc<Model>>,
     sampling: Sampling,
     /// Where cameras see the cell in place of an exact scan.
     view: Option<CameraView>,
     gives_surface: bool,
     pose_error: PoseError,
-    mass_error: f64,
     random: ChaCha8Rng,
 }
 
@@ -110,13 +107,11 @@ impl SimulatedPackingCell {
         Ok(Self {
             random: ChaCha8Rng::seed_from_u64(settings.seed),
             pose_error: PoseError::default(),
-            mass_error: 1.0,
             cell: SimulatedCell::new(settings)?,
             grid: grid.clone(),
             models: objects.flat_map(by_shape).collect(),
             placed: Vec::new(),
             last_poses: LastPoses::default(),
-            known: Vec::new(),
             sampling,
             view: None,
             gives_surface: true,
@@ -144,13 +139,6 @@ impl SimulatedPackingCell {
     #[must_use]
     pub fn with_pose_error(mut self, pose_error: PoseError) -> Self {
         self.pose_error = pose_error;
-        self
-    }
-
-    /// The mass of each item that is placed is another one than is known: by a factor between this and its inverse.
-    #[must_use]
-    pub fn with_mass_error(mut self, factor: f64) -> Self {
-        self.mass_error = factor;
         self
     }
 
@@ -185,19 +173,6 @@ impl SimulatedPackingCell {
         Ok(self.cell.try_place(&model, &container_from_item)?)
     }
 
-    /// The item that is placed, of which a model is known.
-    fn real(&mut self, known: &Arc<Model>) -> Arc<Model> {
-        if self.mass_error == 1.0 {
-            return Arc::clone(known);
-        }
-        let factor = factor_within(self.mass_error, self.random.random());
-        let mass = known.mass.times(factor);
-        Arc::new(Model {
-            mass,
-            ..Model::clone(known)
-        })
-    }
-
     /// The model that is placed, as far as it is known, and where its frame shall be.
     fn planned(
         &self,
@@ -228,8 +203,7 @@ impl PackingCell for SimulatedPackingCell {
         let known = self.cell.contents().into_iter().map(|body| {
             let pose = &body.container_from_item;
             let pose = self.pose_error.disturb(pose, &mut self.random);
-            let model = self.known.get(body.id.index());
-            LyingSolid::new(model.map_or(body.model, Arc::clone), pose)
+            LyingSolid::new(body.model, pose)
         });
         let known: Content = known.collect();
         let (cell, grid) = (&mut self.cell, &self.grid);
@@ -252,12 +226,10 @@ impl PackingCell for SimulatedPackingCell {
         resting: &RestingPlacement,
         evidence: &Evidence,
     ) -> Result<(), StageError> {
-        let (known, container_from_item) = self.planned(item, resting)?;
-        let real = self.real(&known);
+        let (model, container_from_item) = self.planned(item, resting)?;
         let report = self
             .cell
-            .place(&real, &evidence.lower(container_from_item))?;
-        self.known.push(known);
+            .place(&model, &evidence.lower(container_from_item))?;
         self.placed.push(Placed {
             arrival: item.arrival,
             report,

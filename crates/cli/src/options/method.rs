@@ -1,12 +1,10 @@
 //! Options for how placements are found and judged.
 
 use clap::Args;
-use clap::builder::TypedValueParser;
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::method::{Method, ProposalSource};
 use serde_json::{Map, Value};
 
 use super::arm::ArmOptions;
-use super::choice::{Choice, one_of};
 use super::conditions::Conditions;
 use super::file;
 use super::proposals::ProposalOptions;
@@ -39,21 +37,6 @@ pub(crate) struct MethodOptions {
 
     #[command(flatten)]
     pub(crate) arm: ArmOptions,
-}
-
-const STABILITIES: [Choice<Stability>; 3] = [
-    (
-        "physical",
-        Stability::Physical,
-        "On the real surfaces, in metres",
-    ),
-    ("published", Stability::Published, "The paper's"),
-    ("none", Stability::None, "None: only the fit is checked"),
-];
-
-/// Parses the name of a stability test.
-pub fn parse_stability() -> impl TypedValueParser<Value = Stability> {
-    one_of(&STABILITIES)
 }
 
 /// Parses the keys of a method's file, which is refused as it stands there, with its line.

@@ -91,17 +91,6 @@ fn usual_device() -> Device {
     }
 }
 
-/// Parses a number of yaws.
-///
-/// # Errors
-/// What is wrong with it, in words.
-pub fn at_least_one(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if count > 0 => Ok(count),
-        _ => Err("must be a whole number of at least 1".to_owned()),
-    }
-}
-
 /// A model, and what can run it.
 #[derive(Clone, Copy)]
 pub struct Network<'a> {

@@ -26,18 +26,6 @@ pub struct MassProperties {
     pub inertia_kg_m2: Matrix3<f64>,
 }
 
-impl MassProperties {
-    /// The same distribution of so many times the mass.
-    #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
-        Self {
-            mass_kg: factor * self.mass_kg,
-            inertia_kg_m2: factor * self.inertia_kg_m2,
-            ..*self
-        }
-    }
-}
-
 /// A pose in which an object rests on a flat floor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RestingPose {
