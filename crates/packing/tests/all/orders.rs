@@ -139,8 +139,8 @@ impl<'a> World<'a> {
             group == Some(&pair.0) || group == Some(&pair.1)
         };
         let mut pairs = self.rules.together.iter();
-        (self.rules.undivided && a.order == b.order)
-            || (a.order == b.order && pairs.any(|pair| is_of(a, pair) && is_of(b, pair)))
+        let mut is_of_pair = || pairs.any(|pair| is_of(a, pair) && is_of(b, pair));
+        a.order == b.order && (self.rules.undivided || is_of_pair())
     }
 
     /// All that hangs together with an item, of what is to come or lies in open containers.
