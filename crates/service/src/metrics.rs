@@ -77,7 +77,7 @@ metrics! {
     ReceivedTotal: Counter = "ppnpack_received_total",
         "Messages received from streams. Labels: stream; cell where the newest of one cell is read.";
     CloudsTotal: Counter = "ppnpack_clouds_total",
-        "Clouds by what became of them. Labels: fate (mapped, replaced, malformed, late, unserved, failed, no_room).";
+        "Clouds by what became of them. Labels: fate (mapped, replaced, malformed, late, repeated, unserved, failed, no_room).";
     DoubtsTotal: Counter = "ppnpack_doubts_total",
         "Heightmaps that nothing is planned on. Labels: cell, kind (of the doubt).";
     StaleScenesTotal: Counter = "ppnpack_stale_scenes_total",

@@ -23,6 +23,8 @@ pub enum Fate {
     Malformed,
     /// It is older than the one before.
     Late,
+    /// A sensor with noise sent the points of the one before, to the bit: it stands still.
+    Repeated,
     /// Its cell or its sensor is not served.
     Unserved,
     /// No heightmap could be made of it.
@@ -38,6 +40,7 @@ impl Fate {
         Self::Replaced,
         Self::Malformed,
         Self::Late,
+        Self::Repeated,
         Self::Unserved,
         Self::Failed,
         Self::NoRoom,
@@ -50,6 +53,7 @@ impl Fate {
             Self::Replaced => "replaced",
             Self::Malformed => "malformed",
             Self::Late => "late",
+            Self::Repeated => "repeated",
             Self::Unserved => "unserved",
             Self::Failed => "failed",
             Self::NoRoom => "no_room",

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-/// How much longer than before the way of a cloud may take without being held up, for each cloud since: clocks drift apart, and a
-/// way may become longer for good.
-const DRIFT_NS: i128 = 2_000_000;
+/// How much longer the way of a cloud may become in a second without being held up: clocks drift apart. NTP sets
+/// them by no more than 0.5 ms a second.
+const DRIFT_NS_PER_S: i128 = 500_000;
 
 /// Clouds that have to come as they were captured, one after another, before a delay is believed: what others put there may be no
 /// time at all.
@@ -28,6 +28,8 @@ struct Last {
     /// When the first cloud came.
     began: Instant,
     captured_at_ns: i64,
+    /// When it came, since `began`.
+    since_ns: i128,
     /// From the capture, by the sensor's clock, to the arrival since `began`, where nothing holds a cloud up.
     way_ns: i128,
     /// How many clouds before came as they were captured.
@@ -44,17 +46,22 @@ impl Delays {
     pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Instant) -> Instant {
         let began = self.last.map_or(at, |last| last.began);
         let since_ns = i128::try_from(at.saturating_duration_since(began).as_nanos());
-        let way_ns = since_ns.unwrap_or_default() - i128::from(captured_at_ns);
+        let since_ns = since_ns.unwrap_or_default();
+        let way_ns = since_ns - i128::from(captured_at_ns);
         let known = self.last.filter(|last| {
             let longer_ns = way_ns - last.way_ns;
             captured_at_ns > last.captured_at_ns
                 && (last.steady >= STEADY_CLOUDS || longer_ns <= STEADY_NS)
         });
-        let expected_ns = known.map_or(way_ns, |last| way_ns.min(last.way_ns + DRIFT_NS));
+        let expected_ns = known.map_or(way_ns, |last| {
+            let drift_ns = (since_ns - last.since_ns) * DRIFT_NS_PER_S / 1_000_000_000;
+            way_ns.min(last.way_ns + drift_ns)
+        });
         let steady = known.map_or(0, |last| last.steady.saturating_add(1));
         self.last = Some(Last {
             began,
             captured_at_ns,
+            since_ns,
             way_ns: expected_ns,
             steady,
         });
@@ -148,9 +155,17 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_goes_slow_by_a_hundredth_delays_nothing() {
-        let clouds = (0..10_000).map(|number| (number * 99, number as u64 * 100));
+    fn a_clock_that_drifts_as_much_as_clocks_do_delays_nothing() {
+        let clouds = (0..10_000).map(|number| (number * 9_996, number as u64 * 10_000));
         let found = delays_ms(clouds);
         assert!(found.iter().all(|delay_ms| *delay_ms == 0));
+    }
+
+    #[test]
+    fn a_way_that_becomes_longer_cloud_by_cloud_is_a_delay() {
+        // 30 Hz, 1.9 ms more each: a link that fills up. After a minute clouds are 3.4 s old.
+        let clouds = (0..1_800).map(|number| (number * 33, number as u64 * 349 / 10));
+        let last_ms = delays_ms(clouds).pop().unwrap();
+        assert!((3_300..3_450).contains(&last_ms), "{last_ms}");
     }
 }

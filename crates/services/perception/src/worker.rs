@@ -28,6 +28,10 @@ use crate::settings::Settings;
 /// Silence is told after this long.
 const SILENCE: Duration = Duration::from_secs(10);
 
+/// What is wrong with a sensor that repeats itself. No noise is twice the same.
+const REPEATED: &str = "its points are those of the cloud before, to the bit: the sensor or its driver is stuck; \
+                        a simulated one without noise needs noise_m = 0";
+
 /// Makes heightmaps of a cell's clouds.
 pub(crate) struct Worker {
     cell: Cell,
@@ -37,6 +41,8 @@ pub(crate) struct Worker {
     orders: Vec<CloudOrder>,
     /// Of each sensor.
     delays: Vec<Delays>,
+    /// The digest of the last points of each sensor, where sensors have noise.
+    digests: Option<Vec<Option<blake3::Hash>>>,
     round: Round<News>,
     /// The state that the last heightmap shows.
     state_number: u64,
@@ -111,6 +117,7 @@ impl Worker {
             mapper: mapper.map_err(|error| error.to_string())?,
             orders: vec![order; sensors],
             delays: vec![Delays::default(); sensors],
+            digests: (settings.mapper.noise_m > 0.0).then(|| vec![None; sensors]),
             round: Round::new(sensors),
             state_number: 0,
             epoch,
@@ -173,6 +180,14 @@ impl Worker {
             return None;
         }
         let captured_at_ns = cloud.captured_at_ns();
+        let digests = self.digests.as_mut();
+        if let Some(last) = digests.and_then(|digests| digests.get_mut(sensor)) {
+            let digest = blake3::hash(&cloud.message().data);
+            if last.replace(digest) == Some(digest) {
+                counts.refuse(&self.cell, Fate::Repeated, &REPEATED);
+                return None;
+            }
+        }
         let delays = self.delays.get_mut(sensor)?;
         let were_known = delays.are_known();
         let at = delays.undelayed(captured_at_ns, news.at);

@@ -219,6 +219,19 @@ fn malformed_clouds_are_refused_and_counted() {
 }
 
 #[test]
+fn a_sensor_with_noise_that_repeats_itself_shows_nothing_new() {
+    let mut settings = settings();
+    settings.mapper.noise_m = 0.001;
+    let rig = Rig::connected(&settings);
+    // The next state, by its number, and the points of the one before: a driver that is stuck.
+    rig.send_refused(&flat(2, 1), Fate::Repeated);
+    assert_eq!(rig.status(&cell(), 2), Status::TimedOut);
+    rig.clouds
+        .put(&cloud_of(&Grid::reference(), 2, 2, |_, _| Some(0.001)));
+    assert_eq!(rig.seen(2).state_number, 2);
+}
+
+#[test]
 fn late_clouds_are_refused_and_counted() {
     let rig = Rig::connected(&settings());
     rig.clouds.put(&flat(5, 7));

@@ -94,7 +94,7 @@ impl Scenes {
     ) -> Result<Seen, String> {
         loop {
             if let Some(arrived) = self.stream.take() {
-                self.take_over_new(arrived);
+                self.take_over_new(arrived, deadline);
             }
             if let Some(seen) = &self.newest
                 && self.is_usable(seen, least_state_number)
@@ -109,15 +109,16 @@ impl Scenes {
             }
             let until = deadline.min(Instant::now() + STREAM_PATIENCE);
             match self.stream.wait(until) {
-                Some(arrived) => self.take_over_new(arrived),
+                Some(arrived) => self.take_over_new(arrived, deadline),
                 None => self.ask(least_state_number, deadline),
             }
         }
     }
 
-    /// Asks perception, which keeps the newest heightmap.
+    /// Asks perception, which keeps the newest heightmap. An answer was on its way no longer than since it was asked for.
     fn ask(&mut self, least_state_number: u64, deadline: Instant) {
-        let until = deadline.min(Instant::now() + ANSWER_PATIENCE);
+        let asked = Instant::now();
+        let until = deadline.min(asked + ANSWER_PATIENCE);
         let request = v1::HeightmapRequest {
             least_state_number,
             ..v1::HeightmapRequest::default()
@@ -127,15 +128,24 @@ impl Scenes {
                 let heightmap = reply
                     .heightmap
                     .ok_or_else(|| "perception sent none".to_owned());
-                self.take_over(heightmap, Duration::from_nanos(reply.age_ns));
+                let age = Duration::from_nanos(reply.age_ns).saturating_add(asked.elapsed());
+                self.take_over(heightmap, age);
             }
             Err(error) => self.complaint = format!("perception: {error}"),
         }
     }
 
-    /// Takes a heightmap that was published; nobody may have looked for it since it came.
-    fn take_over_new(&mut self, arrived: Arrived<Result<v1::Heightmap, WireError>>) {
+    /// Takes a heightmap that was published; nobody may have looked for it since it came. One without a state number is
+    /// asked for instead: nobody knows how long this one was on its way, and only its age says what it shows.
+    fn take_over_new(
+        &mut self,
+        arrived: Arrived<Result<v1::Heightmap, WireError>>,
+        deadline: Instant,
+    ) {
         let heightmap = arrived.message.map_err(|error| error.to_string());
+        if heightmap.as_ref().is_ok_and(|new| new.state_number == 0) {
+            return self.ask(0, deadline);
+        }
         self.take_over(heightmap, arrived.at.elapsed());
     }
 

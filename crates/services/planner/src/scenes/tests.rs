@@ -77,8 +77,9 @@ impl Rig {
         }
     }
 
-    /// Publishes a heightmap until the planner has it.
+    /// Publishes a heightmap, and answers with it, until the planner has it.
     fn show(&mut self, heightmap: &v1::Heightmap) {
+        let _listener = self.answer(heightmap.clone(), Duration::ZERO);
         for _ in 0..200 {
             self.heightmaps.put(heightmap).unwrap();
             self.scenes.current(u64::MAX, in_ms(50)).ok();
@@ -88,6 +89,20 @@ impl Rig {
             }
         }
         panic!("it never came");
+    }
+
+    /// Publishes a heightmap until it came; gives when.
+    fn publish_until_it_came(&self, heightmap: &v1::Heightmap) -> Instant {
+        // Subscribed after the scenes: what comes here has come there, too.
+        let other: Latest<v1::Heightmap> =
+            Latest::subscribe(&self.planner, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES)
+                .unwrap();
+        loop {
+            self.heightmaps.put(heightmap).unwrap();
+            if let Some(arrived) = other.wait(in_ms(50)) {
+                return arrived.at;
+            }
+        }
     }
 
     /// Answers requests with a heightmap of this age.
@@ -134,22 +149,31 @@ fn a_heightmap_that_perception_has_had_for_long_is_stale_to_a_new_planner() {
 }
 
 #[test]
+fn a_heightmap_that_was_held_up_on_its_way_from_perception_is_as_old_as_it_is() {
+    let mut rig = Rig::with(SceneLimits {
+        sensor_latency: Duration::ZERO,
+        ..LIMITS
+    });
+    rig.scenes.changed();
+    let old = heightmap(1, 0, v1::HeightmapQuality::default());
+    let _listener = rig.answer(old.clone(), LIMITS.age / 2);
+    rig.publish_until_it_came(&old);
+    let refused = rig.scenes.current(0, in_ms(1000)).unwrap_err();
+    assert!(
+        refused.contains("no cloud came since the last report"),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_heightmap_ages_while_nothing_is_planned() {
     let limits = SceneLimits {
         age: Duration::from_millis(200),
         ..LIMITS
     };
     let mut rig = Rig::with(limits);
-    // Subscribed after the scenes: what comes here has come there, too.
-    let other: Latest<v1::Heightmap> =
-        Latest::subscribe(&rig.planner, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES).unwrap();
     let heightmap = heightmap(1, 3, v1::HeightmapQuality::default());
-    let came = loop {
-        rig.heightmaps.put(&heightmap).unwrap();
-        if let Some(arrived) = other.wait(in_ms(50)) {
-            break arrived.at;
-        }
-    };
+    let came = rig.publish_until_it_came(&heightmap);
     while came.elapsed() < 2 * limits.age {
         std::thread::sleep(limits.age);
     }
