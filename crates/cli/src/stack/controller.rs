@@ -74,7 +74,7 @@ impl Controller {
 
     /// Packs items into the container as it is, in one session; `on_step` is called after each placement.
     pub(crate) fn pack(&self, job: &Job, on_step: &mut dyn FnMut(&Done)) -> Outcome<Packed> {
-        self.begin_with(&job.session_id, &job.items, Some(job.set_aside))?;
+        self.begin(&job.session_id, &job.items, job.set_aside)?;
         let mut done = Vec::new();
         let mut last_poses = LastPoses::default();
         let reasons = loop {
@@ -115,25 +115,15 @@ impl Controller {
         })
     }
 
-    /// Begins a session with these items.
+    /// Begins a session with these items, of which so many may be set aside.
     ///
     /// # Errors
     /// What the planner or the bridge said, or that it does not serve.
-    pub fn begin(&self, session_id: &str, items: &[v1::Announcement]) -> Outcome {
-        self.begin_with(session_id, items, None)
-    }
-
-    /// As [`Self::begin`]; so many items may be set aside, where that is not left to the cell's setting.
-    fn begin_with(
-        &self,
-        session_id: &str,
-        items: &[v1::Announcement],
-        set_aside: Option<u32>,
-    ) -> Outcome {
+    pub fn begin(&self, session_id: &str, items: &[v1::Announcement], set_aside: u32) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
             least_state_number: self.state()?.state_number,
-            set_aside,
+            set_aside: Some(set_aside),
             // Of a packing that was cut off; nobody else controls the cell.
             gives_up_pending: true,
             ..v1::BeginRequest::default()

@@ -88,7 +88,8 @@ struct Run<'a> {
 pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done> {
     let controller = Controller::new(stack.client(), super::cell()?);
     controller.renew()?;
-    controller.begin(&case.session_id, &[])?;
+    // The tray has no place beside it: what fits nowhere leaves the cell.
+    controller.begin(&case.session_id, &[], 0)?;
     let models = case.objects.iter().filter_map(|index| {
         let object = world.catalogue.get(*index)?;
         Some(Arc::clone(&object.model))
