@@ -407,7 +407,7 @@ impl CellPlanner {
         let request = incoming.message();
         let missing = || Refusal::invalid("outcome is missing: say how the decision ended");
         let outcome = request.outcome.as_ref().ok_or_else(missing)?;
-        self.check_reported_state(&request.decision_id, outcome, incoming.deadline())?;
+        self.check_reported(&request.decision_id, outcome, incoming.deadline())?;
         self.enter_outcome(&request.decision_id, outcome)?;
         Ok(v1::ReportReply {
             session: Some(self.message()),

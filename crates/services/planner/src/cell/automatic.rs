@@ -317,6 +317,13 @@ impl CellPlanner {
         decision_id: &str,
         outcome: &v1::Outcome,
     ) -> Result<(), Refusal> {
+        // What cannot be is believed by nobody: somebody has to look.
+        let until = Instant::now() + BRIDGE_LIMIT;
+        if let Err(refusal) = self.check_reported(decision_id, outcome, until) {
+            let said = refusal.message;
+            let failure = format!("the bridge says what cannot be of item {item_id}: {said}");
+            return self.finish(End::Failed(failure));
+        }
         self.enter_outcome(decision_id, outcome)?;
         self.automatic.placing = None;
         self.automatic.resume_at = None;
