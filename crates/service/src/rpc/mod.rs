@@ -11,6 +11,7 @@
 mod client;
 mod error;
 mod incoming;
+mod once;
 mod server;
 mod trace;
 
@@ -18,6 +19,7 @@ pub use client::Client;
 pub use error::{CallError, Refusal};
 pub(crate) use incoming::drop_with;
 pub use incoming::{Done, Incoming};
+pub use once::Once;
 pub(crate) use server::answer_health;
 pub use server::{Listener, listen};
 pub(crate) use trace::TARGET as TRACE_TARGET;

@@ -140,9 +140,12 @@ impl Desk {
     }
 
     pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {
-        self.share.order(&Order::Resume);
-        if let Err(error) = self.follow_order() {
-            return incoming.refuse(Status::Unavailable, error.to_string());
+        if !self.resumed.has(&incoming.header().request_id) {
+            self.share.order(&Order::Resume);
+            if let Err(error) = self.follow_order() {
+                return incoming.refuse(Status::Unavailable, error.to_string());
+            }
+            self.resumed.add(&incoming.header().request_id);
         }
         let reply = v1::ResumeReply {
             header: None,

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Actor, Address, PendingRequests};
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::{Done, Incoming, Once};
 use ppnpack_wire::header;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
@@ -107,6 +107,8 @@ pub(crate) struct Desk {
     unwritten: Option<Ended>,
     /// Why the journal cannot be written, and when to try again.
     trouble: Option<(JournalError, Instant)>,
+    /// Requests to resume: one that is sent again must not end a hold that came after it.
+    resumed: Once,
     outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
     renewals: PendingRequests<Incoming<v1::RenewRequest>>,
 }
@@ -211,6 +213,7 @@ impl Desk {
             is_ending: false,
             unwritten: None,
             trouble: None,
+            resumed: Once::default(),
             outcomes: PendingRequests::new(MOST_OUTCOMES),
             renewals: PendingRequests::new(MOST_RENEWALS),
         };

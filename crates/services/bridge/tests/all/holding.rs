@@ -62,6 +62,25 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
 }
 
 #[test]
+fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let resume = |id: &str| {
+        let request = v1::ResumeRequest {
+            header: Some(v1::RequestHeader {
+                request_id: id.to_owned(),
+                ..v1::RequestHeader::default()
+            }),
+        };
+        reason(rig.controller.call(request).unwrap().state)
+    };
+    rig.controller.call(hold("somebody looks", false)).unwrap();
+    assert_eq!(resume("r1"), None);
+    rig.controller.call(hold("a door is open", false)).unwrap();
+    assert_eq!(resume("r1").as_deref(), Some("a door is open"));
+    assert_eq!(resume("r2"), None);
+}
+
+#[test]
 fn a_hold_outlives_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let journal = Some(folder.path().join("bridge.redb"));

@@ -436,10 +436,21 @@ impl CellPlanner {
         &mut self,
         incoming: &Incoming<v1::AutomaticRequest>,
     ) -> Result<v1::AutomaticReply, Refusal> {
-        let is_automatic = incoming.message().is_automatic;
+        // Sent again, it must not acknowledge a failure that came after it.
+        if !self.switched.has(&incoming.header().request_id) {
+            self.switch_to(incoming.message().is_automatic, incoming.deadline())?;
+            self.switched.add(&incoming.header().request_id);
+        }
+        Ok(v1::AutomaticReply {
+            session: Some(self.message()),
+            ..v1::AutomaticReply::default()
+        })
+    }
+
+    fn switch_to(&mut self, is_automatic: bool, deadline: Instant) -> Result<(), Refusal> {
         // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
         let changed = match is_automatic && self.session.has_failed() {
-            true => self.void_decisions(incoming.deadline())?,
+            true => self.void_decisions(deadline)?,
             false => Vec::new(),
         };
         self.change(|session| {
@@ -447,10 +458,6 @@ impl CellPlanner {
                 session.needs_state(container, *state_number);
             }
             session.set_automatic(is_automatic)
-        })?;
-        Ok(v1::AutomaticReply {
-            session: Some(self.message()),
-            ..v1::AutomaticReply::default()
         })
     }
 }

@@ -31,7 +31,7 @@ use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{CallError, Incoming};
+use ppnpack_service::rpc::{CallError, Incoming, Once};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::WireError;
 use ppnpack_wire::item_id::ItemId;
@@ -106,6 +106,8 @@ pub(crate) struct CellPlanner {
     /// Wait until it is inspected.
     plans: PendingRequests<Incoming<v1::PlanRequest>>,
     automatic: Automatic,
+    /// Requests that switched it.
+    switched: Once,
     /// When containers are looked at that may be closed; `None` until something changes.
     closes_at: Option<Instant>,
     own: Own,
@@ -198,6 +200,7 @@ impl CellPlanner {
             to_inspect: None,
             plans: PendingRequests::new(MOST_PLANS),
             automatic: Automatic::default(),
+            switched: Once::default(),
             // What was closed last may not be on disk.
             closes_at: Some(Instant::now()),
             own,

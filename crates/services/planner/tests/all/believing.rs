@@ -79,13 +79,21 @@ fn a_bridge_that_says_what_cannot_be_ends_the_automatic_mode() {
                 incoming.reply(reply, Done::default());
             },
         );
-        rig.begin_as(v1::BeginRequest {
+        rig.begin();
+        let automatic = v1::AutomaticRequest {
+            header: Some(v1::RequestHeader {
+                request_id: "on".to_owned(),
+                ..v1::RequestHeader::default()
+            }),
             is_automatic: true,
-            ..v1::BeginRequest::default()
-        });
+        };
+        rig.call(automatic.clone());
         rig.announce([announcement("a", block())]);
         let session = rig.ended();
         assert_eq!(session.end(), SessionEnd::Failed);
         assert!(session.failure.contains(named), "{}", session.failure);
+        // The request that switched it on, once more: nobody has looked.
+        let again = rig.call(automatic).session.unwrap();
+        assert_eq!(again.end(), SessionEnd::Failed);
     }
 }
