@@ -16,6 +16,7 @@ use ppnpack_wire::{convert, header};
 
 use super::closing::read_start;
 use super::decide::Decided;
+use super::place::Place;
 use super::poses::PossiblePoses;
 use super::refusal::Refusal;
 use super::{CellPlanner, Message};
@@ -183,9 +184,14 @@ impl CellPlanner {
 
     /// Has the bridge void what was decided for each container. Gives their states where they are known.
     fn void_decisions(&mut self, deadline: Instant) -> Result<Vec<(String, Option<u64>)>, Refusal> {
-        let places = self.places.iter();
-        let states = places.map(|place| Ok((place.name.clone(), place.void_decisions(deadline)?)));
-        states.collect()
+        // Only a bridge tells its clock.
+        let pending = self.session.pending();
+        let is_by_bridge = pending.is_some_and(|pending| pending.decided_at_ns != 0);
+        let void = |place: &mut Place| {
+            let state_number = place.void_decisions(is_by_bridge, deadline)?;
+            Ok((place.name.clone(), state_number))
+        };
+        self.places.iter_mut().map(void).collect()
     }
 
     /// Every container may look otherwise than in the last pictures.

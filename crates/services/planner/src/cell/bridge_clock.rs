@@ -28,11 +28,17 @@ impl BridgeClock {
         self.told = Some(Arrived::now(state.clock_ns));
     }
 
-    /// What it shows now, in nanoseconds: a little less, as a state is on its way for a while; 0 where that is not known.
-    pub(super) fn now_ns(&mut self) -> u64 {
+    /// Whether a bridge was ever heard of.
+    pub(super) fn was_heard(&mut self) -> bool {
         if let Some(Ok(arrived)) = self.states.take().map(Arrived::transpose) {
             self.told = Some(arrived.map(|state| state.clock_ns));
         }
+        self.told.is_some()
+    }
+
+    /// What it shows now, in nanoseconds: a little less, as a state is on its way for a while; 0 where that is not known.
+    pub(super) fn now_ns(&mut self) -> u64 {
+        self.was_heard();
         let told = self.told.as_ref().filter(|told| told.message != 0);
         told.map_or(0, |told| {
             let since = Instant::now().saturating_duration_since(told.at);

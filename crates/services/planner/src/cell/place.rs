@@ -157,13 +157,21 @@ impl Place {
     /// state; `None` where there is no bridge, and a controller drives the robot itself.
     ///
     /// # Errors
-    /// As what the bridge refuses it: [`Status::Busy`] while the robot carries something out.
-    pub(super) fn void_decisions(&self, deadline: Instant) -> Result<Option<u64>, Refusal> {
+    /// As what the bridge refuses it: [`Status::Busy`] while the robot carries something out; [`Status::Unavailable`] where a
+    /// bridge that was there, now or when `is_by_bridge` was decided, does not answer.
+    pub(super) fn void_decisions(
+        &mut self,
+        is_by_bridge: bool,
+        deadline: Instant,
+    ) -> Result<Option<u64>, Refusal> {
         let until = deadline.min(Instant::now() + VOID_LIMIT);
         let request = v1::ChangedRequest::default();
         match self.client.call(&self.address, request, until) {
             Ok(reply) => Ok(reply.state.map(|state| state.state_number)),
-            Err(CallError::NoAnswer { .. }) => Ok(None),
+            // One that is away for a moment may have such a request before it, or get it when it is back.
+            Err(CallError::NoAnswer { .. }) if !is_by_bridge && !self.bridge_clock.was_heard() => {
+                Ok(None)
+            }
             Err(error) => Err(Refusal::new(
                 error.status().unwrap_or(Status::Unavailable),
                 format_args!("what was decided before may still begin: {error}"),

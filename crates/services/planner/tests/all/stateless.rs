@@ -8,25 +8,32 @@ use crate::common::{self, Rig, ended_as};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_planner::CellSettings;
+use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 /// How long a cloud may be on its way.
 const LATENCY: Duration = Duration::from_millis(300);
 
-#[test]
-fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_reports_of_others_are_refused()
- {
+/// A planner whose camera knows no states.
+fn rig() -> Rig {
     let settings = CellSettings {
         sensor_latency_s: LATENCY.as_secs_f64(),
         ..common::untried()
     };
     // Each request is answered with a heightmap of just now.
     let sequence = AtomicU64::new(1);
-    let mut rig = Rig::shown_by(settings, &[], move |incoming| {
+    Rig::shown_by(settings, &[], move |incoming| {
         let grid = Grid::reference();
         let sequence = sequence.fetch_add(1, Ordering::Relaxed);
         common::show(incoming, &grid, Surface::empty(&grid), sequence, 0);
-    });
+    })
+}
+
+#[test]
+fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_reports_of_others_are_refused()
+ {
+    let mut rig = rig();
     let state_number = Arc::new(AtomicU64::new(70));
     let told = Arc::clone(&state_number);
     rig.bridge_says(move || v1::CellState {
@@ -75,4 +82,40 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     let reported = Instant::now();
     assert_eq!(rig.decision().state_number, 75);
     assert!(reported.elapsed() >= LATENCY);
+}
+
+#[test]
+fn what_a_bridge_that_is_away_may_still_begin_is_not_given_up() {
+    let mut rig = rig();
+    let state = || v1::CellState {
+        state_number: 70,
+        clock_ns: 1_000,
+        ..v1::CellState::default()
+    };
+    rig.bridge_says(state);
+    rig.begin_with(&["a"]);
+    rig.decision();
+    rig.last_service_leaves();
+    let begin = v1::BeginRequest {
+        session_id: "next".to_owned(),
+        gives_up_pending: true,
+        ..v1::BeginRequest::default()
+    };
+    let (status, refused) = rig.refused(begin.clone());
+    assert_eq!(status, Some(Status::Unavailable), "{refused}");
+    assert!(refused.contains("may still begin"), "{refused}");
+    assert_eq!(rig.session().session_id, "s");
+
+    // It is back, and voids what was decided.
+    rig.answer(
+        Service::Bridge,
+        move |incoming: Incoming<v1::ChangedRequest>| {
+            let reply = v1::ChangedReply {
+                state: Some(state()),
+                ..v1::ChangedReply::default()
+            };
+            incoming.reply(reply, Done::default());
+        },
+    );
+    assert_eq!(rig.call(begin).session.unwrap().session_id, "next");
 }

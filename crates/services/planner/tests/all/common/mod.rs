@@ -238,6 +238,11 @@ impl Rig {
         );
     }
 
+    /// Has the service that was added last end.
+    pub(crate) fn last_service_leaves(&mut self) {
+        self.services.pop();
+    }
+
     /// A process beside the planner.
     pub(crate) fn any_process(&self) -> &Process {
         &self.services[0].0
