@@ -117,5 +117,12 @@ fn what_a_bridge_that_is_away_may_still_begin_is_not_given_up() {
             incoming.reply(reply, Done::default());
         },
     );
-    assert_eq!(rig.call(begin).session.unwrap().session_id, "next");
+    let begun = loop {
+        // Until the planner has found it.
+        match rig.ask(begin.clone()) {
+            Ok(reply) => break reply.session.unwrap(),
+            Err(error) => assert_eq!(error.status(), Some(Status::Unavailable), "{error}"),
+        }
+    };
+    assert_eq!(begun.session_id, "next");
 }
