@@ -1,6 +1,6 @@
 //! Where the messages of an actor wait.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Weak};
 use std::time::Instant;
@@ -13,6 +13,9 @@ use crate::error::ServiceError;
 use crate::process::Process;
 use crate::rpc::{self, Incoming, Listener};
 
+/// Room beside that for ordinary messages, for what must not be refused because of them.
+const RESERVE: usize = 64;
+
 /// The other end of a mailbox is gone: an actor that has ended, or all who had its address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the other end of the mailbox is gone")]
@@ -22,6 +25,7 @@ pub struct Closed;
 pub struct Mailbox<M> {
     letters: Receiver<Letter<M>>,
     is_woken: Arc<AtomicBool>,
+    waiting: Arc<AtomicUsize>,
 }
 
 /// Where an actor is reached. Clones reach the same one.
@@ -34,6 +38,26 @@ struct Sender<M> {
     letters: SyncSender<Letter<M>>,
     /// Whether a wake-up waits in the mailbox: one is enough.
     is_woken: Arc<AtomicBool>,
+    /// How many messages wait.
+    waiting: Arc<AtomicUsize>,
+    /// How many may wait before ordinary ones are refused.
+    capacity: usize,
+}
+
+impl<M> Sender<M> {
+    /// Sends a message where fewer than so many wait.
+    fn try_send(&self, message: M, most: usize) -> Result<(), TrySendError<Letter<M>>> {
+        let letter = Letter::Message(message);
+        if self.waiting.fetch_add(1, Ordering::AcqRel) >= most {
+            self.waiting.fetch_sub(1, Ordering::AcqRel);
+            return Err(TrySendError::Full(letter));
+        }
+        let sent = self.letters.try_send(letter);
+        if sent.is_err() {
+            self.waiting.fetch_sub(1, Ordering::AcqRel);
+        }
+        sent
+    }
 }
 
 enum Letter<M> {
@@ -43,13 +67,22 @@ enum Letter<M> {
 
 /// A mailbox for so many messages, and its address.
 pub fn mailbox<M>(capacity: usize) -> (Address<M>, Mailbox<M>) {
-    let (sender, letters) = sync_channel(capacity.max(1));
+    let capacity = capacity.max(1);
+    let (sender, letters) = sync_channel(capacity.saturating_add(RESERVE));
     let is_woken = Arc::new(AtomicBool::new(false));
+    let waiting = Arc::new(AtomicUsize::new(0));
     let address = Address(Arc::new(Sender {
         letters: sender,
         is_woken: Arc::clone(&is_woken),
+        waiting: Arc::clone(&waiting),
+        capacity,
     }));
-    (address, Mailbox { letters, is_woken })
+    let mailbox = Mailbox {
+        letters,
+        is_woken,
+        waiting,
+    };
+    (address, mailbox)
 }
 
 impl<M> Mailbox<M> {
@@ -80,7 +113,10 @@ impl<M> Mailbox<M> {
 
     fn open(&self, letter: Letter<M>) -> Option<M> {
         match letter {
-            Letter::Message(message) => Some(message),
+            Letter::Message(message) => {
+                self.waiting.fetch_sub(1, Ordering::AcqRel);
+                Some(message)
+            }
             Letter::WakeUp => {
                 // Before the actor looks: what comes from now on wakes it again.
                 self.is_woken.store(false, Ordering::Release);
@@ -96,18 +132,21 @@ impl<M> Address<M> {
     /// # Errors
     /// [`Closed`] where the actor has ended.
     pub fn send(&self, message: M) -> Result<(), Closed> {
+        self.0.waiting.fetch_add(1, Ordering::AcqRel);
         let sent = self.0.letters.send(Letter::Message(message));
         sent.map_err(|_| Closed)
     }
 
     /// Sends a message where the mailbox has room; says whether it had.
     pub fn try_send(&self, message: M) -> bool {
-        self.0.letters.try_send(Letter::Message(message)).is_ok()
+        self.0.try_send(message, self.0.capacity).is_ok()
     }
 
     /// Has the actor look around, as soon as it has handled what it was sent before. Never waits.
     pub fn wake(&self) {
-        let Sender { letters, is_woken } = &*self.0;
+        let Sender {
+            letters, is_woken, ..
+        } = &*self.0;
         let was_woken = is_woken.swap(true, Ordering::AcqRel);
         if !was_woken && letters.try_send(Letter::WakeUp).is_err() {
             // It looks around all the same after each message that fills the mailbox.
@@ -118,9 +157,17 @@ impl<M> Address<M> {
     /// Sends a request where the mailbox has room; refuses it with `STATUS_BUSY` where it is full, with
     /// `STATUS_UNAVAILABLE` where the actor has ended. Never waits.
     pub fn deliver<R: Request>(&self, incoming: Incoming<R>, wrap: impl FnOnce(Incoming<R>) -> M) {
-        let letter = Letter::Message(wrap(incoming));
+        self.deliver_within(self.0.capacity, incoming, wrap);
+    }
+
+    fn deliver_within<R: Request>(
+        &self,
+        most: usize,
+        incoming: Incoming<R>,
+        wrap: impl FnOnce(Incoming<R>) -> M,
+    ) {
         // What was wrapped cannot be unwrapped here, but it can be dropped.
-        match self.0.letters.try_send(letter) {
+        match self.0.try_send(wrap(incoming), most) {
             Ok(()) => {}
             Err(TrySendError::Full(letter)) => {
                 rpc::drop_with(letter, Status::Busy, "the queue is full");
@@ -147,6 +194,25 @@ impl<M> Address<M> {
         let address = self.clone();
         rpc::listen(process, cell, move |incoming| {
             address.deliver(incoming, &wrap);
+        })
+    }
+
+    /// As [`Self::listen`], for a method that is taken also where the mailbox is full of others: its requests have a reserve.
+    ///
+    /// # Errors
+    /// As [`Self::listen`].
+    pub fn listen_past_others<R: Request>(
+        &self,
+        process: &Process,
+        cell: Option<&Cell>,
+        wrap: impl Fn(Incoming<R>) -> M + Send + Sync + 'static,
+    ) -> Result<Listener, ServiceError>
+    where
+        M: Send + 'static,
+    {
+        let address = self.clone();
+        rpc::listen(process, cell, move |incoming| {
+            address.deliver_within(usize::MAX, incoming, &wrap);
         })
     }
 
@@ -194,6 +260,16 @@ mod tests {
         assert!(address.try_send(4));
         assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [2, 4]);
         assert_eq!(mailbox.receive(soon()), Ok(None));
+    }
+
+    #[test]
+    fn what_must_not_be_refused_has_a_reserve() {
+        let (address, mailbox) = mailbox(2);
+        assert!(address.try_send(1) && address.try_send(2) && !address.try_send(3));
+        assert!(address.0.try_send(4, usize::MAX).is_ok());
+        assert!(!address.try_send(5));
+        assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [1, 2, 4]);
+        assert!(address.try_send(6));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use ppnpack_service::actor::{self, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
-use crate::desk::{self, Desk, DeskRobot, Message, Reach, Share, TimeLimits};
+use crate::desk::{self, Desk, DeskRobot, Early, Message, Reach, Share, TimeLimits};
 use crate::journal::CellJournal;
 use crate::runner::{JOBS, Job, Runner};
 use crate::streams::Streams;
@@ -30,7 +30,11 @@ impl CellWorks {
     /// Works as the desk until the end is asked for. The robot's actor works meanwhile, and tells it what came of that.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
         let robot = self.runner.robot.as_mut();
-        let Some(ledger) = desk::open(&mut self.journal, robot, mailbox, self.is_after_another)
+        let early = Early {
+            mailbox,
+            share: &self.share,
+        };
+        let Some(ledger) = desk::open(&mut self.journal, robot, &early, self.is_after_another)
         else {
             return;
         };

@@ -166,7 +166,7 @@ impl Bridge {
                 address.listen(process, Some(cell), Message::Place)?,
                 address.listen(process, Some(cell), Message::Outcome)?,
                 address.listen(process, Some(cell), Message::Renew)?,
-                address.listen(process, Some(cell), Message::Hold)?,
+                address.listen_past_others(process, Some(cell), Message::Hold)?,
                 address.listen(process, Some(cell), Message::Resume)?,
                 address.listen(process, Some(cell), Message::Changed)?,
                 address.listen(process, Some(cell), Message::State)?,

@@ -20,19 +20,7 @@ const MOST_REMOVED: usize = 1_000;
 impl Desk {
     /// Holds the cell, whatever becomes of the journal: that it cannot be written is told.
     pub(super) fn hold(&mut self, incoming: Incoming<v1::HoldRequest>) {
-        let v1::HoldRequest {
-            reason,
-            is_aborting,
-            ..
-        } = incoming.message();
-        let reason = match reason.is_empty() {
-            true => "it was asked for".to_owned(),
-            false => header::text(reason),
-        };
-        self.share.order(&Order::Hold {
-            reason,
-            is_aborting: *is_aborting,
-        });
+        self.share.order(&Order::hold(incoming.message()));
         if let Err(error) = self.follow_order() {
             let message = format!("the cell is held, but a restart would forget it: {error}");
             return incoming.refuse(Status::Unavailable, message);

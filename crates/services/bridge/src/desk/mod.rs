@@ -26,7 +26,7 @@ use crate::robot::{Body, Ending, Finding, RobotError};
 use crate::runner::Job;
 use crate::streams::Streams;
 pub(crate) use expiry::TimeLimits;
-pub(crate) use opening::open;
+pub(crate) use opening::{Early, open};
 use ppnpack_protocol::ledger::{Change, Ledger, Record};
 pub(crate) use reach::Reach;
 pub(crate) use share::{Share, SharedRobot};
@@ -218,6 +218,8 @@ impl Desk {
             renewals: PendingRequests::new(MOST_RENEWALS),
         };
         desk.begin_held_with_others();
+        // What came while the journal was opened.
+        desk.follow_others();
         desk
     }
 

@@ -8,19 +8,27 @@ use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::Status;
 
+use super::share::{Order, Share};
 use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::Robot;
+
+/// What comes before there is a desk.
+pub(crate) struct Early<'a> {
+    pub(crate) mailbox: &'a Mailbox<Message>,
+    /// Keeps the holds that come for the desk.
+    pub(crate) share: &'a Share,
+}
 
 /// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there. Until the journal can be
 /// read and written, requests are refused. Where another bridge served the cell, what that did is not known. `None` where the end is asked for before that.
 pub(crate) fn open(
     journal: &mut CellJournal,
     robot: &mut dyn Robot,
-    mailbox: &Mailbox<Message>,
+    early: &Early<'_>,
     is_after_another: bool,
 ) -> Option<Ledger> {
-    let mut ledger = persist(mailbox, || journal.load())?;
+    let mut ledger = early.persist(|| journal.load())?;
     let change = match is_after_another {
         true => ledger.restored(AFTER_ANOTHER),
         false => {
@@ -28,46 +36,48 @@ pub(crate) fn open(
             settled.unwrap_or_else(|| ledger.no_change())
         }
     };
-    persist(mailbox, || journal.write(&ledger, &change))?;
+    early.persist(|| journal.write(&ledger, &change))?;
     ledger.apply(change);
 
     let bodies = robot.take_over(ledger.head().bodies.clone());
     if bodies != ledger.head().bodies {
         let change = ledger.find_bodies(bodies);
-        persist(mailbox, || journal.write(&ledger, &change))?;
+        early.persist(|| journal.write(&ledger, &change))?;
         ledger.apply(change);
     }
     Some(ledger)
 }
 
-/// Tries until it works; `None` where the end is asked for before.
-fn persist<T>(
-    mailbox: &Mailbox<Message>,
-    mut work: impl FnMut() -> Result<T, JournalError>,
-) -> Option<T> {
-    loop {
-        match work() {
-            Ok(done) => return Some(done),
-            Err(error) => refuse_for(RETRY_AFTER, mailbox, &error)?,
+impl Early<'_> {
+    /// Tries until it works; `None` where the end is asked for before.
+    fn persist<T>(&self, mut work: impl FnMut() -> Result<T, JournalError>) -> Option<T> {
+        loop {
+            match work() {
+                Ok(done) => return Some(done),
+                Err(error) => self.refuse_for(RETRY_AFTER, &error)?,
+            }
         }
     }
-}
 
-/// Refuses what comes, for a while; `None` where the end is asked for.
-fn refuse_for(span: Duration, mailbox: &Mailbox<Message>, error: &JournalError) -> Option<()> {
-    let until = Instant::now() + span;
-    loop {
-        match mailbox.receive(Some(until)).ok()? {
-            Some(Message::Place(incoming)) => refuse(incoming, error),
-            Some(Message::Outcome(incoming)) => refuse(incoming, error),
-            Some(Message::Renew(incoming)) => refuse(incoming, error),
-            Some(Message::Hold(incoming)) => refuse(incoming, error),
-            Some(Message::Resume(incoming)) => refuse(incoming, error),
-            Some(Message::Changed(incoming)) => refuse(incoming, error),
-            Some(Message::State(incoming)) => refuse(incoming, error),
-            Some(Message::End) => return None,
-            Some(_) => {}
-            None => return Some(()),
+    /// Refuses what comes, for a while; `None` where the end is asked for.
+    fn refuse_for(&self, span: Duration, error: &JournalError) -> Option<()> {
+        let until = Instant::now() + span;
+        loop {
+            match self.mailbox.receive(Some(until)).ok()? {
+                Some(Message::Place(incoming)) => refuse(incoming, error),
+                Some(Message::Outcome(incoming)) => refuse(incoming, error),
+                Some(Message::Renew(incoming)) => refuse(incoming, error),
+                Some(Message::Hold(incoming)) => {
+                    self.share.order(&Order::hold(incoming.message()));
+                    refuse(incoming, error);
+                }
+                Some(Message::Resume(incoming)) => refuse(incoming, error),
+                Some(Message::Changed(incoming)) => refuse(incoming, error),
+                Some(Message::State(incoming)) => refuse(incoming, error),
+                Some(Message::End) => return None,
+                Some(_) => {}
+                None => return Some(()),
+            }
         }
     }
 }

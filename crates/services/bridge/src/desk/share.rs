@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ppnpack_service::actor::{Address, WeakAddress};
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::{header, v1};
 
 use super::Message;
 
@@ -36,6 +37,20 @@ struct Other {
 pub(super) enum Order {
     Hold { reason: String, is_aborting: bool },
     Resume,
+}
+
+impl Order {
+    /// What a request asks for.
+    pub(super) fn hold(request: &v1::HoldRequest) -> Self {
+        let reason = match request.reason.is_empty() {
+            true => "it was asked for".to_owned(),
+            false => header::text(&request.reason),
+        };
+        Self::Hold {
+            reason,
+            is_aborting: request.is_aborting,
+        }
+    }
 }
 
 /// A desk's share of a robot.

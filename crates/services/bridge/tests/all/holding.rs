@@ -81,6 +81,29 @@ fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
 }
 
 #[test]
+fn a_hold_that_comes_before_the_journal_can_be_opened_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let disk = folder.path().join("disk");
+    std::fs::write(&disk, "no folder").unwrap();
+    let (rig, _script) = Rig::scripted(true, Some(disk.join("bridge.redb")));
+    let controller = &rig.controller;
+    assert_eq!(
+        controller.refused(hold("a door is open", false)),
+        Status::Unavailable
+    );
+    std::fs::remove_file(&disk).unwrap();
+    std::fs::create_dir(&disk).unwrap();
+    let until = deadline();
+    let state = loop {
+        match controller.call(v1::CellStateRequest::default()) {
+            Ok(reply) => break reply.state,
+            Err(error) => assert!(std::time::Instant::now() < until, "{error}"),
+        }
+    };
+    assert_eq!(reason(state).as_deref(), Some("a door is open"));
+}
+
+#[test]
 fn a_hold_outlives_a_restart() {
     let folder = tempfile::tempdir().unwrap();
     let journal = Some(folder.path().join("bridge.redb"));
