@@ -1,5 +1,5 @@
-//! Numbers that are given, checked ([`require`], [`within`]), and numbers that are drawn: normal ones ([`gaussian`]) and factors
-//! ([`factor_within`]).
+//! Numbers that are given, checked ([`require`], [`within`]), [`settings`] with their defaults, and numbers that are drawn: normal
+//! ones ([`gaussian`]) and factors ([`factor_within`]).
 //!
 //! ```
 //! use ppnpack_numbers::within;
@@ -12,6 +12,8 @@
 
 use std::fmt::Display;
 use std::ops::RangeBounds;
+
+mod defaults;
 
 /// A setting that is not possible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
@@ -55,29 +55,31 @@ pub struct TwinSettings {
     pub still_speed_m_s: f64,
 }
 
-/// How the rough try is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RoughSettings {
-    /// Time per step, in seconds.
-    pub timestep_s: f64,
-    /// Substeps per step.
-    pub substeps: usize,
-    /// The longest that it lasts, in seconds of simulated time.
-    pub settle_time_s: f64,
+settings! {
+    /// How the rough try is simulated.
+    #[derive(Copy)]
+    pub struct RoughSettings {
+        /// Time per step, in seconds.
+        pub timestep_s: f64 = TIMESTEP_S,
+        /// Substeps per step.
+        pub substeps: usize = 2,
+        /// The longest that it lasts, in seconds of simulated time.
+        pub settle_time_s: f64 = 0.5,
+    }
 }
 
-/// How two tries of a placement differ from the plan: in one the item is let go beside its place, ahead along x and y, and is turned to
-/// the left; in the other behind and turned to the right. Both have the same friction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Disturbance {
-    /// Factor of all friction coefficients.
-    pub friction: f64,
-    /// How far from its place the item is let go, along x and along y, in metres.
-    pub shift_m: f64,
-    /// By how much it is turned about the vertical, in radians.
-    pub yaw_rad: f64,
+settings! {
+    /// How two tries of a placement differ from the plan: in one the item is let go beside its place, ahead along x and y, and is turned to
+    /// the left; in the other behind and turned to the right. Both have the same friction.
+    #[derive(Copy)]
+    pub struct Disturbance {
+        /// Factor of all friction coefficients.
+        pub friction: f64 = 0.75,
+        /// How far from its place the item is let go, along x and along y, in metres.
+        pub shift_m: f64 = 0.003,
+        /// By how much it is turned about the vertical, in radians.
+        pub yaw_rad: f64 = 1.0_f64.to_radians(),
+    }
 }
 
 impl Disturbance {
@@ -97,26 +99,6 @@ impl Disturbance {
         let shift_m = Vector3::new(x, y, 0.0) * self.shift_m;
         let shifted = planned.translation.vector + shift_m;
         Isometry3::from_parts(shifted.into(), turned * planned.rotation)
-    }
-}
-
-impl Default for RoughSettings {
-    fn default() -> Self {
-        Self {
-            timestep_s: TIMESTEP_S,
-            substeps: 2,
-            settle_time_s: 0.5,
-        }
-    }
-}
-
-impl Default for Disturbance {
-    fn default() -> Self {
-        Self {
-            friction: 0.75,
-            shift_m: 0.003,
-            yaw_rad: 1.0_f64.to_radians(),
-        }
     }
 }
 

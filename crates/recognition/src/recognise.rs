@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_numbers::{SettingError, within};
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{SettingError, settings, within};
 
 use crate::align::{AlignSettings, Hold};
 use crate::coarse::hypotheses;
@@ -19,40 +18,26 @@ use crate::rest::laid_at_rest;
 use crate::samples::spread;
 use crate::segmentation::Cluster;
 
-/// How clusters are recognised.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RecognitionSettings {
-    /// Clusters of fewer points are not looked at.
-    pub least_points: usize,
-    /// How many objects in resting poses go on from the comparison of outlines.
-    pub templates: usize,
-    /// How many poses go on from the comparison of heights.
-    pub hypotheses: usize,
-    /// How many poses go on from the quick alignment.
-    pub finalists: usize,
-    /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to be off by.
-    pub sensor_deviation_m: f64,
-    /// Below this fitness, an item is unknown; as a sensor without noise would give it.
-    pub least_fitness: f64,
-    /// Where more than this share of an item's points is not explained, it is unknown.
-    pub most_unexplained: f64,
-    /// Where the camera looks through more than this share of what should be seen, an item is unknown.
-    pub most_contradicted: f64,
-}
-
-impl Default for RecognitionSettings {
-    fn default() -> Self {
-        Self {
-            least_points: 30,
-            templates: 90,
-            hypotheses: 24,
-            finalists: 4,
-            sensor_deviation_m: 0.001,
-            least_fitness: 0.9725,
-            most_unexplained: 0.03,
-            most_contradicted: 0.02,
-        }
+settings! {
+    /// How clusters are recognised.
+    #[derive(Copy)]
+    pub struct RecognitionSettings {
+        /// Clusters of fewer points are not looked at.
+        pub least_points: usize = 30,
+        /// How many objects in resting poses go on from the comparison of outlines.
+        pub templates: usize = 90,
+        /// How many poses go on from the comparison of heights.
+        pub hypotheses: usize = 24,
+        /// How many poses go on from the quick alignment.
+        pub finalists: usize = 4,
+        /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to be off by.
+        pub sensor_deviation_m: f64 = 0.001,
+        /// Below this fitness, an item is unknown; as a sensor without noise would give it.
+        pub least_fitness: f64 = 0.9725,
+        /// Where more than this share of an item's points is not explained, it is unknown.
+        pub most_unexplained: f64 = 0.03,
+        /// Where the camera looks through more than this share of what should be seen, an item is unknown.
+        pub most_contradicted: f64 = 0.02,
     }
 }
 

@@ -157,22 +157,6 @@ fn the_twin_of_a_cell_makes_no_errors_but_its_own_and_ends_soon() {
     assert!(twin.settle_time_s <= 1.0);
 }
 
-#[test]
-fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
-    let twin: TwinSettings =
-        serde_json::from_str(r#"{"rough": {"substeps": 3}, "reach_m": 0.02}"#).unwrap();
-    assert_eq!((twin.rough.substeps, twin.reach_m), (3, 0.02));
-    assert_eq!(twin.disturbance, TwinSettings::default().disturbance);
-    let written = serde_json::to_string(&twin).unwrap();
-    assert_eq!(
-        serde_json::from_str::<TwinSettings>(&written).unwrap(),
-        twin
-    );
-    for unknown in [r#"{"reach": 0.02}"#, r#"{"disturbance": {"shift": 0.1}}"#] {
-        assert!(serde_json::from_str::<TwinSettings>(unknown).is_err());
-    }
-}
-
 /// A plank on a pillar, its middle so high, and a lower pillar 8 mm under its left end.
 fn seesaw(plank_m: f64) -> [(Arc<Model>, Isometry3<f64>); 3] {
     let pillar = |x_m: f64, height_m: f64| {
