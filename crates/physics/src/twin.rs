@@ -218,24 +218,16 @@ impl Twin {
         })
     }
 
-    /// Lays down what lies in the container, in place of what lay there.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Model`] where a model has no usable hulls or mass, [`PhysicsError::Pose`] where a pose is not
-    /// finite, not rigid or far away; then nothing has changed.
-    pub fn lay_down(&mut self, content: &[LyingSolid]) -> Result<(), PhysicsError> {
-        let laid = content.iter().map(|solid| self.lying(solid));
-        let laid: Vec<Lying> = laid.collect::<Result<_, PhysicsError>>()?;
-        self.replace(laid);
-        Ok(())
-    }
-
-    /// Lays down what of it can be simulated, in place of what lay there; says whether that is all of it.
-    pub fn lay_down_what_can_be(&mut self, content: &[LyingSolid]) -> bool {
+    /// Lays down what of some content can be simulated, in place of what lay there; says whether that is all of it.
+    pub fn lay_down(&mut self, content: &[LyingSolid]) -> bool {
         let laid = content.iter().filter_map(|solid| self.lying(solid).ok());
-        let laid: Vec<Lying> = laid.collect();
-        let is_all = laid.len() == content.len();
-        self.replace(laid);
+        let bodies: Vec<Lying> = laid.collect();
+        let is_all = bodies.len() == content.len();
+        self.laid = Laid {
+            bodies,
+            terrain: Vec::new(),
+        };
+        self.templates.tidy();
         is_all
     }
 
@@ -262,14 +254,6 @@ impl Twin {
             template,
             burden: solid.burden.clone(),
         })
-    }
-
-    fn replace(&mut self, bodies: Vec<Lying>) {
-        self.laid = Laid {
-            bodies,
-            terrain: Vec::new(),
-        };
-        self.templates.tidy();
     }
 
     /// What each of the bodies that lie there weighs, and may carry.

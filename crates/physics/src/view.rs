@@ -3,7 +3,7 @@
 use std::ops::Bound;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_camera::{Body, DepthCamera, Intrinsics, View};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::content::Content;
@@ -135,11 +135,11 @@ impl Cameras {
         bodies.extend(items.map(|item| posed(&item.model.mesh, item.container_from_item)));
         let clouds = self.cameras.iter().map(|camera| {
             self.images += 1;
-            let view: View = camera.see(&bodies)?;
-            let image = view.noisy_points(&self.noise, self.seed.wrapping_add(self.images))?;
-            let points = image.points_m().iter();
+            let seed = self.seed.wrapping_add(self.images);
+            let mut points_m = camera.see(&bodies, &self.noise, seed)?;
+            points_m.retain(|point| !point.z.is_nan());
             Ok(CameraCloud {
-                points_m: points.filter(|point| !point.z.is_nan()).copied().collect(),
+                points_m,
                 container_from_camera: camera.world_from_camera,
             })
         });

@@ -16,7 +16,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::array2;
+use crate::arrays::array;
 use crate::error::OrRaise;
 use crate::grid::Grid;
 use crate::item::Item;
@@ -289,5 +289,5 @@ fn planned<'a>(
 fn matrix(py: Python<'_>, pose: &Isometry3<f64>) -> PyResult<Py<PyArray2<f64>>> {
     // nalgebra's matrices are column-major.
     let rows = pose.to_homogeneous().transpose();
-    Ok(array2(py, [4, 4], rows.as_slice().to_vec())?.unbind())
+    Ok(array(py, [4, 4], rows.as_slice().to_vec())?.unbind())
 }

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use numpy::ndarray::{Dim, Dimension, IntoDimension};
-use numpy::{IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use numpy::ndarray::Dim;
+use numpy::{PyArray, PyArray1, PyReadonlyArray1};
 use ppnpack_packing::grid::Units;
 use ppnpack_physics::error::PhysicsError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::arrays::{array1, values};
+use crate::arrays::{array, array1, values};
 use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
 use crate::error::OrRaise;
@@ -298,12 +298,12 @@ impl Packings {
         let count = objects.len() / slots;
         let items = [count, slots, yaws, nx, ny];
         Ok(Observation {
-            heightmap: array(py, [count, nx, ny], buffers.heightmap)?,
-            item_top: array(py, items, buffers.top)?,
-            item_bottom: array(py, items, buffers.bottom)?,
-            resting_height: array(py, items, buffers.resting)?,
-            action_mask: array(py, [count, self.setup.actions()], buffers.mask)?,
-            objects: array(py, [count, slots], objects)?,
+            heightmap: array(py, [count, nx, ny], buffers.heightmap)?.unbind(),
+            item_top: array(py, items, buffers.top)?.unbind(),
+            item_bottom: array(py, items, buffers.bottom)?.unbind(),
+            resting_height: array(py, items, buffers.resting)?.unbind(),
+            action_mask: array(py, [count, self.setup.actions()], buffers.mask)?.unbind(),
+            objects: array(py, [count, slots], objects)?.unbind(),
         })
     }
 }
@@ -329,19 +329,6 @@ impl Buffers {
             mask,
         })
     }
-}
-
-/// Moves row-major values into an array.
-fn array<T: numpy::Element, const N: usize>(
-    py: Python<'_>,
-    shape: [usize; N],
-    values: Vec<T>,
-) -> PyResult<Py<PyArray<T, Dim<[usize; N]>>>>
-where
-    [usize; N]: IntoDimension<Dim = Dim<[usize; N]>>,
-    Dim<[usize; N]>: Dimension,
-{
-    Ok(values.into_pyarray(py).reshape(shape)?.unbind())
 }
 
 /// The objects in the buffers of all packings.
