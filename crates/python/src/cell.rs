@@ -1,6 +1,6 @@
 //! The simulated cell.
 
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard};
 
 use nalgebra::Isometry3;
 use numpy::PyArray2;
@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::array;
-use crate::error::OrRaise;
+use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
 use crate::item::Item;
 use crate::placement::Placement;
@@ -169,13 +169,10 @@ impl SimulatedCell {
 
 impl SimulatedCell {
     fn lock(&self) -> PyResult<MutexGuard<'_, cell::SimulatedCell>> {
-        match self.cell.try_lock() {
-            Ok(cell) => Ok(cell),
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the cell is busy with something else: have one for each thread",
-            )),
-        }
+        unused(
+            &self.cell,
+            "the cell is busy with something else: have one for each thread",
+        )
     }
 }
 

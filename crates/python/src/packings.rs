@@ -1,12 +1,12 @@
 //! Many packings that are stepped together, each on one of the machine's cores at a time.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use numpy::ndarray::Dim;
 use numpy::{PyArray, PyArray1, PyReadonlyArray1};
 use ppnpack_packing::grid::Units;
 use ppnpack_physics::error::PhysicsError;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::arrays::{array, array1, values};
 use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
-use crate::error::OrRaise;
+use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
 use crate::packing::{ObservedIn, Packing, Setup, Stepped as One};
 
@@ -236,13 +236,10 @@ impl Packings {
 
 impl Packings {
     fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Packing>>> {
-        match self.packings.try_lock() {
-            Ok(packings) => Ok(packings),
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the packings are being stepped by another thread",
-            )),
-        }
+        unused(
+            &self.packings,
+            "the packings are being stepped by another thread",
+        )
     }
 
     /// Does something with each packing, spread over the threads, and observes it afterwards.

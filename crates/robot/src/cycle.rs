@@ -30,30 +30,15 @@ const TOUCHING_M: f64 = 1e-6;
 settings! {
     /// What a cycle's time depends on beside the arm.
     #[derive(Copy)]
-    pub struct CycleSettings {
+    pub struct CycleSettings with validate {
         /// How long the cup takes to hold an item, in seconds.
-        pub grip_s: f64 = 0.2,
+        pub grip_s: f64 = 0.2 => within("0 to 60 s", 0.0..=60.0),
         /// How long the cup takes to let go, in seconds.
-        pub release_s: f64 = 0.15,
+        pub release_s: f64 = 0.15 => within("0 to 60 s", 0.0..=60.0),
         /// Share of the joints' speeds that is used.
-        pub speed_share: f64 = 1.0,
+        pub speed_share: f64 = 1.0 => within("0.001 to 1", 0.001..=1.0),
         /// Share of the joints' accelerations that is used.
-        pub acceleration_share: f64 = 1.0,
-    }
-}
-
-impl CycleSettings {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        let time = within("0 to 60 s", 0.0..=60.0);
-        time("grip_s", self.grip_s)?;
-        time("release_s", self.release_s)?;
-        let share = within("0.001 to 1", 0.001..=1.0);
-        share("speed_share", self.speed_share)?;
-        share("acceleration_share", self.acceleration_share)
+        pub acceleration_share: f64 = 1.0 => within("0.001 to 1", 0.001..=1.0),
     }
 }
 

@@ -427,16 +427,3 @@ fn what_is_impossible_is_refused() {
     let beside = Point3::new(900.0, -900.0, 0.21);
     told(&planned, &before, beside, CONTAINER);
 }
-
-#[test]
-fn settings_are_checked() {
-    let check = |change: fn(&mut InspectionSettings)| {
-        let mut settings = InspectionSettings::default();
-        change(&mut settings);
-        settings.validate()
-    };
-    assert!(check(|_| {}).is_ok());
-    assert!(check(|settings| settings.least_rise_m = -0.1).is_err());
-    assert!(check(|settings| settings.least_fitness = f64::NAN).is_err());
-    assert!(check(|settings| settings.topple_rad = 4.0).is_err());
-}
