@@ -16,7 +16,7 @@ use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
 use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
-use crate::packing::{ObservedIn, Packing, Setup, Stepped as One};
+use crate::packing::{Observed, ObservedIn, Packing, Setup, Stepped as One};
 
 /// The most packings that are stepped together.
 const MAX_COUNT: usize = 65_536;
@@ -73,13 +73,7 @@ pub(crate) struct Stepped {
 }
 
 /// The arrays of an observation before they are moved.
-struct Buffers {
-    heightmap: Vec<Units>,
-    top: Vec<Units>,
-    bottom: Vec<Units>,
-    resting: Vec<Units>,
-    mask: Vec<i8>,
-}
+type Buffers = Observed<Vec<Units>, Vec<i8>>;
 
 #[pymethods]
 impl Packings {
