@@ -96,8 +96,9 @@ impl DepthCamera {
         }
     }
 
-    /// The points that a sensor with this noise measures of bodies, in the camera frame in metres, row by row; NaN in all three
-    /// coordinates where nothing is measured. Equal seeds give equal noise.
+    /// Measures the points of bodies with this noise, in the camera frame in metres,
+    /// row by row; NaN in all three coordinates where nothing is measured. Equal seeds give equal
+    /// noise.
     ///
     /// # Errors
     /// As [`validate`](Self::validate), [`CameraError::Setting`] where the noise is impossible, and

@@ -1,7 +1,8 @@
 //! A simulated depth camera.
 //!
-//! A [`DepthCamera`] sees posed triangle meshes ([`Body`]) through a pinhole, as a sensor with the noise of a [`NoiseModel`] would
-//! publish them. The [`DepthBuffer`] underneath is for those who draw many expected views, such as a pose search.
+//! A [`DepthCamera`] sees posed triangle meshes ([`Body`]) through a pinhole, as a sensor with the
+//! noise of a [`NoiseModel`] would publish them. The [`DepthBuffer`] underneath is for those who
+//! draw many expected views, such as a pose search.
 //!
 //! The camera frame is the optical one: x to the right of the image, y down, z forward, origin at the pinhole. Pixel
 //! `(u, v)` is column `u` of row `v` and stands for the ray through its centre: `u = fx x / z + cx`, `v = fy y / z + cy`.

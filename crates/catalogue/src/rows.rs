@@ -4,8 +4,8 @@ use std::fs::File;
 
 use serde::de::DeserializeOwned;
 
-/// The rows of a table with their lines, from 1; else the line and what is wrong there, with what is `needed` where a row does not
-/// have it.
+/// Reads the rows of a table, each with its line, from 1. An error has the line and what is wrong
+/// there; where a row lacks a column, also what is `needed`.
 pub(crate) fn rows<Row: DeserializeOwned>(
     file: File,
     needed: &str,

@@ -1,8 +1,8 @@
 //! Settings with their defaults and ranges.
 
-/// What a range is asked about.
+/// A value that a range is asked about.
 pub trait Number {
-    /// It as a number; none where it is left open.
+    /// Gives the value as a number; none where it is left open.
     fn number(&self) -> Option<f64>;
 }
 
@@ -30,8 +30,9 @@ impl<Inner: Number> Number for Option<Inner> {
     }
 }
 
-/// Declares a structure of settings with the default of each: what is left out where they are read takes it, and unknown names
-/// are refused. The method that is named after `with` checks those that have a range, and names them after what `as` says.
+/// Declares a structure of settings with the default of each: what is left out where they are read
+/// takes it, and unknown names are refused. The method that is named after `with` checks those that
+/// have a range, and names them after what `as` says.
 ///
 /// ```
 /// use ppnpack_numbers::within;

@@ -1,5 +1,5 @@
-//! Numbers that are given, checked ([`require`], [`within`]), [`settings`] with their defaults and ranges, and numbers
-//! that are drawn: normal ones ([`gaussian`]) and factors ([`factor_within`]).
+//! Numbers that are given, checked ([`require`], [`within`]), [`settings`] with their defaults and
+//! ranges, and numbers that are drawn: normal ones ([`gaussian`]) and factors ([`factor_within`]).
 //!
 //! ```
 //! use ppnpack_numbers::within;

@@ -98,18 +98,19 @@ settings! {
     pub struct DoubtSettings with validate as "doubts." {
         /// At least this share of the cells must be seen, from 0 to 1.
         pub least_seen_share: f64 = 0.7 => within("0 to 1", 0.0..=1.0),
-        /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for close to the opening, where
-        /// anything is seen beside it.
+        /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for
+        /// close to the opening, where anything is seen beside it.
         pub wall_thickness_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
         /// The tops of the walls may be higher or lower by this, in metres.
         pub rim_tolerance_m: f64 = 0.006 => within("0 to 1 m", 0.0..=1.0),
-        /// At least this share of the points above a wall must be at its top, from 0 to 1; where its thickness is not known,
-        /// this share of its length must have some. With 0 the walls are not looked at.
+        /// At least this share of the points above a wall must be at its top, from 0 to 1; where
+        /// its thickness is not known, this share of its length must have some. With 0 the walls
+        /// are not looked at.
         pub least_rim_share: f64 = 0.7 => within("0 to 1", 0.0..=1.0),
         /// At least so many points must be seen above each wall.
         pub least_rim_points: u64 = 50,
-        /// Content may stand above the rim by this, in metres: what stands higher reaches in from above. Without a value,
-        /// nothing does.
+        /// Content may stand above the rim by this, in metres: what stands higher reaches in from
+        /// above. Without a value, nothing does.
         pub reach_above_rim_m: Option<f64> = None => within("0 to 1 m", 0.0..=1.0),
         /// Something reaches in where at least so many points show it.
         pub least_intruding_points: u64 = 30,

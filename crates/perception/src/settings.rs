@@ -7,25 +7,31 @@ use crate::doubts::DoubtSettings;
 use crate::still::StillSettings;
 
 settings! {
-    /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
+    /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a
+    /// sensor without noise.
     pub struct MapperSettings with validate_numbers {
-        /// Points below the floor by at most this lie on the floor; those further below are left out. In metres.
+        /// Points below the floor by at most this lie on the floor; those further below are left
+        /// out. In metres.
         pub floor_tolerance_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
-        /// Points within this distance of the walls' inner faces, or beyond them, are left out: they may show the wall
-        /// itself. In metres; some standard deviations of the sensor's noise.
+        /// Points within this distance of the walls' inner faces, or beyond them, are left out:
+        /// they may show the wall itself. In metres; some standard deviations of the sensor's
+        /// noise.
         pub wall_margin_m: f64 = 0.0005 => within("0 to 1 m", 0.0..=1.0),
-        /// The standard deviation of the sensor's noise along z, in metres. 0: every point counts as it is, and a sample
-        /// has the height of its highest.
+        /// The standard deviation of the sensor's noise along z, in metres. 0: every point counts
+        /// as it is, and a sample has the height of its highest.
         pub noise_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
-        /// A point stands for the surface within this distance along x and y, in metres: half the distance between
-        /// neighbouring points on the floor, and at most half a sample. What lies between them is seen then.
+        /// A point stands for the surface within this distance along x and y, in metres: half the
+        /// distance between neighbouring points on the floor, and at most half a sample. What lies
+        /// between them is seen then.
         pub point_radius_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
-        /// With noise, points that stand out above all around them count where there are at least this many.
+        /// With noise, points that stand out above all around them count where there are at least
+        /// this many.
         pub least_points: u32 = 3,
-        /// Holes no wider than this along x and y are filled, in metres, where the samples around them are level.
+        /// Holes no wider than this along x and y are filled, in metres, where the samples around
+        /// them are level.
         pub largest_hole_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
-        /// The samples around a hole are level where their heights differ by at most this, in metres: what hides a hole
-        /// from the sensor stands up from what is beside it.
+        /// The samples around a hole are level where their heights differ by at most this, in
+        /// metres: what hides a hole from the sensor stands up from what is beside it.
         pub level_m: f64 = 0.005 => within("0 to 1 m", 0.0..=1.0),
         /// How several clouds of a still scene make one heightmap.
         pub still: StillSettings = StillSettings::default(),

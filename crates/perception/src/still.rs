@@ -18,12 +18,14 @@ const SAME_DEVIATIONS: f64 = 3.0;
 settings! {
     /// When a scene is still.
     pub struct StillSettings with validate as "still." {
-        /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With 1, each is by itself.
+        /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With
+        /// 1, each is by itself.
         pub clouds: usize = 1 => within("1 to 16", 1.0..=MAX_CLOUDS as f64),
-        /// Something moved in a cell higher or lower than itself and its neighbours were by more than this, in metres.
+        /// Something moved in a cell higher or lower than itself and its neighbours were by more
+        /// than this, in metres.
         pub height_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
-        /// A scene is still where what moved covers at most this, in m²: steep edges show higher in one cloud than in another, in the more
-        /// cells the finer the grid is.
+        /// A scene is still where what moved covers at most this, in m²: steep edges show higher in
+        /// one cloud than in another, in the more cells the finer the grid is.
         pub most_m2: f64 = 2e-4 => within("0 to 1 m²", 0.0..=1.0),
     }
 }

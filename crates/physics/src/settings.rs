@@ -22,11 +22,12 @@ settings! {
         pub contact: ContactSettings = ContactSettings::default(),
         /// How items are let go.
         pub release: ReleaseSettings = ReleaseSettings::default(),
-        /// The longest that bodies are given to settle after a release, in seconds of simulated time.
+        /// The longest that bodies are given to settle after a release, in seconds of simulated
+        /// time.
         ///
-        /// A phase ends early when all bodies are asleep, since nothing would move any more. The reference's 0.375 s (the 180
-        /// steps at 480 Hz of the paper's published code, where the paper says 0.25 s) can end in motion; a few seconds let
-        /// everything come to rest.
+        /// A phase ends early when all bodies are asleep, since nothing would move any more. The
+        /// reference's 0.375 s (the 180 steps at 480 Hz of the paper's published code, where the
+        /// paper says 0.25 s) can end in motion; a few seconds let everything come to rest.
         pub settle_time_s: f64 = 0.375,
         /// What is read from the poses at the end.
         pub outcome: OutcomeSettings = OutcomeSettings::default(),
@@ -40,8 +41,9 @@ settings! {
 settings! {
     /// The container's walls and floor. The walls end at the rim.
     ///
-    /// They are thick enough that a body cannot pass their middle within a step: an item released 12 cm above its place at
-    /// the rim reaches the floor at 2.9 m/s, which is 6 mm per step of 1/480 s.
+    /// They are thick enough that a body cannot pass their middle within a step: an item released
+    /// 12 cm above its place at the rim reaches the floor at 2.9 m/s, which is 6 mm per step of
+    /// 1/480 s.
     pub struct WallSettings {
         /// Thickness of the walls, outwards, in metres.
         pub thickness_m: f64 = 0.02,
@@ -68,7 +70,8 @@ pub enum Combine {
 settings! {
     /// Friction and restitution.
     ///
-    /// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15 at walls and floor.
+    /// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15
+    /// at walls and floor.
     pub struct ContactSettings {
         /// Friction coefficient of items.
         pub item_friction: f64 = 0.5,
@@ -76,7 +79,8 @@ settings! {
         pub wall_friction: f64 = 0.3,
         /// How two friction coefficients combine.
         pub friction_combine: Combine = Combine::Multiply,
-        /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it came from.
+        /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it
+        /// came from.
         pub restitution: f64 = 0.0,
     }
 }
@@ -98,14 +102,15 @@ settings! {
     pub struct OutcomeSettings {
         /// An item counts as toppled when it tilts by more than this, in radians.
         pub topple_rad: f64 = 30.0_f64.to_radians(),
-        /// A body is taken out of the simulation when its centre of mass is this far below the floor's upper face or
-        /// outside the walls' outer faces, in metres.
+        /// A body is taken out of the simulation when its centre of mass is this far below the
+        /// floor's upper face or outside the walls' outer faces, in metres.
         pub lost_margin_m: f64 = 0.05,
     }
 }
 
 settings! {
-    /// The numerical integration. By default it takes 960 substeps a second; the reference takes 480 steps.
+    /// The numerical integration. By default it takes 960 substeps a second; the reference takes
+    /// 480 steps.
     pub struct SolverSettings {
         /// Time per step, in seconds.
         pub timestep_s: f64 = 1.0 / 480.0,
@@ -113,10 +118,12 @@ settings! {
         pub gravity_m_s2: f64 = 9.8,
         /// Substeps per step: more of them make contacts stiffer.
         pub substeps: usize = 2,
-        /// Sweeps over all contacts per substep. With few, the corners of a box take its impact unevenly, and it slides away from where
-        /// it lands: dropped from 12 cm on another box, by up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
+        /// Sweeps over all contacts per substep. With few, the corners of a box take its impact
+        /// unevenly, and it slides away from where it lands: dropped from 12 cm on another box, by
+        /// up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
         pub sweeps: usize = 2,
-        /// The size of typical items, in metres: the contact tolerances (prediction, correction, recycling) scale with it.
+        /// The size of typical items, in metres: the contact tolerances (prediction, correction,
+        /// recycling) scale with it.
         pub length_scale_m: f64 = 0.1,
         /// A body may fall asleep while its fastest point is slower than this, in m/s.
         pub sleep_speed_m_s: f64 = 0.01,

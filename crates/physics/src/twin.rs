@@ -69,8 +69,9 @@ settings! {
 }
 
 settings! {
-    /// How two tries of a placement differ from the plan: in one the item is let go beside its place, ahead along x and y, and is turned to
-    /// the left; in the other behind and turned to the right. Both have the same friction.
+    /// How two tries of a placement differ from the plan: in one the item is let go beside its
+    /// place, ahead along x and y, and is turned to the left; in the other behind and turned to the
+    /// right. Both have the same friction.
     #[derive(Copy)]
     pub struct Disturbance {
         /// Factor of all friction coefficients.
@@ -218,7 +219,8 @@ impl Twin {
         })
     }
 
-    /// Lays down what of some content can be simulated, in place of what lay there; says whether that is all of it.
+    /// Lays down what of some content can be simulated, in place of what lay there; says whether
+    /// that is all of it.
     pub fn lay_down(&mut self, content: &[LyingSolid]) -> bool {
         let laid = content.iter().filter_map(|solid| self.lying(solid).ok());
         let bodies: Vec<Lying> = laid.collect();

@@ -27,7 +27,7 @@ impl<T, E: Display> OrRaise<T> for Result<T, E> {
     }
 }
 
-/// What one thread uses at a time; `RuntimeError` in these words where another does.
+/// Locks what one thread uses at a time; `RuntimeError` in these words where another does.
 pub(crate) fn unused<'a, T>(
     shared: &'a Mutex<T>,
     busy: &'static str,

@@ -113,7 +113,7 @@ impl Setup {
     }
 }
 
-/// What is observed: of all packings, or where one of them writes it.
+/// The arrays of what is observed: those of all packings, or the parts that one of them writes.
 pub(crate) struct Observed<Heights, Mask> {
     /// [nx, ny]
     pub(crate) heightmap: Heights,

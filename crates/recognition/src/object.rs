@@ -19,14 +19,17 @@ settings! {
         pub least_probability: f64 = 0.003,
         /// Resting poses whose lower sides are within this angle are searched as one, in radians.
         pub same_pose_rad: f64 = 0.14,
-        /// When surfaces count as the same: of twins, of views from above, of an object that is turned.
+        /// When surfaces count as the same: of twins, of views from above, of an object that is
+        /// turned.
         pub same_surface: SameSurface = SameSurface::default(),
-        /// When a turned object is nearly the same, where orientations are compared: a fruit is a ball to a packer.
+        /// When a turned object is nearly the same, where orientations are compared: a fruit is a
+        /// ball to a packer.
         pub nearly_same: SameSurface = SameSurface {
                 root_mean_square_m: 0.0015,
                 nearly_all_m: 0.004,
             },
-        /// What is lower than this over the support is not seen as part of an item, in metres; as in the segmentation.
+        /// What is lower than this over the support is not seen as part of an item, in metres; as
+        /// in the segmentation.
         pub least_height_m: f64 = 0.004,
     }
 }

@@ -30,13 +30,15 @@ settings! {
         pub hypotheses: usize = 24 => within("1 to 10,000", 1.0..=1e4),
         /// How many poses go on from the quick alignment.
         pub finalists: usize = 4 => within("1 to 10,000", 1.0..=1e4),
-        /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to be off by.
+        /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to
+        /// be off by.
         pub sensor_deviation_m: f64 = 0.001 => within("0 to 0.1 m", 0.0..=0.1),
         /// Below this fitness, an item is unknown; as a sensor without noise would give it.
         pub least_fitness: f64 = 0.9725 => within("0 to 1", 0.0..=1.0),
         /// Where more than this share of an item's points is not explained, it is unknown.
         pub most_unexplained: f64 = 0.03 => within("0 to 1", 0.0..=1.0),
-        /// Where the camera looks through more than this share of what should be seen, an item is unknown.
+        /// Where the camera looks through more than this share of what should be seen, an item is
+        /// unknown.
         pub most_contradicted: f64 = 0.02 => within("0 to 1", 0.0..=1.0),
     }
 }

@@ -10,7 +10,8 @@ use crate::pick::PickSettings;
 use crate::shapes::AxisBox;
 
 settings! {
-    /// The arm's surroundings and how its motions are checked. Lengths are in metres in the container frame.
+    /// The arm's surroundings and how its motions are checked. Lengths are in metres in the
+    /// container frame.
     pub struct CellSettings with validate_numbers {
         /// Thickness of the container's walls, outwards.
         pub wall_thickness_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
@@ -22,13 +23,14 @@ settings! {
         pub clearance_m: f64 = 0.003 => within("0 to 0.1 m", 0.0..=0.1),
         /// How far above the rim the held item's lowest point is when it is moved sideways.
         pub approach_clearance_m: f64 = 0.02 => within("0 to 1 m", 0.0..=1.0),
-        /// Distance of the waypoints along a straight line; it is halved, twice at most, where the joints need it.
+        /// Distance of the waypoints along a straight line; it is halved, twice at most, where the
+        /// joints need it.
         pub waypoint_step_m: f64 = 0.01 => within("1 to 50 mm", 0.001..=0.05),
         /// How far the executed motion may be from a straight line between two waypoints.
         pub path_tolerance_m: f64 = 0.001 => within("0.01 to 10 mm", 1e-5..=0.01),
-        /// The least bend of the wrist along a path: with J5 at 0, J4 and J6 turn about one axis. 0 lets the wrist pass
-        /// there where its joints do not jump, which an arm that is given joint angles can do; one that follows straight
-        /// lines itself may not.
+        /// The least bend of the wrist along a path: with J5 at 0, J4 and J6 turn about one axis. 0
+        /// lets the wrist pass there where its joints do not jump, which an arm that is given joint
+        /// angles can do; one that follows straight lines itself may not.
         pub least_wrist_bend_deg: f64 = 2.0 => within("0 to 45", 0.0..=45.0),
         /// At how many turns of the flange, evenly over a full turn, an item may be picked.
         pub wrist_yaws: usize = 8 => within("1 to 64", 1.0..=64.0),

@@ -48,10 +48,11 @@ settings! {
     /// On the table, 35 cm beside the container.
     #[derive(Copy)]
     pub struct PickPlace {
-        /// The point that the cup's middle comes down on, in the container frame, in metres; its height is that of what
-        /// items lie on.
+        /// The point that the cup's middle comes down on, in the container frame, in metres; its
+        /// height is that of what items lie on.
         pub position_m: [f64; 3] = [0.10, -0.35, -0.01],
-        /// How items are turned there about the vertical, seen from the yaw 0 of their placements, in degrees.
+        /// How items are turned there about the vertical, seen from the yaw 0 of their placements,
+        /// in degrees.
         pub yaw_deg: f64 = 0.0,
     }
 }

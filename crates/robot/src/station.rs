@@ -35,7 +35,8 @@ settings! {
         pub cycle: CycleSettings = CycleSettings::default(),
         /// What is around the arm, and how carefully it moves.
         pub cell: CellSettings = CellSettings::default(),
-        /// An item of which so many placements were refused for their cycles alone in a step, and none accepted, is left out of the step.
+        /// An item of which so many placements were refused for their cycles alone in a step, and
+        /// none accepted, is left out of the step.
         pub refused_cycles_per_item: usize = REFUSED_CYCLES_PER_ITEM,
     }
 }

@@ -6,16 +6,19 @@ use ppnpack_packing::grid::ContainerSize;
 settings! {
     /// What is known of a container, and how well points have to fit.
     pub struct CalibrationSettings with validate_numbers {
-        /// The inner size where it is known, in metres: what is measured is checked against it, and only the pose is
-        /// taken from the cloud. Where its sides differ, they decide which of them is x.
+        /// The inner size where it is known, in metres: what is measured is checked against it, and
+        /// only the pose is taken from the cloud. Where its sides differ, they decide which of them
+        /// is x.
         pub size: Option<ContainerSize> = None,
         /// The measured size may differ from the known one by this along each side, in metres.
         pub size_tolerance_m: f64 = 0.005 => within("above 0 and at most 1 m", 1e-6..=1.0),
-        /// x is the side nearest to the sensor's x axis turned by so many quarters, counter-clockwise from above; 0 to 3.
+        /// x is the side nearest to the sensor's x axis turned by so many quarters,
+        /// counter-clockwise from above; 0 to 3.
         pub quarter_turns: u8 = 0 => within("0 to 3", 0.0..=3.0),
         /// The container is at least this deep, in metres.
         pub least_depth_m: f64 = 0.03 => within("0.005 to 1 m", 0.005..=1.0),
-        /// The root mean square of the residuals of floor, rim and walls is at most this, in metres, sensor noise included.
+        /// The root mean square of the residuals of floor, rim and walls is at most this, in
+        /// metres, sensor noise included.
         pub largest_rms_m: f64 = 0.004 => within("above 0 and at most 1 m", 1e-6..=1.0),
         /// Walls are plane within this, in metres.
         pub largest_bow_m: f64 = 0.003 => within("above 0 and at most 1 m", 1e-6..=1.0),
