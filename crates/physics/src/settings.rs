@@ -44,11 +44,11 @@ settings! {
     /// They are thick enough that a body cannot pass their middle within a step: an item released
     /// 12 cm above its place at the rim reaches the floor at 2.9 m/s, which is 6 mm per step of
     /// 1/480 s.
-    pub struct WallSettings {
+    pub struct WallSettings with validate as "walls." {
         /// Thickness of the walls, outwards, in metres.
-        pub thickness_m: f64 = 0.02,
+        pub thickness_m: f64 = 0.02 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
         /// Thickness of the floor, downwards, in metres.
-        pub floor_thickness_m: f64 = 0.05,
+        pub floor_thickness_m: f64 = 0.05 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
     }
 }
 
@@ -72,63 +72,64 @@ settings! {
     ///
     /// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15
     /// at walls and floor.
-    pub struct ContactSettings {
+    pub struct ContactSettings with validate as "contact." {
         /// Friction coefficient of items.
-        pub item_friction: f64 = 0.5,
+        pub item_friction: f64 = 0.5 => within("between 0 and 10", 0.0..=10.0),
         /// Friction coefficient of walls and floor.
-        pub wall_friction: f64 = 0.3,
+        pub wall_friction: f64 = 0.3 => within("between 0 and 10", 0.0..=10.0),
         /// How two friction coefficients combine.
         pub friction_combine: Combine = Combine::Multiply,
         /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it
         /// came from.
-        pub restitution: f64 = 0.0,
+        pub restitution: f64 = 0.0 => within("between 0 and 1", 0.0..=1.0),
     }
 }
 
 settings! {
     /// How items are let go: from rest, above their planned pose, displaced by the robot's error.
-    pub struct ReleaseSettings {
+    pub struct ReleaseSettings with validate as "release." {
         /// How far above the planned pose an item is let go, in metres.
-        pub height_m: f64 = 0.12,
+        pub height_m: f64 = 0.12 => within("between 0 and 2 m", 0.0..=2.0),
         /// Standard deviation of the horizontal error, per axis, in metres.
-        pub jitter_m: f64 = 0.0,
+        pub jitter_m: f64 = 0.0 => within("between 0 and 0.1 m", 0.0..=0.1),
         /// Standard deviation of the error in yaw, in radians.
-        pub jitter_yaw_rad: f64 = 0.0,
+        pub jitter_yaw_rad: f64 = 0.0 => within("between 0 and pi", 0.0..=PI),
     }
 }
 
 settings! {
     /// Thresholds of the reported outcome.
-    pub struct OutcomeSettings {
+    pub struct OutcomeSettings with validate as "outcome." {
         /// An item counts as toppled when it tilts by more than this, in radians.
-        pub topple_rad: f64 = 30.0_f64.to_radians(),
+        pub topple_rad: f64 = 30.0_f64.to_radians() => within("between 0 and pi", 0.0..=PI),
         /// A body is taken out of the simulation when its centre of mass is this far below the
         /// floor's upper face or outside the walls' outer faces, in metres.
-        pub lost_margin_m: f64 = 0.05,
+        pub lost_margin_m: f64 = 0.05 => within("between 0 and 10 m", 0.0..=10.0),
     }
 }
 
 settings! {
     /// The numerical integration. By default it takes 960 substeps a second; the reference takes
     /// 480 steps.
-    pub struct SolverSettings {
+    pub struct SolverSettings with validate as "solver." {
         /// Time per step, in seconds.
-        pub timestep_s: f64 = 1.0 / 480.0,
+        pub timestep_s: f64 = 1.0 / 480.0
+            => within("above 0 and at most 0.05 s", above(1e-6, 0.05)),
         /// Gravitational acceleration, downwards, in m/s^2.
-        pub gravity_m_s2: f64 = 9.8,
+        pub gravity_m_s2: f64 = 9.8 => within("between 0 and 100 m/s^2", 0.0..=100.0),
         /// Substeps per step: more of them make contacts stiffer.
-        pub substeps: usize = 2,
+        pub substeps: usize = 2 => within("between 1 and 64", 1.0..=64.0),
         /// Sweeps over all contacts per substep. With few, the corners of a box take its impact
         /// unevenly, and it slides away from where it lands: dropped from 12 cm on another box, by
         /// up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
-        pub sweeps: usize = 2,
+        pub sweeps: usize = 2 => within("between 1 and 64", 1.0..=64.0),
         /// The size of typical items, in metres: the contact tolerances (prediction, correction,
         /// recycling) scale with it.
-        pub length_scale_m: f64 = 0.1,
+        pub length_scale_m: f64 = 0.1 => within("between 1 mm and 10 m", 1e-3..=10.0),
         /// A body may fall asleep while its fastest point is slower than this, in m/s.
-        pub sleep_speed_m_s: f64 = 0.01,
+        pub sleep_speed_m_s: f64 = 0.01 => within("between 0 and 1 m/s", 0.0..=1.0),
         /// How long a group of touching bodies has to be that slow to fall asleep, in seconds.
-        pub sleep_time_s: f64 = 0.1,
+        pub sleep_time_s: f64 = 0.1 => within("above 0 and at most 60 s", above(0.0, 60.0)),
     }
 }
 
@@ -162,23 +163,10 @@ impl CellSettings {
         side("the container's x side", self.container.x_m)?;
         side("the container's y side", self.container.y_m)?;
         side("the container's height", self.container.z_m)?;
-        let thickness = within("at least 1 mm and at most 1 m", 1e-3..=1.0);
-        thickness("the walls' thickness", self.walls.thickness_m)?;
-        thickness("the floor's thickness", self.walls.floor_thickness_m)?;
-        let friction = within("between 0 and 10", 0.0..=10.0);
-        friction("items' friction", self.contact.item_friction)?;
-        friction("walls' friction", self.contact.wall_friction)?;
-        let share = within("between 0 and 1", 0.0..=1.0);
-        share("restitution", self.contact.restitution)?;
-        let height = within("between 0 and 2 m", 0.0..=2.0);
-        height("the release height", self.release.height_m)?;
-        let jitter = within("between 0 and 0.1 m", 0.0..=0.1);
-        jitter("the release jitter", self.release.jitter_m)?;
-        let angle = within("between 0 and pi", 0.0..=PI);
-        angle("the yaw jitter", self.release.jitter_yaw_rad)?;
-        angle("the topple threshold", self.outcome.topple_rad)?;
-        let margin = within("between 0 and 10 m", 0.0..=10.0);
-        margin("the lost margin", self.outcome.lost_margin_m)?;
+        self.walls.validate()?;
+        self.contact.validate()?;
+        self.release.validate()?;
+        self.outcome.validate()?;
         self.solver.validate()?;
         let steps = within("between 1 and a million", 0.5..=MAX_SETTLE_STEPS);
         let wanted = self.settle_time_s / self.solver.timestep_s;
@@ -213,24 +201,6 @@ fn overlay(base: &mut Value, over: Value) {
     }
 }
 
-impl SolverSettings {
-    fn validate(&self) -> Result<(), SettingError> {
-        let timestep = within("above 0 and at most 0.05 s", above(1e-6, 0.05));
-        timestep("the time step", self.timestep_s)?;
-        let gravity = within("between 0 and 100 m/s^2", 0.0..=100.0);
-        gravity("gravity", self.gravity_m_s2)?;
-        let count = within("between 1 and 64", 1.0..=64.0);
-        count("the solver's substeps", self.substeps as f64)?;
-        count("the solver's sweeps", self.sweeps as f64)?;
-        let scale = within("between 1 mm and 10 m", 1e-3..=10.0);
-        scale("the length scale", self.length_scale_m)?;
-        let speed = within("between 0 and 1 m/s", 0.0..=1.0);
-        speed("the sleep speed", self.sleep_speed_m_s)?;
-        let time = within("above 0 and at most 60 s", above(0.0, 60.0));
-        time("the sleep time", self.sleep_time_s)
-    }
-}
-
 /// A range without its lower end.
 fn above(lowest: f64, highest: f64) -> (Bound<f64>, Bound<f64>) {
     (Bound::Excluded(lowest), Bound::Included(highest))
@@ -257,7 +227,7 @@ mod tests {
         assert!(refused(|s| s.container.x_m = -0.3).contains("x side"));
         assert!(refused(|s| s.container.z_m = f64::NAN).contains("height"));
         assert!(refused(|s| s.contact.item_friction = -1.0).contains("friction"));
-        assert!(refused(|s| s.solver.timestep_s = 0.0).contains("time step"));
+        assert!(refused(|s| s.solver.timestep_s = 0.0).contains("timestep_s"));
         assert!(refused(|s| s.solver.substeps = 0).contains("substeps"));
         assert!(refused(|s| s.settle_time_s = f64::INFINITY).contains("steps"));
     }

@@ -73,13 +73,13 @@ settings! {
     /// place, ahead along x and y, and is turned to the left; in the other behind and turned to the
     /// right. Both have the same friction.
     #[derive(Copy)]
-    pub struct Disturbance {
+    pub struct Disturbance with validate as "disturbance." {
         /// Factor of all friction coefficients.
-        pub friction: f64 = 0.75,
+        pub friction: f64 = 0.75 => within("between 0.1 and 10", 0.1..=10.0),
         /// How far from its place the item is let go, along x and along y, in metres.
-        pub shift_m: f64 = 0.003,
+        pub shift_m: f64 = 0.003 => within("between 0 and 0.1 m", 0.0..=0.1),
         /// By how much it is turned about the vertical, in radians.
-        pub yaw_rad: f64 = 1.0_f64.to_radians(),
+        pub yaw_rad: f64 = 1.0_f64.to_radians() => within("between 0 and 1 rad", 0.0..=1.0),
     }
 }
 
@@ -164,16 +164,11 @@ impl TwinSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         self.cell.validate()?;
         self.rough_cell().validate()?;
-        let factor = within("between 0.1 and 10", 0.1..=10.0);
-        factor("the twin's factor of friction", self.disturbance.friction)?;
-        let length = within("between 0 and 0.1 m", 0.0..=0.1);
-        length("the twin's shift", self.disturbance.shift_m)?;
-        let angle = within("between 0 and 1 rad", 0.0..=1.0);
-        angle("the twin's turn", self.disturbance.yaw_rad)?;
+        self.disturbance.validate()?;
         let reach = within("between 0 and 1 m", 0.0..=1.0);
-        reach("the twin's reach", self.reach_m)?;
+        reach("reach_m", self.reach_m)?;
         let speed = within("between 0 and 1 m/s", 0.0..=1.0);
-        speed("the twin's speed of rest", self.still_speed_m_s)
+        speed("still_speed_m_s", self.still_speed_m_s)
     }
 }
 

@@ -129,14 +129,14 @@ fn impossible_settings_of_the_twin_are_named() {
         error.to_string()
     };
     assert!(refused(|s| s.cell.container.x_m = -0.3).contains("x side"));
-    assert!(refused(|s| s.rough.timestep_s = 0.0).contains("time step"));
+    assert!(refused(|s| s.rough.timestep_s = 0.0).contains("timestep_s"));
     assert!(refused(|s| s.rough.substeps = 0).contains("substeps"));
     assert!(refused(|s| s.rough.settle_time_s = 0.0).contains("settling phase"));
     assert!(refused(|s| s.disturbance.friction = 0.0).contains("friction"));
     assert!(refused(|s| s.disturbance.shift_m = 0.2).contains("shift"));
-    assert!(refused(|s| s.disturbance.yaw_rad = -0.1).contains("turn"));
+    assert!(refused(|s| s.disturbance.yaw_rad = -0.1).contains("yaw_rad"));
     assert!(refused(|s| s.reach_m = f64::INFINITY).contains("reach"));
-    assert!(refused(|s| s.still_speed_m_s = 2.0).contains("speed of rest"));
+    assert!(refused(|s| s.still_speed_m_s = 2.0).contains("still_speed_m_s"));
 }
 
 #[test]
