@@ -2,12 +2,14 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_numbers::require;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::buffer::DepthBuffer;
 use crate::error::CameraError;
 use crate::intrinsics::Intrinsics;
-use crate::view::View;
+use crate::noise::NoiseModel;
 
 /// The most triangles of a scene.
 const MAX_TRIANGLES: usize = 1 << 26;
@@ -94,11 +96,20 @@ impl DepthCamera {
         }
     }
 
-    /// What a perfect sensor sees of bodies.
+    /// Measures the points of bodies with this noise, in the camera frame in metres,
+    /// row by row; NaN in all three coordinates where nothing is measured. Equal seeds give equal
+    /// noise.
     ///
     /// # Errors
-    /// As [`validate`](Self::validate), and [`CameraError::SceneTooLarge`].
-    pub fn see(&self, bodies: &[Body<'_>]) -> Result<View, CameraError> {
+    /// As [`validate`](Self::validate), [`CameraError::Setting`] where the noise is impossible, and
+    /// [`CameraError::SceneTooLarge`].
+    pub fn see(
+        &self,
+        bodies: &[Body<'_>],
+        noise: &NoiseModel,
+        seed: u64,
+    ) -> Result<Vec<Point3<f32>>, CameraError> {
+        noise.validate()?;
         self.validate()?;
         let triangles: usize = bodies.iter().map(|body| body.triangles.len()).sum();
         if triangles > MAX_TRIANGLES {
@@ -120,6 +131,27 @@ impl DepthCamera {
                 triangles,
             );
         }
-        Ok(View::new(self.intrinsics, self.far_m, &buffer))
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let points = (0..self.intrinsics.pixels()).map(|pixel| {
+            let (width, depth_m) = (self.intrinsics.width, buffer.depth_m(pixel));
+            let depth_m = depth_m.filter(|depth_m| *depth_m <= self.far_m as f32);
+            let (u, v) = ((pixel % width) as f64, (pixel / width) as f64);
+            let ray = self.intrinsics.ray(u, v);
+            let depth_m = f64::from(depth_m.unwrap_or(f32::NAN));
+            let measured_m = noise.measure(depth_m, ray.norm(), &mut random);
+            match measured_m.is_nan() {
+                true => Point3::new(f32::NAN, f32::NAN, f32::NAN),
+                false => Point3::from(ray * measured_m).cast(),
+            }
+        });
+        Ok(points.collect())
+    }
+
+    /// The points that were measured, in the world, in metres.
+    pub fn in_world_m(&self, points_m: &[Point3<f32>]) -> impl Iterator<Item = Point3<f64>> {
+        let rotation = self.world_from_camera.rotation.to_rotation_matrix();
+        let translation = self.world_from_camera.translation.vector;
+        let measured = points_m.iter().filter(|point| !point.z.is_nan());
+        measured.map(move |point| rotation * point.cast::<f64>() + translation)
     }
 }

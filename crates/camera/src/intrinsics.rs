@@ -1,6 +1,6 @@
 //! How points become pixels.
 
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::Vector3;
 use ppnpack_numbers::require;
 use serde::{Deserialize, Serialize};
 
@@ -84,14 +84,6 @@ impl Intrinsics {
     /// How many pixels the image has.
     pub fn pixels(&self) -> usize {
         self.width * self.height
-    }
-
-    /// Image coordinates `(u, v)` of a point of the camera frame with positive z.
-    pub fn project(&self, point: &Point3<f64>) -> Point2<f64> {
-        Point2::new(
-            self.fx * point.x / point.z + self.cx,
-            self.fy * point.y / point.z + self.cy,
-        )
     }
 
     /// The ray through image coordinates, in the camera frame, as long as one metre of depth.

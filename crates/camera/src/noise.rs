@@ -1,29 +1,20 @@
 //! What a real sensor adds to a perfect depth image.
 
-use ppnpack_numbers::{SettingError, gaussian, within};
+use ppnpack_numbers::{gaussian, settings, within};
 use rand::{Rng, RngExt};
-use serde::{Deserialize, Serialize};
 
-/// The noise of a depth sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct NoiseModel {
-    /// Standard deviation along the ray, in metres.
-    pub sigma_m: f64,
-    /// The share of pixels that measure nothing.
-    pub dropout: f64,
-    /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
-    pub step_m: f64,
-}
-
-impl Default for NoiseModel {
+settings! {
+    /// The noise of a depth sensor.
+    ///
     /// 1 mm and 5 % dropouts.
-    fn default() -> Self {
-        Self {
-            sigma_m: 0.001,
-            dropout: 0.05,
-            step_m: 0.0,
-        }
+    #[derive(Copy)]
+    pub struct NoiseModel with validate as "noise." {
+        /// Standard deviation along the ray, in metres.
+        pub sigma_m: f64 = 0.001 => within("0 to 1 m", 0.0..=1.0),
+        /// The share of pixels that measure nothing.
+        pub dropout: f64 = 0.05 => within("0 to 1", 0.0..=1.0),
+        /// Depths are rounded to a multiple of this, in metres; 0 leaves them as they are.
+        pub step_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
     }
 }
 
@@ -35,17 +26,6 @@ impl NoiseModel {
             dropout: 0.0,
             step_m: 0.0,
         }
-    }
-
-    /// Checks that every number is possible.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        let length = within("0 to 1 m", 0.0..=1.0);
-        length("noise.sigma_m", self.sigma_m)?;
-        within("0 to 1", 0.0..=1.0)("noise.dropout", self.dropout)?;
-        length("noise.step_m", self.step_m)
     }
 
     /// The depth that is measured at a pixel, in metres; NaN where nothing is. A ray has `ray_length` for each metre of

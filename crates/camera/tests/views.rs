@@ -9,7 +9,7 @@
 )]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
-use ppnpack_camera::{Body, CameraError, DepthCamera, Intrinsics, NoiseModel, View};
+use ppnpack_camera::{Body, CameraError, DepthCamera, Intrinsics, NoiseModel};
 use proptest::prelude::*;
 
 const FLOOR: [Point3<f64>; 4] = [
@@ -57,8 +57,14 @@ fn cast(camera: &DepthCamera, bodies: &[Body<'_>], u: usize, v: usize) -> Option
     nearest
 }
 
-fn noisy(view: &View, noise: &NoiseModel) -> Vec<Point3<f32>> {
-    view.noisy_points(noise, 3).unwrap().points_m().to_vec()
+/// What a perfect sensor measures.
+fn seen(camera: &DepthCamera, bodies: &[Body<'_>]) -> Vec<Point3<f32>> {
+    camera.see(bodies, &NoiseModel::none(), 3).unwrap()
+}
+
+/// What a sensor 0.9 m above the floor measures of it.
+fn noisy(noise: &NoiseModel, seed: u64) -> Vec<Point3<f32>> {
+    above(0.9).see(&[floor_at(0.0)], noise, seed).unwrap()
 }
 
 proptest! {
@@ -83,11 +89,11 @@ proptest! {
         let intrinsics = Intrinsics { width: 24, height: 18, fx: 20.0, fy: 23.0, cx: 10.3, cy: 9.1 };
         // The eye is among the triangles, so that some reach behind it.
         let camera = DepthCamera::looking_at(intrinsics, Point3::from(eye), &Point3::origin());
-        let view = camera.see(&bodies).unwrap();
+        let points = seen(&camera, &bodies);
         let mut differing = 0;
         for v in 0..intrinsics.height {
             for u in 0..intrinsics.width {
-                let seen = f64::from(view.depths_m()[v * intrinsics.width + u]);
+                let seen = f64::from(points[v * intrinsics.width + u].z);
                 let is_same = match cast(&camera, &bodies, u, v) {
                     Some(depth_m) => (seen - depth_m).abs() < 1e-4 * depth_m.max(1.0),
                     None => seen.is_nan(),
@@ -102,14 +108,10 @@ proptest! {
 
 #[test]
 fn a_floor_is_seen_at_its_depth_everywhere() {
-    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
-    assert!(
-        view.depths_m()
-            .iter()
-            .all(|depth_m| (depth_m - 0.9).abs() < 1e-6)
-    );
     let camera = above(0.9);
-    for point in view.points().in_world_m(&camera.world_from_camera) {
+    let points = seen(&camera, &[floor_at(0.0)]);
+    assert!(points.iter().all(|point| (point.z - 0.9).abs() < 1e-6));
+    for point in camera.in_world_m(&points) {
         assert!(point.z.abs() < 1e-6);
     }
 }
@@ -123,34 +125,40 @@ fn what_is_nearer_hides_what_is_behind() {
         world_from_body: Isometry3::translation(0.1, -0.2, 0.3),
     };
     for bodies in [[floor_at(0.0), plate], [plate, floor_at(0.0)]] {
-        let view = above(0.9).see(&bodies).unwrap();
-        let is_at = |depth_m: f32| move |seen_m: &&f32| (**seen_m - depth_m).abs() < 1e-6;
+        let points = seen(&above(0.9), &bodies);
+        let is_at = |depth_m: f32| move |point: &&Point3<f32>| (point.z - depth_m).abs() < 1e-6;
         // 0.2 m at 150 px and 0.6 m of depth.
-        let count = view.depths_m().iter().filter(is_at(0.6)).count();
+        let count = points.iter().filter(is_at(0.6)).count();
         assert!((2400..=2601).contains(&count), "{count}");
-        let behind = view.depths_m().iter().filter(is_at(0.9)).count();
+        let behind = points.iter().filter(is_at(0.9)).count();
         assert_eq!(count + behind, 160 * 120);
     }
+}
+
+/// Image coordinates of a point of the camera frame.
+fn projected(intrinsics: &Intrinsics, point: &Point3<f64>) -> [f64; 2] {
+    let Intrinsics { fx, fy, cx, cy, .. } = intrinsics;
+    [fx * point.x / point.z + cx, fy * point.y / point.z + cy]
 }
 
 #[test]
 fn an_upright_camera_has_up_above() {
     let intrinsics = Intrinsics::centred(100, 80, 100.0).unwrap();
     let camera = DepthCamera::looking_at(intrinsics, Point3::new(1.0, 0.0, 1.0), &Point3::origin());
-    let in_camera = |point: Point3<f64>| camera.world_from_camera.inverse() * point;
-    let middle = intrinsics.project(&in_camera(Point3::origin()));
-    assert!((middle.x - 49.5).abs() < 1e-9 && (middle.y - 39.5).abs() < 1e-9);
-    assert!(intrinsics.project(&in_camera(Point3::new(0.0, 0.0, 0.1))).y < middle.y);
-    assert!(intrinsics.project(&in_camera(Point3::new(0.0, 0.1, 0.0))).x > middle.x);
+    let camera_from_world = camera.world_from_camera.inverse();
+    let at = |y, z| projected(&intrinsics, &(camera_from_world * Point3::new(0.0, y, z)));
+    let middle = at(0.0, 0.0);
+    assert!((middle[0] - 49.5).abs() < 1e-9 && (middle[1] - 39.5).abs() < 1e-9);
+    assert!(at(0.0, 0.1)[1] < middle[1] && at(0.1, 0.0)[0] > middle[0]);
 }
 
 #[test]
 fn a_framed_rectangle_is_within_the_image_and_nearly_fills_it() {
     for (width, height) in [(400, 400), (640, 480), (300, 700)] {
         let intrinsics = Intrinsics::framing(width, height, [0.4, 0.3], 0.9).unwrap();
-        let corner = intrinsics.project(&Point3::new(0.2, 0.15, 0.9));
-        let right = (corner.x - intrinsics.cx) / (width as f64 / 2.0);
-        let down = (corner.y - intrinsics.cy) / (height as f64 / 2.0);
+        let [u, v] = projected(&intrinsics, &Point3::new(0.2, 0.15, 0.9));
+        let right = (u - intrinsics.cx) / (width as f64 / 2.0);
+        let down = (v - intrinsics.cy) / (height as f64 / 2.0);
         assert!((right.max(down) - 0.95).abs() < 1e-9, "{right} {down}");
     }
     assert!(Intrinsics::framing(64, 64, [0.4, 0.3], -0.1).is_err());
@@ -159,14 +167,14 @@ fn a_framed_rectangle_is_within_the_image_and_nearly_fills_it() {
 
 #[test]
 fn noise_has_the_deviation_and_dropouts_asked_for() {
-    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
     let expected_m = 0.001;
-    let points = noisy(&view, &NoiseModel::default());
-    let truth = view.points();
-    let measured: Vec<f64> = points
-        .iter()
-        .zip(truth.points_m())
-        .filter(|(point, _)| !point.z.is_nan())
+    let points = noisy(&NoiseModel::default(), 3);
+    let truth = noisy(&NoiseModel::none(), 3);
+    let pairs = || {
+        let pairs = points.iter().zip(&truth);
+        pairs.filter(|(point, _)| !point.z.is_nan())
+    };
+    let measured: Vec<f64> = pairs()
         .map(|(point, truth)| f64::from((point.coords.norm()) - truth.coords.norm()))
         .collect();
     let dropped = 1.0 - measured.len() as f64 / points.len() as f64;
@@ -184,31 +192,24 @@ fn noise_has_the_deviation_and_dropouts_asked_for() {
         variance.sqrt()
     );
     // Points stay on their rays.
-    for (point, truth) in points
-        .iter()
-        .zip(truth.points_m())
-        .filter(|(point, _)| !point.z.is_nan())
-    {
+    for (point, truth) in pairs() {
         assert!(point.coords.cross(&truth.coords).norm() < 1e-6);
     }
 }
 
 #[test]
-fn noise_follows_from_the_seed_and_without_any_the_truth_comes_back() {
-    let view = above(0.9).see(&[floor_at(0.0)]).unwrap();
+fn noise_follows_from_the_seed_alone() {
     let bits = |seed| -> Vec<u32> {
-        let image = view.noisy_points(&NoiseModel::default(), seed).unwrap();
-        let points = image.points_m().iter();
+        let points = noisy(&NoiseModel::default(), seed).into_iter();
         points.map(|point| point.z.to_bits()).collect()
     };
     assert_eq!(bits(1), bits(1));
     assert_ne!(bits(1), bits(2));
-    assert_eq!(noisy(&view, &NoiseModel::none()), view.points().points_m());
     let steps = NoiseModel {
         step_m: 0.007,
         ..NoiseModel::none()
     };
-    let mut stepped = noisy(&view, &steps).into_iter();
+    let mut stepped = noisy(&steps, 3).into_iter();
     assert!(stepped.all(|point| (point.z - 0.903).abs() < 1e-6));
 }
 
@@ -223,17 +224,19 @@ fn impossible_cameras_and_noise_are_refused() {
     assert!(Intrinsics::centred(0, 10, 1.0).is_err());
     assert!(Intrinsics::centred(10, 10_000, 1.0).is_err());
     let mut camera = above(0.9);
+    let none = NoiseModel::none();
     camera.world_from_camera.translation.x = f64::NAN;
-    assert_eq!(camera.see(&[]), Err(CameraError::Pose));
+    let refused = camera.see(&[], &none, 1);
+    assert!(matches!(refused, Err(CameraError::Pose)));
     let mut camera = above(0.9);
     camera.far_m = 0.05;
-    assert!(camera.see(&[]).is_err());
-    let view = above(0.9).see(&[]).unwrap();
-    assert!(view.depths_m().iter().all(|depth_m| depth_m.is_nan()));
+    assert!(camera.see(&[], &none, 1).is_err());
+    let points = seen(&above(0.9), &[]);
+    assert!(points.iter().all(|point| point.z.is_nan()));
     let refused = |change: fn(&mut NoiseModel)| {
         let mut noise = NoiseModel::default();
         change(&mut noise);
-        view.noisy_points(&noise, 1).is_err()
+        above(0.9).see(&[], &noise, 1).is_err()
     };
     assert!(refused(|noise| noise.dropout = 1.5));
     assert!(refused(|noise| noise.sigma_m = f64::NAN));
@@ -251,12 +254,7 @@ fn damaged_meshes_are_seen_as_far_as_they_are_sound() {
         triangles: &triangles,
         world_from_body: Isometry3::identity(),
     };
-    let view = above(0.9).see(&[body]).unwrap();
-    let seen: Vec<f32> = view
-        .depths_m()
-        .iter()
-        .copied()
-        .filter(|depth_m| !depth_m.is_nan())
-        .collect();
-    assert!(!seen.is_empty() && seen.iter().all(|depth_m| (depth_m - 0.9).abs() < 1e-6));
+    let mut points = seen(&above(0.9), &[body]);
+    points.retain(|point| !point.z.is_nan());
+    assert!(!points.is_empty() && points.iter().all(|point| (point.z - 0.9).abs() < 1e-6));
 }

@@ -38,6 +38,7 @@ pub mod reader;
 pub mod repair;
 pub mod report;
 pub mod resting;
+mod rows;
 pub mod seen;
 pub mod shape_class;
 #[cfg(test)]

@@ -9,6 +9,7 @@ use ppnpack_packing::orders::OrderItem;
 use serde::Deserialize;
 
 use crate::catalogue::Catalogue;
+use crate::rows::rows;
 
 /// The most items of a table.
 const MOST_ITEMS: usize = 100_000;
@@ -120,23 +121,10 @@ pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, OrdersErro
         path: path.to_owned(),
         source,
     })?;
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(file);
-    let headers = reader.headers().cloned();
-    let headers = headers.map_err(|error| wrong(1, error.to_string()))?;
     let mut orders: Vec<Order> = Vec::new();
     let mut items = 0;
-    for record in reader.records() {
-        let record = record.map_err(|error| {
-            let line = error.position().map_or(0, csv::Position::line);
-            wrong(line, error.to_string())
-        })?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let row: Row = record.deserialize(Some(&headers)).map_err(|error| {
-            let reason = format!("{error}; the columns 'order' and 'item' are needed");
-            wrong(line, reason)
-        })?;
+    for row in rows::<Row>(file, "the columns 'order' and 'item' are needed") {
+        let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
         let room = MOST_ITEMS - items;
         let added = add(&mut orders, catalogue, &row, room);
         items += added.map_err(|reason| wrong(line, reason))?;

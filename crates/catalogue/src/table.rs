@@ -8,6 +8,7 @@ use serde::Deserialize;
 
 use crate::error::CatalogueError;
 use crate::reader;
+use crate::rows::rows;
 use crate::unit::{LengthUnit, UnknownUnit};
 
 /// The file that lists a folder's objects.
@@ -105,23 +106,9 @@ fn read_table(folder: &Path, table: &Path) -> Result<Vec<Listed>, CatalogueError
         folder: table.to_owned(),
         source,
     })?;
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_reader(file);
-    let headers = reader
-        .headers()
-        .map_err(|error| wrong(1, error.to_string()))?
-        .clone();
     let mut listed: BTreeMap<usize, (u64, Listed)> = BTreeMap::new();
-    for (row_index, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| {
-            let line = error.position().map_or(0, csv::Position::line);
-            wrong(line, error.to_string())
-        })?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let row: Row = record
-            .deserialize(Some(&headers))
-            .map_err(|error| wrong(line, format!("{error}; the column 'file' is needed")))?;
+    for (row_index, row) in rows::<Row>(file, "the column 'file' is needed").enumerate() {
+        let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
         let index = row.index.unwrap_or(row_index);
         let object = object(folder, row).map_err(|reason| wrong(line, reason))?;
         if let Some((other, _)) = listed.insert(index, (line, object)) {

@@ -1,5 +1,5 @@
-//! Numbers that are given, checked ([`require`], [`within`]), and numbers that are drawn: normal ones ([`gaussian`]) and factors
-//! ([`factor_within`]).
+//! Numbers that are given, checked ([`require`], [`within`]), [`settings`] with their defaults and
+//! ranges, and numbers that are drawn: normal ones ([`gaussian`]) and factors ([`factor_within`]).
 //!
 //! ```
 //! use ppnpack_numbers::within;
@@ -12,6 +12,10 @@
 
 use std::fmt::Display;
 use std::ops::RangeBounds;
+
+mod defaults;
+
+pub use defaults::Number;
 
 /// A setting that is not possible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

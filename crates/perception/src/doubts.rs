@@ -3,9 +3,8 @@
 use std::fmt;
 
 use nalgebra::Point3;
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{settings, within};
 use ppnpack_packing::grid::ContainerSize;
-use serde::{Deserialize, Serialize};
 
 /// A reason not to plan on a scene.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -94,53 +93,27 @@ impl fmt::Display for Wall {
     }
 }
 
-/// When a scene is doubtful.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct DoubtSettings {
-    /// At least this share of the cells must be seen, from 0 to 1.
-    pub least_seen_share: f64,
-    /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for close to the opening, where
-    /// anything is seen beside it.
-    pub wall_thickness_m: f64,
-    /// The tops of the walls may be higher or lower by this, in metres.
-    pub rim_tolerance_m: f64,
-    /// At least this share of the points above a wall must be at its top, from 0 to 1; where its thickness is not known,
-    /// this share of its length must have some. With 0 the walls are not looked at.
-    pub least_rim_share: f64,
-    /// At least so many points must be seen above each wall.
-    pub least_rim_points: u64,
-    /// Content may stand above the rim by this, in metres: what stands higher reaches in from above. Without a value,
-    /// nothing does.
-    pub reach_above_rim_m: Option<f64>,
-    /// Something reaches in where at least so many points show it.
-    pub least_intruding_points: u64,
-}
-
-impl Default for DoubtSettings {
-    fn default() -> Self {
-        Self {
-            least_seen_share: 0.7,
-            wall_thickness_m: 0.0,
-            rim_tolerance_m: 0.006,
-            least_rim_share: 0.7,
-            least_rim_points: 50,
-            reach_above_rim_m: None,
-            least_intruding_points: 30,
-        }
-    }
-}
-
-impl DoubtSettings {
-    pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        let share = within("0 to 1", 0.0..=1.0);
-        share("doubts.least_seen_share", self.least_seen_share)?;
-        share("doubts.least_rim_share", self.least_rim_share)?;
-        let length = within("0 to 1 m", 0.0..=1.0);
-        length("doubts.wall_thickness_m", self.wall_thickness_m)?;
-        length("doubts.rim_tolerance_m", self.rim_tolerance_m)?;
-        let reach_m = self.reach_above_rim_m.unwrap_or(0.0);
-        length("doubts.reach_above_rim_m", reach_m)
+settings! {
+    /// When a scene is doubtful.
+    pub struct DoubtSettings with validate as "doubts." {
+        /// At least this share of the cells must be seen, from 0 to 1.
+        pub least_seen_share: f64 = 0.7 => within("0 to 1", 0.0..=1.0),
+        /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for
+        /// close to the opening, where anything is seen beside it.
+        pub wall_thickness_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
+        /// The tops of the walls may be higher or lower by this, in metres.
+        pub rim_tolerance_m: f64 = 0.006 => within("0 to 1 m", 0.0..=1.0),
+        /// At least this share of the points above a wall must be at its top, from 0 to 1; where
+        /// its thickness is not known, this share of its length must have some. With 0 the walls
+        /// are not looked at.
+        pub least_rim_share: f64 = 0.7 => within("0 to 1", 0.0..=1.0),
+        /// At least so many points must be seen above each wall.
+        pub least_rim_points: u64 = 50,
+        /// Content may stand above the rim by this, in metres: what stands higher reaches in from
+        /// above. Without a value, nothing does.
+        pub reach_above_rim_m: Option<f64> = None => within("0 to 1 m", 0.0..=1.0),
+        /// Something reaches in where at least so many points show it.
+        pub least_intruding_points: u64 = 30,
     }
 }
 

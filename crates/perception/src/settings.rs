@@ -1,53 +1,42 @@
 //! How points become heights.
 
-use ppnpack_numbers::{SettingError, require, within};
+use ppnpack_numbers::{SettingError, require, settings, within};
 use ppnpack_packing::grid::Grid;
-use serde::{Deserialize, Serialize};
 
 use crate::doubts::DoubtSettings;
 use crate::still::StillSettings;
 
-/// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a sensor without noise.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct MapperSettings {
-    /// Points below the floor by at most this lie on the floor; those further below are left out. In metres.
-    pub floor_tolerance_m: f64,
-    /// Points within this distance of the walls' inner faces, or beyond them, are left out: they may show the wall
-    /// itself. In metres; some standard deviations of the sensor's noise.
-    pub wall_margin_m: f64,
-    /// The standard deviation of the sensor's noise along z, in metres. 0: every point counts as it is, and a sample
-    /// has the height of its highest.
-    pub noise_m: f64,
-    /// A point stands for the surface within this distance along x and y, in metres: half the distance between
-    /// neighbouring points on the floor, and at most half a sample. What lies between them is seen then.
-    pub point_radius_m: f64,
-    /// With noise, points that stand out above all around them count where there are at least this many.
-    pub least_points: u32,
-    /// Holes no wider than this along x and y are filled, in metres, where the samples around them are level.
-    pub largest_hole_m: f64,
-    /// The samples around a hole are level where their heights differ by at most this, in metres: what hides a hole
-    /// from the sensor stands up from what is beside it.
-    pub level_m: f64,
-    /// How several clouds of a still scene make one heightmap.
-    pub still: StillSettings,
-    /// When nothing is to be planned on the scene.
-    pub doubts: DoubtSettings,
-}
-
-impl Default for MapperSettings {
-    fn default() -> Self {
-        Self {
-            floor_tolerance_m: 0.01,
-            wall_margin_m: 0.0005,
-            noise_m: 0.0,
-            point_radius_m: 0.0,
-            least_points: 3,
-            largest_hole_m: 0.0,
-            level_m: 0.005,
-            still: StillSettings::default(),
-            doubts: DoubtSettings::default(),
-        }
+settings! {
+    /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a
+    /// sensor without noise.
+    pub struct MapperSettings with validate_numbers {
+        /// Points below the floor by at most this lie on the floor; those further below are left
+        /// out. In metres.
+        pub floor_tolerance_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
+        /// Points within this distance of the walls' inner faces, or beyond them, are left out:
+        /// they may show the wall itself. In metres; some standard deviations of the sensor's
+        /// noise.
+        pub wall_margin_m: f64 = 0.0005 => within("0 to 1 m", 0.0..=1.0),
+        /// The standard deviation of the sensor's noise along z, in metres. 0: every point counts
+        /// as it is, and a sample has the height of its highest.
+        pub noise_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
+        /// A point stands for the surface within this distance along x and y, in metres: half the
+        /// distance between neighbouring points on the floor, and at most half a sample. What lies
+        /// between them is seen then.
+        pub point_radius_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
+        /// With noise, points that stand out above all around them count where there are at least
+        /// this many.
+        pub least_points: u32 = 3,
+        /// Holes no wider than this along x and y are filled, in metres, where the samples around
+        /// them are level.
+        pub largest_hole_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
+        /// The samples around a hole are level where their heights differ by at most this, in
+        /// metres: what hides a hole from the sensor stands up from what is beside it.
+        pub level_m: f64 = 0.005 => within("0 to 1 m", 0.0..=1.0),
+        /// How several clouds of a still scene make one heightmap.
+        pub still: StillSettings = StillSettings::default(),
+        /// When nothing is to be planned on the scene.
+        pub doubts: DoubtSettings = DoubtSettings::default(),
     }
 }
 
@@ -68,7 +57,9 @@ impl MapperSettings {
     /// # Errors
     /// [`SettingError`] names the first that is not.
     pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
-        self.validate()?;
+        self.validate_numbers()?;
+        self.still.validate()?;
+        self.doubts.validate()?;
         let greatest_m = 0.5 * grid.resolution().surface_pitch_m();
         require(
             "point_radius_m",
@@ -76,17 +67,5 @@ impl MapperSettings {
             "at most half the distance of the surface's samples",
             |radius_m| radius_m <= greatest_m,
         )
-    }
-
-    fn validate(&self) -> Result<(), SettingError> {
-        let length = within("0 to 1 m", 0.0..=1.0);
-        length("floor_tolerance_m", self.floor_tolerance_m)?;
-        length("wall_margin_m", self.wall_margin_m)?;
-        length("noise_m", self.noise_m)?;
-        length("point_radius_m", self.point_radius_m)?;
-        length("largest_hole_m", self.largest_hole_m)?;
-        length("level_m", self.level_m)?;
-        self.still.validate()?;
-        self.doubts.validate()
     }
 }

@@ -4,9 +4,8 @@
 
 use std::collections::VecDeque;
 
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{settings, within};
 use ppnpack_packing::grid::Grid;
-use serde::{Deserialize, Serialize};
 
 use crate::layers::{NO_POINT, by_cell, is_known, neighbours};
 
@@ -16,35 +15,18 @@ const MAX_CLOUDS: usize = 16;
 /// Heights of a sample that differ by so many standard deviations of the noise are of different things.
 const SAME_DEVIATIONS: f64 = 3.0;
 
-/// When a scene is still.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StillSettings {
-    /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With 1, each is by itself.
-    pub clouds: usize,
-    /// Something moved in a cell higher or lower than itself and its neighbours were by more than this, in metres.
-    pub height_m: f64,
-    /// A scene is still where what moved covers at most this, in m²: steep edges show higher in one cloud than in another, in the more
-    /// cells the finer the grid is.
-    pub most_m2: f64,
-}
-
-impl Default for StillSettings {
-    fn default() -> Self {
-        Self {
-            clouds: 1,
-            height_m: 0.01,
-            most_m2: 2e-4,
-        }
-    }
-}
-
-impl StillSettings {
-    pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        let clouds = self.clouds as f64;
-        within("1 to 16", 1.0..=MAX_CLOUDS as f64)("still.clouds", clouds)?;
-        within("0 to 1 m", 0.0..=1.0)("still.height_m", self.height_m)?;
-        within("0 to 1 m²", 0.0..=1.0)("still.most_m2", self.most_m2)
+settings! {
+    /// When a scene is still.
+    pub struct StillSettings with validate as "still." {
+        /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With
+        /// 1, each is by itself.
+        pub clouds: usize = 1 => within("1 to 16", 1.0..=MAX_CLOUDS as f64),
+        /// Something moved in a cell higher or lower than itself and its neighbours were by more
+        /// than this, in metres.
+        pub height_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
+        /// A scene is still where what moved covers at most this, in m²: steep edges show higher in
+        /// one cloud than in another, in the more cells the finer the grid is.
+        pub most_m2: f64 = 2e-4 => within("0 to 1 m²", 0.0..=1.0),
     }
 }
 

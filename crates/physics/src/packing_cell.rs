@@ -160,19 +160,6 @@ impl SimulatedPackingCell {
         &self.cell
     }
 
-    /// What placing the candidate there would lead to; the cell stays as it is.
-    ///
-    /// # Errors
-    /// Where the candidate is not of the cell's catalogue, or its model cannot be simulated.
-    pub fn try_place(
-        &mut self,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> Result<PlacedReport, StageError> {
-        let (model, container_from_item) = self.planned(candidate, resting)?;
-        Ok(self.cell.try_place(&model, &container_from_item)?)
-    }
-
     /// The model that is placed, as far as it is known, and where its frame shall be.
     fn planned(
         &self,

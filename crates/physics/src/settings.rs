@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 use std::ops::Bound;
 
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -11,66 +11,44 @@ use serde_json::Value;
 /// The most steps of one settling phase.
 const MAX_SETTLE_STEPS: f64 = 1e6;
 
-/// Everything the simulated cell depends on.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CellSettings {
-    /// The container's inner size.
-    pub container: ContainerSize,
-    /// Its walls and floor.
-    pub walls: WallSettings,
-    /// Friction and restitution of what touches.
-    pub contact: ContactSettings,
-    /// How items are let go.
-    pub release: ReleaseSettings,
-    /// The longest that bodies are given to settle after a release, in seconds of simulated time.
-    ///
-    /// A phase ends early when all bodies are asleep, since nothing would move any more. The reference's 0.375 s (the 180
-    /// steps at 480 Hz of the paper's published code, where the paper says 0.25 s) can end in motion; a few seconds let
-    /// everything come to rest.
-    pub settle_time_s: f64,
-    /// What is read from the poses at the end.
-    pub outcome: OutcomeSettings,
-    /// The numerical integration.
-    pub solver: SolverSettings,
-    /// Seed of the release jitter; without jitter nothing is random.
-    pub seed: u64,
-}
-
-impl Default for CellSettings {
-    fn default() -> Self {
-        Self {
-            container: ContainerSize::REFERENCE,
-            walls: WallSettings::default(),
-            contact: ContactSettings::default(),
-            release: ReleaseSettings::default(),
-            settle_time_s: 0.375,
-            outcome: OutcomeSettings::default(),
-            solver: SolverSettings::default(),
-            seed: 0,
-        }
+settings! {
+    /// Everything the simulated cell depends on.
+    pub struct CellSettings {
+        /// The container's inner size.
+        pub container: ContainerSize = ContainerSize::REFERENCE,
+        /// Its walls and floor.
+        pub walls: WallSettings = WallSettings::default(),
+        /// Friction and restitution of what touches.
+        pub contact: ContactSettings = ContactSettings::default(),
+        /// How items are let go.
+        pub release: ReleaseSettings = ReleaseSettings::default(),
+        /// The longest that bodies are given to settle after a release, in seconds of simulated
+        /// time.
+        ///
+        /// A phase ends early when all bodies are asleep, since nothing would move any more. The
+        /// reference's 0.375 s (the 180 steps at 480 Hz of the paper's published code, where the
+        /// paper says 0.25 s) can end in motion; a few seconds let everything come to rest.
+        pub settle_time_s: f64 = 0.375,
+        /// What is read from the poses at the end.
+        pub outcome: OutcomeSettings = OutcomeSettings::default(),
+        /// The numerical integration.
+        pub solver: SolverSettings = SolverSettings::default(),
+        /// Seed of the release jitter; without jitter nothing is random.
+        pub seed: u64 = 0,
     }
 }
 
-/// The container's walls and floor. The walls end at the rim.
-///
-/// They are thick enough that a body cannot pass their middle within a step: an item released 12 cm above its place at
-/// the rim reaches the floor at 2.9 m/s, which is 6 mm per step of 1/480 s.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WallSettings {
-    /// Thickness of the walls, outwards, in metres.
-    pub thickness_m: f64,
-    /// Thickness of the floor, downwards, in metres.
-    pub floor_thickness_m: f64,
-}
-
-impl Default for WallSettings {
-    fn default() -> Self {
-        Self {
-            thickness_m: 0.02,
-            floor_thickness_m: 0.05,
-        }
+settings! {
+    /// The container's walls and floor. The walls end at the rim.
+    ///
+    /// They are thick enough that a body cannot pass their middle within a step: an item released
+    /// 12 cm above its place at the rim reaches the floor at 2.9 m/s, which is 6 mm per step of
+    /// 1/480 s.
+    pub struct WallSettings with validate as "walls." {
+        /// Thickness of the walls, outwards, in metres.
+        pub thickness_m: f64 = 0.02 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
+        /// Thickness of the floor, downwards, in metres.
+        pub floor_thickness_m: f64 = 0.05 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
     }
 }
 
@@ -89,106 +67,69 @@ pub enum Combine {
     Max,
 }
 
-/// Friction and restitution.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ContactSettings {
-    /// Friction coefficient of items.
-    pub item_friction: f64,
-    /// Friction coefficient of walls and floor.
-    pub wall_friction: f64,
-    /// How two friction coefficients combine.
-    pub friction_combine: Combine,
-    /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it came from.
-    pub restitution: f64,
-}
-
-/// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15 at walls and floor.
-impl Default for ContactSettings {
-    fn default() -> Self {
-        Self {
-            item_friction: 0.5,
-            wall_friction: 0.3,
-            friction_combine: Combine::Multiply,
-            restitution: 0.0,
-        }
+settings! {
+    /// Friction and restitution.
+    ///
+    /// The reference's coefficients, combined as its engine combines them: 0.25 between items, 0.15
+    /// at walls and floor.
+    pub struct ContactSettings with validate as "contact." {
+        /// Friction coefficient of items.
+        pub item_friction: f64 = 0.5 => within("between 0 and 10", 0.0..=10.0),
+        /// Friction coefficient of walls and floor.
+        pub wall_friction: f64 = 0.3 => within("between 0 and 10", 0.0..=10.0),
+        /// How two friction coefficients combine.
+        pub friction_combine: Combine = Combine::Multiply,
+        /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it
+        /// came from.
+        pub restitution: f64 = 0.0 => within("between 0 and 1", 0.0..=1.0),
     }
 }
 
-/// How items are let go: from rest, above their planned pose, displaced by the robot's error.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ReleaseSettings {
-    /// How far above the planned pose an item is let go, in metres.
-    pub height_m: f64,
-    /// Standard deviation of the horizontal error, per axis, in metres.
-    pub jitter_m: f64,
-    /// Standard deviation of the error in yaw, in radians.
-    pub jitter_yaw_rad: f64,
-}
-
-impl Default for ReleaseSettings {
-    fn default() -> Self {
-        Self {
-            height_m: 0.12,
-            jitter_m: 0.0,
-            jitter_yaw_rad: 0.0,
-        }
+settings! {
+    /// How items are let go: from rest, above their planned pose, displaced by the robot's error.
+    pub struct ReleaseSettings with validate as "release." {
+        /// How far above the planned pose an item is let go, in metres.
+        pub height_m: f64 = 0.12 => within("between 0 and 2 m", 0.0..=2.0),
+        /// Standard deviation of the horizontal error, per axis, in metres.
+        pub jitter_m: f64 = 0.0 => within("between 0 and 0.1 m", 0.0..=0.1),
+        /// Standard deviation of the error in yaw, in radians.
+        pub jitter_yaw_rad: f64 = 0.0 => within("between 0 and pi", 0.0..=PI),
     }
 }
 
-/// Thresholds of the reported outcome.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct OutcomeSettings {
-    /// An item counts as toppled when it tilts by more than this, in radians.
-    pub topple_rad: f64,
-    /// A body is taken out of the simulation when its centre of mass is this far below the floor's upper face or
-    /// outside the walls' outer faces, in metres.
-    pub lost_margin_m: f64,
-}
-
-impl Default for OutcomeSettings {
-    fn default() -> Self {
-        Self {
-            topple_rad: 30.0_f64.to_radians(),
-            lost_margin_m: 0.05,
-        }
+settings! {
+    /// Thresholds of the reported outcome.
+    pub struct OutcomeSettings with validate as "outcome." {
+        /// An item counts as toppled when it tilts by more than this, in radians.
+        pub topple_rad: f64 = 30.0_f64.to_radians() => within("between 0 and pi", 0.0..=PI),
+        /// A body is taken out of the simulation when its centre of mass is this far below the
+        /// floor's upper face or outside the walls' outer faces, in metres.
+        pub lost_margin_m: f64 = 0.05 => within("between 0 and 10 m", 0.0..=10.0),
     }
 }
 
-/// The numerical integration. By default it takes 960 substeps a second; the reference takes 480 steps.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SolverSettings {
-    /// Time per step, in seconds.
-    pub timestep_s: f64,
-    /// Gravitational acceleration, downwards, in m/s^2.
-    pub gravity_m_s2: f64,
-    /// Substeps per step: more of them make contacts stiffer.
-    pub substeps: usize,
-    /// Sweeps over all contacts per substep. With few, the corners of a box take its impact unevenly, and it slides away from where
-    /// it lands: dropped from 12 cm on another box, by up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
-    pub sweeps: usize,
-    /// The size of typical items, in metres: the contact tolerances (prediction, correction, recycling) scale with it.
-    pub length_scale_m: f64,
-    /// A body may fall asleep while its fastest point is slower than this, in m/s.
-    pub sleep_speed_m_s: f64,
-    /// How long a group of touching bodies has to be that slow to fall asleep, in seconds.
-    pub sleep_time_s: f64,
-}
-
-impl Default for SolverSettings {
-    fn default() -> Self {
-        Self {
-            timestep_s: 1.0 / 480.0,
-            gravity_m_s2: 9.8,
-            substeps: 2,
-            sweeps: 2,
-            length_scale_m: 0.1,
-            sleep_speed_m_s: 0.01,
-            sleep_time_s: 0.1,
-        }
+settings! {
+    /// The numerical integration. By default it takes 960 substeps a second; the reference takes
+    /// 480 steps.
+    pub struct SolverSettings with validate as "solver." {
+        /// Time per step, in seconds.
+        pub timestep_s: f64 = 1.0 / 480.0
+            => within("above 0 and at most 0.05 s", above(1e-6, 0.05)),
+        /// Gravitational acceleration, downwards, in m/s^2.
+        pub gravity_m_s2: f64 = 9.8 => within("between 0 and 100 m/s^2", 0.0..=100.0),
+        /// Substeps per step: more of them make contacts stiffer.
+        pub substeps: usize = 2 => within("between 1 and 64", 1.0..=64.0),
+        /// Sweeps over all contacts per substep. With few, the corners of a box take its impact
+        /// unevenly, and it slides away from where it lands: dropped from 12 cm on another box, by
+        /// up to 2 mm with four substeps of three sweeps, by 4 mm with two of two.
+        pub sweeps: usize = 2 => within("between 1 and 64", 1.0..=64.0),
+        /// The size of typical items, in metres: the contact tolerances (prediction, correction,
+        /// recycling) scale with it.
+        pub length_scale_m: f64 = 0.1 => within("between 1 mm and 10 m", 1e-3..=10.0),
+        /// A body may fall asleep while its fastest point is slower than this, in m/s.
+        pub sleep_speed_m_s: f64 = 0.01 => within("between 0 and 1 m/s", 0.0..=1.0),
+        /// How long a group of touching bodies has to be that slow to fall asleep, in seconds.
+        pub sleep_time_s: f64 = 0.1 => within("above 0 and at most 60 s", above(0.0, 60.0)),
     }
 }
 
@@ -222,23 +163,10 @@ impl CellSettings {
         side("the container's x side", self.container.x_m)?;
         side("the container's y side", self.container.y_m)?;
         side("the container's height", self.container.z_m)?;
-        let thickness = within("at least 1 mm and at most 1 m", 1e-3..=1.0);
-        thickness("the walls' thickness", self.walls.thickness_m)?;
-        thickness("the floor's thickness", self.walls.floor_thickness_m)?;
-        let friction = within("between 0 and 10", 0.0..=10.0);
-        friction("items' friction", self.contact.item_friction)?;
-        friction("walls' friction", self.contact.wall_friction)?;
-        let share = within("between 0 and 1", 0.0..=1.0);
-        share("restitution", self.contact.restitution)?;
-        let height = within("between 0 and 2 m", 0.0..=2.0);
-        height("the release height", self.release.height_m)?;
-        let jitter = within("between 0 and 0.1 m", 0.0..=0.1);
-        jitter("the release jitter", self.release.jitter_m)?;
-        let angle = within("between 0 and pi", 0.0..=PI);
-        angle("the yaw jitter", self.release.jitter_yaw_rad)?;
-        angle("the topple threshold", self.outcome.topple_rad)?;
-        let margin = within("between 0 and 10 m", 0.0..=10.0);
-        margin("the lost margin", self.outcome.lost_margin_m)?;
+        self.walls.validate()?;
+        self.contact.validate()?;
+        self.release.validate()?;
+        self.outcome.validate()?;
         self.solver.validate()?;
         let steps = within("between 1 and a million", 0.5..=MAX_SETTLE_STEPS);
         let wanted = self.settle_time_s / self.solver.timestep_s;
@@ -273,24 +201,6 @@ fn overlay(base: &mut Value, over: Value) {
     }
 }
 
-impl SolverSettings {
-    fn validate(&self) -> Result<(), SettingError> {
-        let timestep = within("above 0 and at most 0.05 s", above(1e-6, 0.05));
-        timestep("the time step", self.timestep_s)?;
-        let gravity = within("between 0 and 100 m/s^2", 0.0..=100.0);
-        gravity("gravity", self.gravity_m_s2)?;
-        let count = within("between 1 and 64", 1.0..=64.0);
-        count("the solver's substeps", self.substeps as f64)?;
-        count("the solver's sweeps", self.sweeps as f64)?;
-        let scale = within("between 1 mm and 10 m", 1e-3..=10.0);
-        scale("the length scale", self.length_scale_m)?;
-        let speed = within("between 0 and 1 m/s", 0.0..=1.0);
-        speed("the sleep speed", self.sleep_speed_m_s)?;
-        let time = within("above 0 and at most 60 s", above(0.0, 60.0));
-        time("the sleep time", self.sleep_time_s)
-    }
-}
-
 /// A range without its lower end.
 fn above(lowest: f64, highest: f64) -> (Bound<f64>, Bound<f64>) {
     (Bound::Excluded(lowest), Bound::Included(highest))
@@ -317,22 +227,8 @@ mod tests {
         assert!(refused(|s| s.container.x_m = -0.3).contains("x side"));
         assert!(refused(|s| s.container.z_m = f64::NAN).contains("height"));
         assert!(refused(|s| s.contact.item_friction = -1.0).contains("friction"));
-        assert!(refused(|s| s.solver.timestep_s = 0.0).contains("time step"));
+        assert!(refused(|s| s.solver.timestep_s = 0.0).contains("timestep_s"));
         assert!(refused(|s| s.solver.substeps = 0).contains("substeps"));
         assert!(refused(|s| s.settle_time_s = f64::INFINITY).contains("steps"));
-    }
-
-    #[test]
-    fn settings_left_out_take_the_reference_values() {
-        let settings: CellSettings =
-            serde_json::from_str(r#"{"contact": {"restitution": 0.2}, "seed": 7}"#).unwrap();
-        assert_eq!(settings.contact.item_friction, 0.5);
-        assert_eq!(settings.seed, 7);
-        let written = serde_json::to_string(&settings).unwrap();
-        assert_eq!(
-            serde_json::from_str::<CellSettings>(&written).unwrap(),
-            settings
-        );
-        assert!(serde_json::from_str::<CellSettings>(r#"{"sede": 7}"#).is_err());
     }
 }

@@ -210,7 +210,7 @@ impl TrialCheck {
 
     /// Takes over what lies in the container.
     fn lay_down(&mut self, input: &StepInput<'_>, content: &Content) -> Result<(), PhysicsError> {
-        let is_all = self.twin.lay_down_what_can_be(content.solids());
+        let is_all = self.twin.lay_down(content.solids());
         if content.has_seen() {
             self.lacks.push(SEEN_CONTENT);
         }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::content::LyingSolid;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
@@ -55,29 +55,32 @@ pub struct TwinSettings {
     pub still_speed_m_s: f64,
 }
 
-/// How the rough try is simulated.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RoughSettings {
-    /// Time per step, in seconds.
-    pub timestep_s: f64,
-    /// Substeps per step.
-    pub substeps: usize,
-    /// The longest that it lasts, in seconds of simulated time.
-    pub settle_time_s: f64,
+settings! {
+    /// How the rough try is simulated.
+    #[derive(Copy)]
+    pub struct RoughSettings {
+        /// Time per step, in seconds.
+        pub timestep_s: f64 = TIMESTEP_S,
+        /// Substeps per step.
+        pub substeps: usize = 2,
+        /// The longest that it lasts, in seconds of simulated time.
+        pub settle_time_s: f64 = 0.5,
+    }
 }
 
-/// How two tries of a placement differ from the plan: in one the item is let go beside its place, ahead along x and y, and is turned to
-/// the left; in the other behind and turned to the right. Both have the same friction.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Disturbance {
-    /// Factor of all friction coefficients.
-    pub friction: f64,
-    /// How far from its place the item is let go, along x and along y, in metres.
-    pub shift_m: f64,
-    /// By how much it is turned about the vertical, in radians.
-    pub yaw_rad: f64,
+settings! {
+    /// How two tries of a placement differ from the plan: in one the item is let go beside its
+    /// place, ahead along x and y, and is turned to the left; in the other behind and turned to the
+    /// right. Both have the same friction.
+    #[derive(Copy)]
+    pub struct Disturbance with validate as "disturbance." {
+        /// Factor of all friction coefficients.
+        pub friction: f64 = 0.75 => within("between 0.1 and 10", 0.1..=10.0),
+        /// How far from its place the item is let go, along x and along y, in metres.
+        pub shift_m: f64 = 0.003 => within("between 0 and 0.1 m", 0.0..=0.1),
+        /// By how much it is turned about the vertical, in radians.
+        pub yaw_rad: f64 = 1.0_f64.to_radians() => within("between 0 and 1 rad", 0.0..=1.0),
+    }
 }
 
 impl Disturbance {
@@ -97,26 +100,6 @@ impl Disturbance {
         let shift_m = Vector3::new(x, y, 0.0) * self.shift_m;
         let shifted = planned.translation.vector + shift_m;
         Isometry3::from_parts(shifted.into(), turned * planned.rotation)
-    }
-}
-
-impl Default for RoughSettings {
-    fn default() -> Self {
-        Self {
-            timestep_s: TIMESTEP_S,
-            substeps: 2,
-            settle_time_s: 0.5,
-        }
-    }
-}
-
-impl Default for Disturbance {
-    fn default() -> Self {
-        Self {
-            friction: 0.75,
-            shift_m: 0.003,
-            yaw_rad: 1.0_f64.to_radians(),
-        }
     }
 }
 
@@ -181,16 +164,11 @@ impl TwinSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         self.cell.validate()?;
         self.rough_cell().validate()?;
-        let factor = within("between 0.1 and 10", 0.1..=10.0);
-        factor("the twin's factor of friction", self.disturbance.friction)?;
-        let length = within("between 0 and 0.1 m", 0.0..=0.1);
-        length("the twin's shift", self.disturbance.shift_m)?;
-        let angle = within("between 0 and 1 rad", 0.0..=1.0);
-        angle("the twin's turn", self.disturbance.yaw_rad)?;
+        self.disturbance.validate()?;
         let reach = within("between 0 and 1 m", 0.0..=1.0);
-        reach("the twin's reach", self.reach_m)?;
+        reach("reach_m", self.reach_m)?;
         let speed = within("between 0 and 1 m/s", 0.0..=1.0);
-        speed("the twin's speed of rest", self.still_speed_m_s)
+        speed("still_speed_m_s", self.still_speed_m_s)
     }
 }
 
@@ -236,24 +214,17 @@ impl Twin {
         })
     }
 
-    /// Lays down what lies in the container, in place of what lay there.
-    ///
-    /// # Errors
-    /// [`PhysicsError::Model`] where a model has no usable hulls or mass, [`PhysicsError::Pose`] where a pose is not
-    /// finite, not rigid or far away; then nothing has changed.
-    pub fn lay_down(&mut self, content: &[LyingSolid]) -> Result<(), PhysicsError> {
-        let laid = content.iter().map(|solid| self.lying(solid));
-        let laid: Vec<Lying> = laid.collect::<Result<_, PhysicsError>>()?;
-        self.replace(laid);
-        Ok(())
-    }
-
-    /// Lays down what of it can be simulated, in place of what lay there; says whether that is all of it.
-    pub fn lay_down_what_can_be(&mut self, content: &[LyingSolid]) -> bool {
+    /// Lays down what of some content can be simulated, in place of what lay there; says whether
+    /// that is all of it.
+    pub fn lay_down(&mut self, content: &[LyingSolid]) -> bool {
         let laid = content.iter().filter_map(|solid| self.lying(solid).ok());
-        let laid: Vec<Lying> = laid.collect();
-        let is_all = laid.len() == content.len();
-        self.replace(laid);
+        let bodies: Vec<Lying> = laid.collect();
+        let is_all = bodies.len() == content.len();
+        self.laid = Laid {
+            bodies,
+            terrain: Vec::new(),
+        };
+        self.templates.tidy();
         is_all
     }
 
@@ -280,14 +251,6 @@ impl Twin {
             template,
             burden: solid.burden.clone(),
         })
-    }
-
-    fn replace(&mut self, bodies: Vec<Lying>) {
-        self.laid = Laid {
-            bodies,
-            terrain: Vec::new(),
-        };
-        self.templates.tidy();
     }
 
     /// What each of the bodies that lie there weighs, and may carry.

@@ -3,16 +3,15 @@
 use std::ops::Bound;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_camera::{Body, DepthCamera, Intrinsics, View};
+use ppnpack_camera::{Body, DepthCamera, Intrinsics};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::content::Content;
 use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
-use serde::{Deserialize, Serialize};
 
 pub use ppnpack_camera::NoiseModel;
 
@@ -22,34 +21,22 @@ use crate::error::PhysicsError;
 /// How far each of two cameras stands beside the middle of the container along x, in metres.
 const BESIDE_M: f64 = 0.2;
 
-/// Depth cameras above a container, each with all of its rim in the image.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CameraSettings {
-    /// One camera above the middle, or two, beside it along x.
-    pub cameras: usize,
-    /// How far above the floor they are, in metres.
-    pub height_m: f64,
-    /// Columns of an image.
-    pub width_px: usize,
-    /// Rows of an image.
-    pub height_px: usize,
-    /// Their noise.
-    pub noise: NoiseModel,
-    /// The seed of their noise.
-    pub seed: u64,
-}
-
-impl Default for CameraSettings {
-    fn default() -> Self {
-        Self {
-            cameras: 1,
-            height_m: 0.9,
-            width_px: 640,
-            height_px: 480,
-            noise: NoiseModel::default(),
-            seed: 0,
-        }
+settings! {
+    /// Depth cameras above a container, each with all of its rim in the image.
+    #[derive(Copy)]
+    pub struct CameraSettings {
+        /// One camera above the middle, or two, beside it along x.
+        pub cameras: usize = 1,
+        /// How far above the floor they are, in metres.
+        pub height_m: f64 = 0.9,
+        /// Columns of an image.
+        pub width_px: usize = 640,
+        /// Rows of an image.
+        pub height_px: usize = 480,
+        /// Their noise.
+        pub noise: NoiseModel = NoiseModel::default(),
+        /// The seed of their noise.
+        pub seed: u64 = 0,
     }
 }
 
@@ -148,11 +135,11 @@ impl Cameras {
         bodies.extend(items.map(|item| posed(&item.model.mesh, item.container_from_item)));
         let clouds = self.cameras.iter().map(|camera| {
             self.images += 1;
-            let view: View = camera.see(&bodies)?;
-            let image = view.noisy_points(&self.noise, self.seed.wrapping_add(self.images))?;
-            let points = image.points_m().iter();
+            let seed = self.seed.wrapping_add(self.images);
+            let mut points_m = camera.see(&bodies, &self.noise, seed)?;
+            points_m.retain(|point| !point.z.is_nan());
             Ok(CameraCloud {
-                points_m: points.filter(|point| !point.z.is_nan()).copied().collect(),
+                points_m,
                 container_from_camera: camera.world_from_camera,
             })
         });

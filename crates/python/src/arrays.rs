@@ -1,9 +1,8 @@
 //! NumPy arrays in and out.
 
-use numpy::ndarray::Dimension;
+use numpy::ndarray::{Dim, Dimension, IntoDimension};
 use numpy::{
-    Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray,
-    PyUntypedArrayMethods,
+    Element, IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 
@@ -15,26 +14,21 @@ pub(crate) fn values<T: Element + Copy, D: Dimension>(array: &PyReadonlyArray<'_
     }
 }
 
-/// Moves values into an array.
+/// Moves values into an array of one dimension.
 pub(crate) fn array1<T: Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
     values.into_pyarray(py)
 }
 
-/// Moves row-major values into an array of two dimensions.
-pub(crate) fn array2<T: Element>(
+/// Moves row-major values into an array.
+pub(crate) fn array<T: Element, const N: usize>(
     py: Python<'_>,
-    shape: [usize; 2],
+    shape: [usize; N],
     values: Vec<T>,
-) -> PyResult<Bound<'_, PyArray2<T>>> {
-    values.into_pyarray(py).reshape(shape)
-}
-
-/// Moves row-major values into an array of three dimensions.
-pub(crate) fn array3<T: Element>(
-    py: Python<'_>,
-    shape: [usize; 3],
-    values: Vec<T>,
-) -> PyResult<Bound<'_, PyArray3<T>>> {
+) -> PyResult<Bound<'_, PyArray<T, Dim<[usize; N]>>>>
+where
+    [usize; N]: IntoDimension<Dim = Dim<[usize; N]>>,
+    Dim<[usize; N]>: Dimension,
+{
     values.into_pyarray(py).reshape(shape)
 }
 

@@ -1,6 +1,6 @@
 //! The simulated cell.
 
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::sync::{Mutex, MutexGuard};
 
 use nalgebra::Isometry3;
 use numpy::PyArray2;
@@ -16,8 +16,8 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::array2;
-use crate::error::OrRaise;
+use crate::arrays::array;
+use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
 use crate::item::Item;
 use crate::placement::Placement;
@@ -169,13 +169,10 @@ impl SimulatedCell {
 
 impl SimulatedCell {
     fn lock(&self) -> PyResult<MutexGuard<'_, cell::SimulatedCell>> {
-        match self.cell.try_lock() {
-            Ok(cell) => Ok(cell),
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the cell is busy with something else: have one for each thread",
-            )),
-        }
+        unused(
+            &self.cell,
+            "the cell is busy with something else: have one for each thread",
+        )
     }
 }
 
@@ -289,5 +286,5 @@ fn planned<'a>(
 fn matrix(py: Python<'_>, pose: &Isometry3<f64>) -> PyResult<Py<PyArray2<f64>>> {
     // nalgebra's matrices are column-major.
     let rows = pose.to_homogeneous().transpose();
-    Ok(array2(py, [4, 4], rows.as_slice().to_vec())?.unbind())
+    Ok(array(py, [4, 4], rows.as_slice().to_vec())?.unbind())
 }

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::fmt::Display;
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use pyo3::PyErr;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
@@ -23,6 +24,18 @@ impl<T, E: Display> OrRaise<T> for Result<T, E> {
 
     fn or_runtime_error(self) -> PyResult<T> {
         self.map_err(|error| PyRuntimeError::new_err(error.to_string()))
+    }
+}
+
+/// Locks what one thread uses at a time; `RuntimeError` in these words where another does.
+pub(crate) fn unused<'a, T>(
+    shared: &'a Mutex<T>,
+    busy: &'static str,
+) -> PyResult<MutexGuard<'a, T>> {
+    match shared.try_lock() {
+        Ok(free) => Ok(free),
+        Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+        Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(busy)),
     }
 }
 

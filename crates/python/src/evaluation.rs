@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde_json::Value;
 
-use crate::arrays::array3;
+use crate::arrays::array;
 use crate::error::OrRaise;
 use crate::grid::Grid;
 use crate::item::Item;
@@ -74,10 +74,10 @@ pub(crate) fn evaluate(
     let surveys = surveys.or_value_error()?;
     let shape = [item.views().len(), grid.nx(), grid.ny()];
     Ok(Evaluation {
-        resting_height: array3(py, shape, surveys.resting_height)?.unbind(),
-        fits: array3(py, shape, surveys.fits)?.unbind(),
-        stable: array3(py, shape, surveys.stable)?.unbind(),
-        value: array3(py, shape, surveys.value)?.unbind(),
+        resting_height: array(py, shape, surveys.resting_height)?.unbind(),
+        fits: array(py, shape, surveys.fits)?.unbind(),
+        stable: array(py, shape, surveys.stable)?.unbind(),
+        value: array(py, shape, surveys.value)?.unbind(),
     })
 }
 
@@ -98,7 +98,7 @@ pub(crate) fn resting_heights<'py>(
         resting.update(scene.get().heightmap(), std::iter::once(&**item));
         everywhere(grid, item, &mut resting)
     });
-    array3(py, [item.views().len(), grid.nx(), grid.ny()], heights)
+    array(py, [item.views().len(), grid.nx(), grid.ny()], heights)
 }
 
 /// The resting heights of an item, row-major over all yaws and cells of a grid.

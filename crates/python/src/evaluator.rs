@@ -1,7 +1,5 @@
 //! A heuristic that is a Python function.
 
-use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{AllowTypeChange, PyArrayLike3, PyUntypedArrayMethods};
@@ -15,7 +13,7 @@ use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts, StageResult, 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{array2, array3, values};
+use crate::arrays::{array, values};
 use crate::evaluation::{OUTSIDE, everywhere};
 use crate::item::Item;
 
@@ -28,7 +26,8 @@ pub(crate) struct PythonEvaluator {
     grid: Grid,
     known: Known,
     resting: RestingHeights,
-    ranking: BinaryHeap<Ranked>,
+    /// The best last.
+    ranking: Vec<Evaluated>,
     /// By index of the candidate.
     counts: Vec<PlacementCounts>,
     left_out: Vec<usize>,
@@ -41,7 +40,7 @@ impl PythonEvaluator {
             grid: grid.clone(),
             known,
             resting: RestingHeights::new(grid),
-            ranking: BinaryHeap::new(),
+            ranking: Vec::new(),
             counts: Vec::new(),
             left_out: Vec::new(),
         }
@@ -61,10 +60,10 @@ impl PythonEvaluator {
             let heightmap = input.scene.heightmap().heights().to_vec();
             let item = self.known_item(py, held)?;
             let arguments = (
-                array2(py, [nx, ny], heightmap)?,
+                array(py, [nx, ny], heightmap)?,
                 item,
-                array3(py, shape, resting.to_vec())?,
-                array3(py, shape, fits.to_vec())?,
+                array(py, shape, resting.to_vec())?,
+                array(py, shape, fits.to_vec())?,
             );
             let answer = self.function.bind(py).call1(arguments)?;
             let answer: PyArrayLike3<'_, f64, AllowTypeChange> = answer.extract()?;
@@ -106,7 +105,6 @@ impl Evaluator for PythonEvaluator {
         };
         let items = candidates().map(|(_, held)| &*held.item);
         self.resting.update(input.scene.heightmap(), items);
-        let mut ranked = Vec::new();
         for (candidate, held) in candidates() {
             let resting = everywhere(&self.grid, &held.item, &mut self.resting);
             let fits = fits(&self.grid, held, &resting);
@@ -127,23 +125,23 @@ impl Evaluator for PythonEvaluator {
                         placement: placement(&self.grid, index),
                         resting_height: *height,
                     };
-                    ranked.push(Ranked(Evaluated {
+                    self.ranking.push(Evaluated {
                         candidate,
                         resting,
                         value: *value,
-                    }));
+                    });
                 }
             }
             if let Some(counted) = self.counts.get_mut(candidate) {
                 *counted = counts;
             }
         }
-        self.ranking = BinaryHeap::from(ranked);
+        self.ranking.sort_unstable_by(|a, b| b.rank_cmp(a));
         Ok(())
     }
 
     fn next_best(&mut self, _input: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
-        while let Some(Ranked(next)) = self.ranking.pop() {
+        while let Some(next) = self.ranking.pop() {
             if !self.left_out.contains(&next.candidate) {
                 return Ok(Some(next));
             }
@@ -159,29 +157,6 @@ impl Evaluator for PythonEvaluator {
         self.counts.get(candidate).copied().unwrap_or_default()
     }
 }
-
-/// A placement in a heap whose greatest is the best.
-struct Ranked(Evaluated);
-
-impl Ord for Ranked {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.0.rank_cmp(&self.0)
-    }
-}
-
-impl PartialOrd for Ranked {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Ranked {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Ranked {}
 
 /// Where on the grid a placement with this row-major index is.
 fn placement(grid: &Grid, index: usize) -> Placement {

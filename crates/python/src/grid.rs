@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use ppnpack_packing::grid::{self, ContainerSize, GridSettings, Resolution, Yaws};
 use pyo3::prelude::*;
 
-use crate::arrays::{array1, array2, values};
+use crate::arrays::{array, array1, values};
 use crate::error::OrRaise;
 
 /// A container seen as a grid of cells with heights in units.
@@ -132,7 +132,7 @@ impl Grid {
         let shape = heights_m.as_array().dim();
         let heights = values(&heights_m).into_iter();
         let units = heights.map(|height_m| resolution.units_above(height_m));
-        array2(py, shape.into(), units.collect())
+        array(py, shape.into(), units.collect())
     }
 
     /// Heights in units, int16 of any two dimensions, in metres: float64 of the same shape.
@@ -145,7 +145,7 @@ impl Grid {
         let shape = heights.as_array().dim();
         let heights = values(&heights).into_iter();
         let metres = heights.map(|height| f64::from(height) * unit_m);
-        array2(py, shape.into(), metres.collect())
+        array(py, shape.into(), metres.collect())
     }
 
     /// What an equal one is made of, so that it can be copied and sent to other processes.

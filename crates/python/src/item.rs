@@ -15,7 +15,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use crate::arrays::{array2, frozen, values};
+use crate::arrays::{array, frozen, values};
 use crate::error::OrRaise;
 use crate::grid::Grid;
 
@@ -62,7 +62,7 @@ impl Item {
         self.view(yaw)?;
         let all = self.surfaces.get_or_try_init(py, || {
             let surface = |view: &ItemView, values: &[i16]| {
-                array2(py, [view.nx(), view.ny()], values.to_vec()).map(frozen)
+                array(py, [view.nx(), view.ny()], values.to_vec()).map(frozen)
             };
             let pair = |view: &ItemView| {
                 PyResult::Ok([surface(view, view.top())?, surface(view, view.bottom())?])

@@ -113,19 +113,22 @@ impl Setup {
     }
 }
 
-/// Where one packing writes what is observed of it.
-pub(crate) struct ObservedIn<'a> {
+/// The arrays of what is observed: those of all packings, or the parts that one of them writes.
+pub(crate) struct Observed<Heights, Mask> {
     /// [nx, ny]
-    pub(crate) heightmap: &'a mut [Units],
+    pub(crate) heightmap: Heights,
     /// [slot, yaw, nx, ny]
-    pub(crate) top: &'a mut [Units],
+    pub(crate) top: Heights,
     /// The same.
-    pub(crate) bottom: &'a mut [Units],
+    pub(crate) bottom: Heights,
     /// The same.
-    pub(crate) resting: &'a mut [Units],
+    pub(crate) resting: Heights,
     /// The same.
-    pub(crate) mask: &'a mut [i8],
+    pub(crate) mask: Mask,
 }
+
+/// Of one packing, in the arrays of all.
+pub(crate) type ObservedIn<'a> = Observed<&'a mut [Units], &'a mut [i8]>;
 
 /// What a step led to.
 #[derive(Default, Clone, Copy)]

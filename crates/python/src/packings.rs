@@ -1,22 +1,22 @@
 //! Many packings that are stepped together, each on one of the machine's cores at a time.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
-use numpy::ndarray::{Dim, Dimension, IntoDimension};
-use numpy::{IntoPyArray, PyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
+use numpy::ndarray::Dim;
+use numpy::{PyArray, PyArray1, PyReadonlyArray1};
 use ppnpack_packing::grid::Units;
 use ppnpack_physics::error::PhysicsError;
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::arrays::{array1, values};
+use crate::arrays::{array, array1, values};
 use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
-use crate::error::OrRaise;
+use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
-use crate::packing::{ObservedIn, Packing, Setup, Stepped as One};
+use crate::packing::{Observed, ObservedIn, Packing, Setup, Stepped as One};
 
 /// The most packings that are stepped together.
 const MAX_COUNT: usize = 65_536;
@@ -73,13 +73,7 @@ pub(crate) struct Stepped {
 }
 
 /// The arrays of an observation before they are moved.
-struct Buffers {
-    heightmap: Vec<Units>,
-    top: Vec<Units>,
-    bottom: Vec<Units>,
-    resting: Vec<Units>,
-    mask: Vec<i8>,
-}
+type Buffers = Observed<Vec<Units>, Vec<i8>>;
 
 #[pymethods]
 impl Packings {
@@ -236,13 +230,10 @@ impl Packings {
 
 impl Packings {
     fn lock(&self) -> PyResult<MutexGuard<'_, Vec<Packing>>> {
-        match self.packings.try_lock() {
-            Ok(packings) => Ok(packings),
-            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err(
-                "the packings are being stepped by another thread",
-            )),
-        }
+        unused(
+            &self.packings,
+            "the packings are being stepped by another thread",
+        )
     }
 
     /// Does something with each packing, spread over the threads, and observes it afterwards.
@@ -298,12 +289,12 @@ impl Packings {
         let count = objects.len() / slots;
         let items = [count, slots, yaws, nx, ny];
         Ok(Observation {
-            heightmap: array(py, [count, nx, ny], buffers.heightmap)?,
-            item_top: array(py, items, buffers.top)?,
-            item_bottom: array(py, items, buffers.bottom)?,
-            resting_height: array(py, items, buffers.resting)?,
-            action_mask: array(py, [count, self.setup.actions()], buffers.mask)?,
-            objects: array(py, [count, slots], objects)?,
+            heightmap: array(py, [count, nx, ny], buffers.heightmap)?.unbind(),
+            item_top: array(py, items, buffers.top)?.unbind(),
+            item_bottom: array(py, items, buffers.bottom)?.unbind(),
+            resting_height: array(py, items, buffers.resting)?.unbind(),
+            action_mask: array(py, [count, self.setup.actions()], buffers.mask)?.unbind(),
+            objects: array(py, [count, slots], objects)?.unbind(),
         })
     }
 }
@@ -329,19 +320,6 @@ impl Buffers {
             mask,
         })
     }
-}
-
-/// Moves row-major values into an array.
-fn array<T: numpy::Element, const N: usize>(
-    py: Python<'_>,
-    shape: [usize; N],
-    values: Vec<T>,
-) -> PyResult<Py<PyArray<T, Dim<[usize; N]>>>>
-where
-    [usize; N]: IntoDimension<Dim = Dim<[usize; N]>>,
-    Dim<[usize; N]>: Dimension,
-{
-    Ok(values.into_pyarray(py).reshape(shape)?.unbind())
 }
 
 /// The objects in the buffers of all packings.

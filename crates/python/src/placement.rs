@@ -7,7 +7,7 @@ use ppnpack_packing::placement::{self, RestingPlacement};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{array2, values};
+use crate::arrays::{array, values};
 use crate::error::OrRaise;
 use crate::item::Item;
 
@@ -20,38 +20,17 @@ use crate::item::Item;
 #[pyclass(frozen, eq, get_all, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Placement {
-    yaw: usize,
-    x: usize,
-    y: usize,
-    resting_height: i16,
+    pub(crate) yaw: usize,
+    pub(crate) x: usize,
+    pub(crate) y: usize,
+    pub(crate) resting_height: i16,
     pub(crate) slot: usize,
     pub(crate) pose: usize,
-    value: Option<f64>,
+    pub(crate) value: Option<f64>,
     pub(crate) lowered_m: f64,
 }
 
 impl Placement {
-    /// A placement of a plan.
-    pub(crate) fn planned(
-        at: &RestingPlacement,
-        slot: usize,
-        pose: usize,
-        value: f64,
-        lowered_m: f64,
-    ) -> Self {
-        let placement::Placement { yaw, x, y } = at.placement;
-        Self {
-            yaw,
-            x,
-            y,
-            resting_height: at.resting_height,
-            slot,
-            pose,
-            value: Some(value),
-            lowered_m,
-        }
-    }
-
     /// As the engine has it.
     pub(crate) fn resting(&self) -> RestingPlacement {
         let Self { yaw, x, y, .. } = *self;
@@ -125,7 +104,7 @@ pub(crate) fn place<'py>(
         PyValueError::new_err(format!("item {name} is not inside the container there"))
     })?;
     lay(&mut placed, view, &placement.resting());
-    array2(py, [nx, ny], placed.heights().to_vec())
+    array(py, [nx, ny], placed.heights().to_vec())
 }
 
 /// Raises a heightmap to the upper surface of what rests on it.

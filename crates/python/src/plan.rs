@@ -38,9 +38,17 @@ impl Plan {
     pub(crate) fn of(plan: &plan::Plan, candidates: &[Candidate]) -> Self {
         let placement = |found: &Evaluated, lowered_m: f64| {
             let held = candidates.get(found.candidate)?;
-            let (slot, pose) = (held.arrival, held.pose);
-            let Evaluated { resting, value, .. } = found;
-            Some(Placement::planned(resting, slot, pose, *value, lowered_m))
+            let at = found.resting.placement;
+            Some(Placement {
+                yaw: at.yaw,
+                x: at.x,
+                y: at.y,
+                resting_height: found.resting.resting_height,
+                slot: held.arrival,
+                pose: held.pose,
+                value: Some(found.value),
+                lowered_m,
+            })
         };
         let lowered_m = plan.evidence().map_or(0.0, |evidence| evidence.lowered_m);
         let first_poses = candidates.iter().zip(plan.candidates());

@@ -1,6 +1,6 @@
 //! Algorithm 1 over a buffer.
 
-use std::sync::{Arc, Mutex, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::candidate::Candidate;
@@ -16,7 +16,7 @@ use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::{OrRaise, raised};
+use crate::error::{OrRaise, raised, unused};
 use crate::evaluator::{Known, PythonEvaluator};
 use crate::grid::Grid;
 use crate::item::Item;
@@ -110,11 +110,10 @@ impl Planner {
         let known: Vec<_> = known.collect();
         let candidates: Vec<Candidate> = poses.iter().map(candidate).collect();
         let planned = py.detach(|| {
-            let mut planner = match self.planner.try_lock() {
-                Ok(planner) => planner,
-                Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-                Err(TryLockError::WouldBlock) => return Ok(None),
-            };
+            let mut planner = unused(
+                &self.planner,
+                "the planner is planning another step: have one for each thread",
+            )?;
             *self.known.lock().unwrap_or_else(PoisonError::into_inner) = known;
             let input = StepInput {
                 step,
@@ -123,15 +122,9 @@ impl Planner {
                 ..StepInput::new(&self.grid, scene.get(), &candidates)
             };
             let plan = planner.plan(&input);
-            plan.map(|plan| Some(Plan::of(plan, &candidates)))
+            PyResult::Ok(plan.map(|plan| Plan::of(plan, &candidates)))
         });
-        match planned {
-            Ok(Some(plan)) => Ok(plan),
-            Ok(None) => Err(PyRuntimeError::new_err(
-                "the planner is planning another step: have one for each thread",
-            )),
-            Err(error) => Err(exception(py, &error)),
-        }
+        planned?.map_err(|error| exception(py, &error))
     }
 
     fn __repr__(&self) -> String {

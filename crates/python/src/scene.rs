@@ -6,7 +6,7 @@ use ppnpack_packing::heightmap::{self, Heightmap, Surface};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
-use crate::arrays::{array2, frozen, values};
+use crate::arrays::{array, frozen, values};
 use crate::error::OrRaise;
 use crate::grid::Grid;
 
@@ -56,7 +56,7 @@ impl Scene {
         let made = self.heightmap.get_or_try_init(py, || {
             let heightmap = self.inner.heightmap();
             let shape = [heightmap.nx(), heightmap.ny()];
-            array2(py, shape, heightmap.heights().to_vec()).map(frozen)
+            array(py, shape, heightmap.heights().to_vec()).map(frozen)
         });
         Ok(made?.clone_ref(py))
     }
@@ -66,7 +66,7 @@ impl Scene {
     fn surface_m<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f32>>>> {
         let surface = self.inner.surface().map(|surface| {
             let shape = [surface.nx(), surface.ny()];
-            array2(py, shape, surface.heights_m().to_vec())
+            array(py, shape, surface.heights_m().to_vec())
         });
         surface.transpose()
     }

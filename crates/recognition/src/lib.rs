@@ -40,12 +40,12 @@
 //! let bodies = [body(&table, Isometry3::identity()), body(&carton, world_from_carton)];
 //! let eye = Point3::new(0.0, 0.0, 0.9);
 //! let camera = DepthCamera::looking_down(Intrinsics::centred(640, 480, 600.0)?, eye);
-//! let cloud = camera.see(&bodies)?.noisy_points(&NoiseModel::default(), 7)?;
+//! let cloud = camera.see(&bodies, &NoiseModel::default(), 7)?;
 //!
 //! // Where items may lie, and what lies there.
 //! let (lowest_m, highest_m) = (Point3::new(-0.3, -0.3, -0.05), Point3::new(0.3, 0.3, 0.3));
 //! let settings = SegmentationSettings::of(Region { lowest_m, highest_m });
-//! let seen = segment(cloud.in_world_m(&camera.world_from_camera), &eye, &settings);
+//! let seen = segment(camera.in_world_m(&cloud), &eye, &settings);
 //! let Recognition::Known(found) = recogniser.recognise(&seen.clusters[0]) else {
 //!     panic!("the carton is unknown");
 //! };

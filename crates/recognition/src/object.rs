@@ -4,41 +4,33 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use ppnpack_catalogue::object::{Model, RestingPose};
-use serde::{Deserialize, Serialize};
 
 use crate::nearest::NearestSurface;
 use crate::outline::{Outline, UpperSurface};
 use crate::samples::{SurfacePoint, surface_points};
 use crate::symmetry::{SameSurface, Symmetry};
+use ppnpack_numbers::settings;
 
-/// How objects are prepared.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LibrarySettings {
-    /// Resting poses less likely than this are not searched, unless there is no other.
-    pub least_probability: f64,
-    /// Resting poses whose lower sides are within this angle are searched as one, in radians.
-    pub same_pose_rad: f64,
-    /// When surfaces count as the same: of twins, of views from above, of an object that is turned.
-    pub same_surface: SameSurface,
-    /// When a turned object is nearly the same, where orientations are compared: a fruit is a ball to a packer.
-    pub nearly_same: SameSurface,
-    /// What is lower than this over the support is not seen as part of an item, in metres; as in the segmentation.
-    pub least_height_m: f64,
-}
-
-impl Default for LibrarySettings {
-    fn default() -> Self {
-        Self {
-            least_probability: 0.003,
-            same_pose_rad: 0.14,
-            same_surface: SameSurface::default(),
-            nearly_same: SameSurface {
+settings! {
+    /// How objects are prepared.
+    #[derive(Copy)]
+    pub struct LibrarySettings {
+        /// Resting poses less likely than this are not searched, unless there is no other.
+        pub least_probability: f64 = 0.003,
+        /// Resting poses whose lower sides are within this angle are searched as one, in radians.
+        pub same_pose_rad: f64 = 0.14,
+        /// When surfaces count as the same: of twins, of views from above, of an object that is
+        /// turned.
+        pub same_surface: SameSurface = SameSurface::default(),
+        /// When a turned object is nearly the same, where orientations are compared: a fruit is a
+        /// ball to a packer.
+        pub nearly_same: SameSurface = SameSurface {
                 root_mean_square_m: 0.0015,
                 nearly_all_m: 0.004,
             },
-            least_height_m: 0.004,
-        }
+        /// What is lower than this over the support is not seen as part of an item, in metres; as
+        /// in the segmentation.
+        pub least_height_m: f64 = 0.004,
     }
 }
 

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_numbers::{SettingError, within};
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{settings, within};
 
 use crate::align::{AlignSettings, Hold};
 use crate::coarse::hypotheses;
@@ -19,58 +18,28 @@ use crate::rest::laid_at_rest;
 use crate::samples::spread;
 use crate::segmentation::Cluster;
 
-/// How clusters are recognised.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RecognitionSettings {
-    /// Clusters of fewer points are not looked at.
-    pub least_points: usize,
-    /// How many objects in resting poses go on from the comparison of outlines.
-    pub templates: usize,
-    /// How many poses go on from the comparison of heights.
-    pub hypotheses: usize,
-    /// How many poses go on from the quick alignment.
-    pub finalists: usize,
-    /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to be off by.
-    pub sensor_deviation_m: f64,
-    /// Below this fitness, an item is unknown; as a sensor without noise would give it.
-    pub least_fitness: f64,
-    /// Where more than this share of an item's points is not explained, it is unknown.
-    pub most_unexplained: f64,
-    /// Where the camera looks through more than this share of what should be seen, an item is unknown.
-    pub most_contradicted: f64,
-}
-
-impl Default for RecognitionSettings {
-    fn default() -> Self {
-        Self {
-            least_points: 30,
-            templates: 90,
-            hypotheses: 24,
-            finalists: 4,
-            sensor_deviation_m: 0.001,
-            least_fitness: 0.9725,
-            most_unexplained: 0.03,
-            most_contradicted: 0.02,
-        }
-    }
-}
-
-impl RecognitionSettings {
-    /// Checks every value.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not possible.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        let count = within("1 to 10,000", 1.0..=1e4);
-        count("templates", self.templates as f64)?;
-        count("hypotheses", self.hypotheses as f64)?;
-        count("finalists", self.finalists as f64)?;
-        let share = within("0 to 1", 0.0..=1.0);
-        share("least_fitness", self.least_fitness)?;
-        share("most_unexplained", self.most_unexplained)?;
-        share("most_contradicted", self.most_contradicted)?;
-        within("0 to 0.1 m", 0.0..=0.1)("sensor_deviation_m", self.sensor_deviation_m)
+settings! {
+    /// How clusters are recognised.
+    #[derive(Copy)]
+    pub struct RecognitionSettings with validate {
+        /// Clusters of fewer points are not looked at.
+        pub least_points: usize = 30,
+        /// How many objects in resting poses go on from the comparison of outlines.
+        pub templates: usize = 90 => within("1 to 10,000", 1.0..=1e4),
+        /// How many poses go on from the comparison of heights.
+        pub hypotheses: usize = 24 => within("1 to 10,000", 1.0..=1e4),
+        /// How many poses go on from the quick alignment.
+        pub finalists: usize = 4 => within("1 to 10,000", 1.0..=1e4),
+        /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to
+        /// be off by.
+        pub sensor_deviation_m: f64 = 0.001 => within("0 to 0.1 m", 0.0..=0.1),
+        /// Below this fitness, an item is unknown; as a sensor without noise would give it.
+        pub least_fitness: f64 = 0.9725 => within("0 to 1", 0.0..=1.0),
+        /// Where more than this share of an item's points is not explained, it is unknown.
+        pub most_unexplained: f64 = 0.03 => within("0 to 1", 0.0..=1.0),
+        /// Where the camera looks through more than this share of what should be seen, an item is
+        /// unknown.
+        pub most_contradicted: f64 = 0.02 => within("0 to 1", 0.0..=1.0),
     }
 }
 

@@ -1,30 +1,23 @@
 //! Which turns an object looks the same after, found numerically.
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
-use serde::{Deserialize, Serialize};
 
 use crate::align::{AlignSettings, align};
 use crate::moments::{centroid, scatter};
 use crate::nearest::NearestSurface;
 use crate::samples::{SurfacePoint, yaws_rad};
+use ppnpack_numbers::settings;
 
-/// When two surfaces count as the same.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SameSurface {
-    /// The root of the mean square of distances is at most this, in metres.
-    pub root_mean_square_m: f64,
-    /// 98 % of the distances are at most this, in metres.
-    pub nearly_all_m: f64,
-}
-
-impl Default for SameSurface {
+settings! {
+    /// When two surfaces count as the same.
+    ///
     /// What a sensor with 1 mm of noise hardly tells apart, and the 3 mm within which a pose counts as right.
-    fn default() -> Self {
-        Self {
-            root_mean_square_m: 0.001,
-            nearly_all_m: 0.003,
-        }
+    #[derive(Copy)]
+    pub struct SameSurface {
+        /// The root of the mean square of distances is at most this, in metres.
+        pub root_mean_square_m: f64 = 0.001,
+        /// 98 % of the distances are at most this, in metres.
+        pub nearly_all_m: f64 = 0.003,
     }
 }
 

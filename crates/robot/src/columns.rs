@@ -7,7 +7,7 @@
 use nalgebra::Point3;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{ABSENT, ItemView};
+use ppnpack_packing::item::ItemView;
 use ppnpack_packing::placement::RestingPlacement;
 
 use crate::shapes::{AxisBox, Capsule, UprightCylinder};
@@ -196,15 +196,9 @@ fn covered<'a>(
         placement,
         resting_height,
     } = *resting;
-    let columns = view.bottom().iter().zip(view.top()).enumerate();
-    let material = columns.filter(|(_, (bottom, _))| **bottom != ABSENT);
-    material.map(move |(index, (bottom, top))| {
-        let (x, y) = (
-            placement.x + index / view.ny(),
-            placement.y + index % view.ny(),
-        );
-        let above = |height: &Units| resting_height.saturating_add(*height);
-        (x, y, above(bottom), above(top))
+    view.cells().map(move |(x, y, bottom, top)| {
+        let above = |height: Units| resting_height.saturating_add(height);
+        (placement.x + x, placement.y + y, above(bottom), above(top))
     })
 }
 
@@ -212,7 +206,7 @@ fn covered<'a>(
 mod tests {
     use nalgebra::{Point2, Vector3};
     use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
-    use ppnpack_packing::item::{Item, ViewSurfaces};
+    use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
     use ppnpack_packing::placement::Placement;
     use proptest::prelude::*;
 

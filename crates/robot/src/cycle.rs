@@ -7,11 +7,10 @@ use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::candidate::Lying;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
-use serde::{Deserialize, Serialize};
 
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
 use crate::gripper::GripperPart;
@@ -28,64 +27,33 @@ use crate::trajectory::Trajectory;
 /// Rounding of what touches, in metres.
 const TOUCHING_M: f64 = 1e-6;
 
-/// What a cycle's time depends on beside the arm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CycleSettings {
-    /// How long the cup takes to hold an item, in seconds.
-    pub grip_s: f64,
-    /// How long the cup takes to let go, in seconds.
-    pub release_s: f64,
-    /// Share of the joints' speeds that is used.
-    pub speed_share: f64,
-    /// Share of the joints' accelerations that is used.
-    pub acceleration_share: f64,
-}
-
-impl Default for CycleSettings {
-    fn default() -> Self {
-        Self {
-            grip_s: 0.2,
-            release_s: 0.15,
-            speed_share: 1.0,
-            acceleration_share: 1.0,
-        }
+settings! {
+    /// What a cycle's time depends on beside the arm.
+    #[derive(Copy)]
+    pub struct CycleSettings with validate {
+        /// How long the cup takes to hold an item, in seconds.
+        pub grip_s: f64 = 0.2 => within("0 to 60 s", 0.0..=60.0),
+        /// How long the cup takes to let go, in seconds.
+        pub release_s: f64 = 0.15 => within("0 to 60 s", 0.0..=60.0),
+        /// Share of the joints' speeds that is used.
+        pub speed_share: f64 = 1.0 => within("0.001 to 1", 0.001..=1.0),
+        /// Share of the joints' accelerations that is used.
+        pub acceleration_share: f64 = 1.0 => within("0.001 to 1", 0.001..=1.0),
     }
 }
 
-impl CycleSettings {
-    /// Checks every value.
+settings! {
+    /// Where a cell brings its items to be picked, one after another.
     ///
-    /// # Errors
-    /// [`SettingError`] names the first field that is not possible.
-    pub fn validate(&self) -> Result<(), SettingError> {
-        let time = within("0 to 60 s", 0.0..=60.0);
-        time("grip_s", self.grip_s)?;
-        time("release_s", self.release_s)?;
-        let share = within("0.001 to 1", 0.001..=1.0);
-        share("speed_share", self.speed_share)?;
-        share("acceleration_share", self.acceleration_share)
-    }
-}
-
-/// Where a cell brings its items to be picked, one after another.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PickPlace {
-    /// The point that the cup's middle comes down on, in the container frame, in metres; its height is that of what
-    /// items lie on.
-    pub position_m: [f64; 3],
-    /// How items are turned there about the vertical, seen from the yaw 0 of their placements, in degrees.
-    pub yaw_deg: f64,
-}
-
-/// On the table, 35 cm beside the container.
-impl Default for PickPlace {
-    fn default() -> Self {
-        Self {
-            position_m: [0.10, -0.35, -0.01],
-            yaw_deg: 0.0,
-        }
+    /// On the table, 35 cm beside the container.
+    #[derive(Copy)]
+    pub struct PickPlace {
+        /// The point that the cup's middle comes down on, in the container frame, in metres; its
+        /// height is that of what items lie on.
+        pub position_m: [f64; 3] = [0.10, -0.35, -0.01],
+        /// How items are turned there about the vertical, seen from the yaw 0 of their placements,
+        /// in degrees.
+        pub yaw_deg: f64 = 0.0,
     }
 }
 

@@ -2,46 +2,26 @@
 //! is.
 
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
-use ppnpack_numbers::{SettingError, within};
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{settings, within};
 
 use crate::gripper::GripperPart;
 use crate::parameters::GripperParameters;
 use crate::surface::UpperSurface;
 
-/// What a cup can hold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PickSettings {
-    /// How far a patch may deviate from a plane, in metres: what the lip's bellows even out.
-    pub max_deviation_m: f64,
-    /// How far a patch may be tilted, in degrees.
-    pub max_tilt_deg: f64,
-    /// Patches tilted by no more than this are preferred to all others, in degrees.
-    pub level_tilt_deg: f64,
-    /// How far from the centre of mass's vertical axis an item may be held, in metres.
-    pub max_offset_m: f64,
-}
-
-/// A small bellows cup; the deviation lets the rounding of a heightmap's cells to 2 mm pass.
-impl Default for PickSettings {
-    fn default() -> Self {
-        Self {
-            max_deviation_m: 0.002,
-            max_tilt_deg: 15.0,
-            level_tilt_deg: 3.0,
-            max_offset_m: 0.05,
-        }
-    }
-}
-
-impl PickSettings {
-    pub(crate) fn validate(&self) -> Result<(), SettingError> {
-        within("0 to 0.1 m", 0.0..=0.1)("pick.max_deviation_m", self.max_deviation_m)?;
-        let tilt = within("0 to 80", 0.0..=80.0);
-        tilt("pick.max_tilt_deg", self.max_tilt_deg)?;
-        tilt("pick.level_tilt_deg", self.level_tilt_deg)?;
-        within("0 to 10 m", 0.0..=10.0)("pick.max_offset_m", self.max_offset_m)
+settings! {
+    /// What a cup can hold.
+    ///
+    /// A small bellows cup; the deviation lets the rounding of a heightmap's cells to 2 mm pass.
+    #[derive(Copy)]
+    pub struct PickSettings with validate as "pick." {
+        /// How far a patch may deviate from a plane, in metres: what the lip's bellows even out.
+        pub max_deviation_m: f64 = 0.002 => within("0 to 0.1 m", 0.0..=0.1),
+        /// How far a patch may be tilted, in degrees.
+        pub max_tilt_deg: f64 = 15.0 => within("0 to 80", 0.0..=80.0),
+        /// Patches tilted by no more than this are preferred to all others, in degrees.
+        pub level_tilt_deg: f64 = 3.0 => within("0 to 80", 0.0..=80.0),
+        /// How far from the centre of mass's vertical axis an item may be held, in metres.
+        pub max_offset_m: f64 = 0.05 => within("0 to 10 m", 0.0..=10.0),
     }
 }
 

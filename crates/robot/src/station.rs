@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use ppnpack_numbers::within;
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{settings, within};
 
 use crate::arm::Arm;
 use crate::arms;
@@ -17,40 +16,28 @@ use crate::parameters::{ArmParameters, BaseParameters, GripperParameters};
 /// The longest parameter file, in bytes.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// An arm, where it stands, what it holds items with, and what is around it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct StationSettings {
-    /// The name of a built-in arm, or the path of a parameter file.
-    pub arm: String,
-    /// Where it stands, if not where the parameter file says.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub base: Option<BaseParameters>,
-    /// Its gripper, if not that of the parameter file.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gripper: Option<GripperParameters>,
-    /// Where items are picked.
-    pub pick: PickPlace,
-    /// What cycles depend on beside the arm.
-    pub cycle: CycleSettings,
-    /// What is around the arm, and how carefully it moves.
-    pub cell: CellSettings,
-    /// An item of which so many placements were refused for their cycles alone in a step, and none accepted, is left out of the step.
-    pub refused_cycles_per_item: usize,
-}
-
-/// The paper's kind of arm beside the reference container.
-impl Default for StationSettings {
-    fn default() -> Self {
-        Self {
-            arm: "nachi-mz07l".to_owned(),
-            base: None,
-            gripper: None,
-            pick: PickPlace::default(),
-            cycle: CycleSettings::default(),
-            cell: CellSettings::default(),
-            refused_cycles_per_item: REFUSED_CYCLES_PER_ITEM,
-        }
+settings! {
+    /// An arm, where it stands, what it holds items with, and what is around it.
+    ///
+    /// The paper's kind of arm beside the reference container.
+    pub struct StationSettings {
+        /// The name of a built-in arm, or the path of a parameter file.
+        pub arm: String = "nachi-mz07l".to_owned(),
+        /// Where it stands, if not where the parameter file says.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub base: Option<BaseParameters> = None,
+        /// Its gripper, if not that of the parameter file.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub gripper: Option<GripperParameters> = None,
+        /// Where items are picked.
+        pub pick: PickPlace = PickPlace::default(),
+        /// What cycles depend on beside the arm.
+        pub cycle: CycleSettings = CycleSettings::default(),
+        /// What is around the arm, and how carefully it moves.
+        pub cell: CellSettings = CellSettings::default(),
+        /// An item of which so many placements were refused for their cycles alone in a step, and
+        /// none accepted, is left out of the step.
+        pub refused_cycles_per_item: usize = REFUSED_CYCLES_PER_ITEM,
     }
 }
 

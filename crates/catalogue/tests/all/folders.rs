@@ -170,17 +170,6 @@ fn all_bad_files_are_named_and_the_good_ones_reported() {
 }
 
 #[test]
-fn a_wrong_unit_is_suggested() {
-    let directory = folder(&[("a.obj", BOX)]);
-    let settings = Settings {
-        unit: LengthUnit::Metres,
-        ..settings()
-    };
-    let error = load_with(directory.path(), &settings).unwrap_err();
-    assert!(error.to_string().contains("drawn in mm"), "{error}");
-}
-
-#[test]
 fn progress_counts_to_the_total() {
     let directory = folder(&[("a.obj", BOX), ("b.obj", BOX), ("c.obj", BOX)]);
     let most = AtomicUsize::new(0);

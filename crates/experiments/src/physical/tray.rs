@@ -149,9 +149,8 @@ impl Tray {
         let lying = self.lying.iter();
         bodies.extend(lying.map(|it| body(&it.model.mesh, it.container_from_object)));
         let seed = self.random.random();
-        let view = self.camera.see(&bodies).or_run()?;
-        let points = view.noisy_points(&NoiseModel::default(), seed).or_run()?;
-        Ok(points.points_m().to_vec())
+        let points = self.camera.see(&bodies, &NoiseModel::default(), seed);
+        points.or_run()
     }
 }
 

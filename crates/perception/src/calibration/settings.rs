@@ -1,47 +1,33 @@
 //! What a calibration is told.
 
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::grid::ContainerSize;
-use serde::{Deserialize, Serialize};
 
-/// What is known of a container, and how well points have to fit.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CalibrationSettings {
-    /// The inner size where it is known, in metres: what is measured is checked against it, and only the pose is
-    /// taken from the cloud. Where its sides differ, they decide which of them is x.
-    pub size: Option<ContainerSize>,
-    /// The measured size may differ from the known one by this along each side, in metres.
-    pub size_tolerance_m: f64,
-    /// x is the side nearest to the sensor's x axis turned by so many quarters, counter-clockwise from above; 0 to 3.
-    pub quarter_turns: u8,
-    /// The container is at least this deep, in metres.
-    pub least_depth_m: f64,
-    /// The root mean square of the residuals of floor, rim and walls is at most this, in metres, sensor noise included.
-    pub largest_rms_m: f64,
-    /// Walls are plane within this, in metres.
-    pub largest_bow_m: f64,
-    /// Sides are square, and floor and rim parallel, within this, in radians.
-    pub largest_skew_rad: f64,
-    /// The sensor looks at the container from within this angle of straight above, in radians.
-    pub largest_view_angle_rad: f64,
-    /// For the random choices.
-    pub seed: u64,
-}
-
-impl Default for CalibrationSettings {
-    fn default() -> Self {
-        Self {
-            size: None,
-            size_tolerance_m: 0.005,
-            quarter_turns: 0,
-            least_depth_m: 0.03,
-            largest_rms_m: 0.004,
-            largest_bow_m: 0.003,
-            largest_skew_rad: 0.0175,
-            largest_view_angle_rad: 0.8,
-            seed: 0,
-        }
+settings! {
+    /// What is known of a container, and how well points have to fit.
+    pub struct CalibrationSettings with validate_numbers {
+        /// The inner size where it is known, in metres: what is measured is checked against it, and
+        /// only the pose is taken from the cloud. Where its sides differ, they decide which of them
+        /// is x.
+        pub size: Option<ContainerSize> = None,
+        /// The measured size may differ from the known one by this along each side, in metres.
+        pub size_tolerance_m: f64 = 0.005 => within("above 0 and at most 1 m", 1e-6..=1.0),
+        /// x is the side nearest to the sensor's x axis turned by so many quarters,
+        /// counter-clockwise from above; 0 to 3.
+        pub quarter_turns: u8 = 0 => within("0 to 3", 0.0..=3.0),
+        /// The container is at least this deep, in metres.
+        pub least_depth_m: f64 = 0.03 => within("0.005 to 1 m", 0.005..=1.0),
+        /// The root mean square of the residuals of floor, rim and walls is at most this, in
+        /// metres, sensor noise included.
+        pub largest_rms_m: f64 = 0.004 => within("above 0 and at most 1 m", 1e-6..=1.0),
+        /// Walls are plane within this, in metres.
+        pub largest_bow_m: f64 = 0.003 => within("above 0 and at most 1 m", 1e-6..=1.0),
+        /// Sides are square, and floor and rim parallel, within this, in radians.
+        pub largest_skew_rad: f64 = 0.0175 => within("above 0 and at most 0.5 rad", 1e-6..=0.5),
+        /// The sensor looks at the container from within this angle of straight above, in radians.
+        pub largest_view_angle_rad: f64 = 0.8 => within("0.1 to 0.9 rad", 0.1..=0.9),
+        /// For the random choices.
+        pub seed: u64 = 0,
     }
 }
 
@@ -57,16 +43,6 @@ impl CalibrationSettings {
             side("size", size.y_m)?;
             side("size", size.z_m)?;
         }
-        let length = within("above 0 and at most 1 m", 1e-6..=1.0);
-        length("size_tolerance_m", self.size_tolerance_m)?;
-        length("largest_rms_m", self.largest_rms_m)?;
-        length("largest_bow_m", self.largest_bow_m)?;
-        let turns = f64::from(self.quarter_turns);
-        within("0 to 3", 0.0..=3.0)("quarter_turns", turns)?;
-        within("0.005 to 1 m", 0.005..=1.0)("least_depth_m", self.least_depth_m)?;
-        let skew = within("above 0 and at most 0.5 rad", 1e-6..=0.5);
-        skew("largest_skew_rad", self.largest_skew_rad)?;
-        let angle = within("0.1 to 0.9 rad", 0.1..=0.9);
-        angle("largest_view_angle_rad", self.largest_view_angle_rad)
+        self.validate_numbers()
     }
 }

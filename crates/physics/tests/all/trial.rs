@@ -366,25 +366,6 @@ fn a_method_that_tries_nothing_has_no_check() {
 }
 
 #[test]
-fn settings_left_out_take_their_defaults_and_unknown_ones_are_refused() {
-    let read: TrialSettings =
-        serde_json::from_str(r#"{"limits": {"slide_m": 0.01}, "tries_per_item": 7}"#).unwrap();
-    let expected = settings(|settings| {
-        settings.limits.slide_m = 0.01;
-        settings.tries_per_item = 7;
-    });
-    assert_eq!(read, expected);
-    let written = serde_json::to_string(&read).unwrap();
-    assert_eq!(
-        serde_json::from_str::<TrialSettings>(&written).unwrap(),
-        read
-    );
-    for unknown in [r#"{"tries": 3}"#, r#"{"limits": {"tilt": 0.1}}"#] {
-        assert!(serde_json::from_str::<TrialSettings>(unknown).is_err());
-    }
-}
-
-#[test]
 fn what_reaches_above_the_rim_is_made_where_it_sinks_below_it() {
     for (tower_m, is_accepted) in [(0.255, true), (0.265, false)] {
         // Under the cells 10 to 20 along both sides; the item is 1 cm above the rim of 30 cm, as planned.

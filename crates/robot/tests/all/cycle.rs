@@ -69,41 +69,6 @@ const LEGS: [LegKind; 6] = [
     LegKind::Return,
 ];
 
-#[test]
-fn cycles_keep_the_limits_and_join_at_rest() {
-    for name in arms::names() {
-        let (planner, found) = cycles(name, 12);
-        let limits = planner.arm().limits();
-        for (_, _, cycle) in &found {
-            let legs: Vec<_> = cycle.legs.iter().map(|(leg, _)| *leg).collect();
-            assert_eq!(legs, LEGS);
-            let moving_s: f64 = cycle.legs.iter().map(|(_, leg)| leg.duration_s()).sum();
-            assert!((cycle.cycle_s - moving_s - 0.35).abs() < 1e-9);
-            assert!((0.8..6.0).contains(&cycle.cycle_s), "{name}: {cycle:?}");
-            for (_, leg) in &cycle.legs {
-                let h = 1e-3;
-                let samples: Vec<_> = leg.samples(h).map(|(_, joints)| joints).collect();
-                let whole = &samples[..samples.len() - 1];
-                for (joint, limits) in limits.iter().enumerate() {
-                    let angle = |at: usize| whole[at].as_array()[joint];
-                    let (most, most_change) = (
-                        limits.speed_rad_per_s * 1.001,
-                        limits.acceleration_rad_per_s2 * 1.01,
-                    );
-                    for at in 1..whole.len() - 1 {
-                        let [a, b, c] = [at - 1, at, at + 1].map(angle);
-                        assert!((c - a).abs() / (2.0 * h) <= most, "{name} {joint}");
-                        let change = (c - 2.0 * b + a).abs() / (h * h);
-                        assert!(change <= most_change, "{name} {joint}: {change}");
-                    }
-                    let first = (angle(1) - angle(0)).abs() / h;
-                    assert!(first <= most_change * h, "at rest");
-                }
-            }
-        }
-    }
-}
-
 /// As whoever carries them out is given them: joint angles over time.
 #[test]
 fn sampled_cycles_keep_the_joints_limits_and_their_times_increase() {
@@ -114,6 +79,7 @@ fn sampled_cycles_keep_the_joints_limits_and_their_times_increase() {
             let legs: Vec<_> = sampled.legs.iter().map(|leg| leg.kind).collect();
             assert_eq!(legs, LEGS);
             assert_eq!((&*sampled.arm, sampled.cycle_s), ("arm", cycle.cycle_s));
+            assert!((0.8..6.0).contains(&cycle.cycle_s), "{name}: {cycle:?}");
             let nexts = sampled.legs.iter().cycle().skip(1);
             for (leg, next) in sampled.legs.iter().zip(nexts) {
                 let end = leg.points.last().unwrap();

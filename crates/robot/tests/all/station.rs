@@ -272,21 +272,6 @@ fn arms_come_by_name_or_from_a_file_and_base_and_gripper_can_be_replaced() {
     assert!(refused.starts_with("gripper.cup_radius_m"), "{refused}");
 }
 
-#[test]
-fn settings_are_read_as_they_are_written_and_unknown_ones_refused() {
-    let settings = StationSettings::default();
-    let text = toml::to_string(&settings).unwrap();
-    assert_eq!(toml::from_str(&text), Ok(settings.clone()));
-    assert_eq!(toml::from_str(""), Ok(settings));
-    for wrong in [
-        "reach_m = 1.0",
-        "[pick]\nheight_m = 1.0",
-        "[cycle]\nspeed = 2",
-    ] {
-        assert!(toml::from_str::<StationSettings>(wrong).is_err(), "{wrong}");
-    }
-}
-
 /// The cycle that is the evidence of a placement.
 fn cycle(settings: &StationSettings, candidate: &Candidate) -> Arc<Cycle> {
     let grid = Grid::reference();

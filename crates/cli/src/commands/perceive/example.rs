@@ -75,9 +75,8 @@ fn seen(meshes: &[Mesh], seed: u64) -> Outcome<Cloud> {
             world_from_body: Isometry3::identity(),
         })
         .collect();
-    let view = camera.see(&bodies).or_run()?;
-    let image = view.noisy_points(&NoiseModel::default(), seed).or_run()?;
-    Cloud::organised(image.width(), image.points_m().to_vec()).or_run()
+    let points_m = camera.see(&bodies, &NoiseModel::default(), seed).or_run()?;
+    Cloud::organised(intrinsics.width, points_m).or_run()
 }
 
 /// A container on a table.

@@ -113,9 +113,7 @@ impl Case {
         });
         let bodies: Vec<Body<'_>> = bodies.collect();
         let camera = DepthCamera::new(intrinsics(), self.world_from_camera);
-        let view = camera.see(&bodies).unwrap();
-        let image = view.noisy_points(&self.noise, self.seed).unwrap();
-        image.points_m().to_vec()
+        camera.see(&bodies, &self.noise, self.seed).unwrap()
     }
 
     /// How far a calibration is from the truth. Any corner may be the origin.

@@ -136,12 +136,8 @@ pub(crate) fn view(
     let eye = Point3::new(0.03, -0.04, 0.9);
     let intrinsics = Intrinsics::centred(640, 480, 600.0).unwrap();
     let camera = DepthCamera::looking_at(intrinsics, eye, &Point3::origin());
-    let image = camera
-        .see(&bodies)
-        .unwrap()
-        .noisy_points(noise, 11)
-        .unwrap();
-    (image.in_world_m(&camera.world_from_camera).collect(), eye)
+    let points = camera.see(&bodies, noise, 11).unwrap();
+    (camera.in_world_m(&points).collect(), eye)
 }
 
 pub(crate) fn region() -> Region {

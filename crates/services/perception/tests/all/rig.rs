@@ -202,15 +202,14 @@ pub(crate) fn seen_from(
     let bodies: Vec<Body<'_>> = bodies.collect();
     let intrinsics = Intrinsics::centred(640, 480, focal_px).unwrap();
     let camera = DepthCamera::looking_down(intrinsics, eye_m);
-    let view = camera.see(&bodies).unwrap();
-    let points = view.noisy_points(&NoiseModel::default(), sequence + state_number);
+    let points = camera.see(&bodies, &NoiseModel::default(), sequence + state_number);
     let capture = Capture {
         sequence,
         captured_at_ns: 1_700_000_000_000_000_000,
         state_number,
         container_from_sensor: camera.world_from_camera,
     };
-    cloud::write(&capture, points.unwrap().points_m())
+    cloud::write(&capture, &points.unwrap())
 }
 
 /// The status of a request that is refused, and why.
