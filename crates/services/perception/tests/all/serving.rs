@@ -78,20 +78,6 @@ impl Rig {
         }
     }
 
-    fn ask_for(
-        &self,
-        cell: &Cell,
-        least_state_number: u64,
-        span: Duration,
-    ) -> Result<v1::Heightmap, CallError> {
-        let request = v1::HeightmapRequest {
-            header: None,
-            least_state_number,
-        };
-        let reply = self.client.call(cell, request, Instant::now() + span)?;
-        Ok(reply.heightmap.unwrap())
-    }
-
     fn seen(&self, least_state_number: u64) -> v1::Heightmap {
         self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
     }
