@@ -130,20 +130,6 @@ fn heightmaps_that_no_item_refers_to_any_more_make_room_for_others() {
 }
 
 #[test]
-fn in_memory_the_same_is_kept_as_long_as_the_store() {
-    let store = Store::open(None, ENOUGH).unwrap();
-    let kept = fill(&store, &cell("a"), 2);
-    assert_eq!(store.session(&cell("a")).unwrap(), kept);
-    assert_eq!(store.session(&cell("b")).unwrap(), Session::default());
-    assert!(
-        store
-            .shape(&cell("a"), ItemId::of(&shape(3)))
-            .unwrap()
-            .is_some()
-    );
-}
-
-#[test]
 fn a_session_has_no_more_heightmaps_than_it_may() {
     let shapes: Vec<v1::Item> = (3..20).map(shape).collect();
     let most: usize = shapes.iter().take(4).map(Message::encoded_len).sum();
