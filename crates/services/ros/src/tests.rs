@@ -219,11 +219,7 @@ fn a_session_that_began_before_is_told() {
             session_id: "before".to_owned(),
             ..v1::Session::default()
         };
-        let reply = v1::SessionReply {
-            session: Some(session),
-            ..v1::SessionReply::default()
-        };
-        incoming.reply(reply, Done::default());
+        incoming.reply(session.into(), Done::default());
     };
     let _listener = rpc::listen(&planner, Some(&cell()), answer).unwrap();
     let _alive = alive::announce(&planner, Some(&cell())).unwrap();
