@@ -142,7 +142,6 @@ fn state(cell: &Cell, state: &v1::CellState) -> SceneUpdate {
 #[cfg(test)]
 mod tests {
     use foxglove::messages::Timestamp;
-    use nalgebra::Point3;
     use ppnpack_packing::grid;
     use ppnpack_packing::heightmap::{Heightmap, Scene};
 
@@ -170,25 +169,6 @@ mod tests {
         assert!((height_m - 0.02).abs() < 1e-6);
         assert_eq!(message.data.iter().filter(|byte| **byte != 0).count(), 4);
         assert_eq!(message.data.len(), 4 * 32 * 32);
-    }
-
-    #[test]
-    fn clouds_keep_their_fields_and_bytes() {
-        let capture = convert::cloud::Capture {
-            sequence: 1,
-            captured_at_ns: -5,
-            state_number: 0,
-            container_from_sensor: Isometry3::translation(0.1, 0.2, 1.0),
-        };
-        let message = convert::cloud::write(&capture, &[Point3::new(1.0, 2.0, 3.0)]);
-        let shown = cloud(&cell(), message.clone()).unwrap();
-        assert_eq!(shown.timestamp, Some(Timestamp::new(0, 0)));
-        assert_eq!(shown.data, message.data);
-        let names = shown.fields.iter().map(|field| field.name.as_str());
-        assert_eq!(names.collect::<Vec<_>>(), ["x", "y", "z"]);
-        let float = packed_element_field::NumericType::Float32;
-        assert_eq!(shown.fields[0].r#type(), float);
-        assert_eq!(shown.pose.unwrap().position.unwrap().z, 1.0);
     }
 
     #[test]

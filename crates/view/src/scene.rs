@@ -307,30 +307,15 @@ mod tests {
     }
 
     #[test]
-    fn a_step_is_drawn_with_all_that_is_known_of_it() {
-        let points = [[0.1, -0.3, 0.2], [0.1, -0.3, 0.5], [0.2, 0.1, 0.5]];
-        let points: Vec<Point3<f64>> = points.map(Point3::from).into();
-        let leg = |kind, points: &[Point3<f64>]| Leg {
-            kind,
-            points: points.to_vec(),
-        };
-        let arm = ArmLines {
-            legs: vec![
-                leg(LegKind::Lift, &points),
-                leg(LegKind::Return, &points),
-                leg(LegKind::Descend, &points[..1]),
-            ],
-            links: points,
-            cycle_s: 3.42,
-        };
+    fn a_step_is_drawn_with_the_shapes_that_are_known() {
         let mut shapes = ShapeStore::default();
         let cell = Cell::new("cell-1").unwrap();
-        let drawn = |shapes: &ShapeStore| draw(&cell, &record(), shapes, Some(&arm)).unwrap();
+        let drawn = |shapes: &ShapeStore| draw(&cell, &record(), shapes, None).unwrap();
         let ids = |scene: &SceneUpdate| {
             let ids = scene.entities.iter().map(|entity| entity.id.clone());
             ids.collect::<Vec<_>>()
         };
-        assert_eq!(ids(&drawn(&shapes)), ["container", "arm", "trajectory"]);
+        assert_eq!(ids(&drawn(&shapes)), ["container"]);
         let item = v1::shape::Shape::Item(item());
         let solid = v1::shape::Shape::Solid(solid());
         let [candidate] = &record().candidates[..] else {
@@ -343,24 +328,15 @@ mod tests {
             });
         }
         let scene = drawn(&shapes);
-        let next = ["runner_up/1", "runner_up/2"];
-        let [first, second] = next;
         let expected = [
             "container",
             "body/a",
             "choice",
-            first,
-            second,
-            "arm",
-            "trajectory",
+            "runner_up/1",
+            "runner_up/2",
         ];
         assert_eq!(ids(&scene), expected);
         assert_eq!(scene.entities[1].triangles[0].indices.len(), 36);
         assert!(scene.entities[2].cubes.is_empty() && !scene.entities[2].triangles.is_empty());
-        let (drawn, way) = (&scene.entities[5], &scene.entities[6]);
-        assert_eq!(drawn.lines[0].points.len(), 3);
-        assert_eq!(way.lines.len(), 2, "one leg leads nowhere");
-        assert_ne!(way.lines[0].color, way.lines[1].color);
-        assert!(way.lines[0].thickness > way.lines[1].thickness);
     }
 }

@@ -143,23 +143,6 @@ fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
 }
 
 #[test]
-fn without_any_heuristic_service_the_planner_searches_itself_and_says_so() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
-    cell.begin("alone", &OBJECTS, false).unwrap();
-    cell.step().unwrap().unwrap();
-    stack.signal("heuristic-1", Signal::Kill).unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert_eq!(decision.degraded.len(), 1, "{:?}", decision.degraded);
-    stack.restart("heuristic-1").unwrap();
-    let ended = Instant::now();
-    stack.wait_ready("heuristic-1").unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert_eq!(decision.degraded, Vec::<String>::new());
-    assert_recovered(ended, "the only heuristic service is back");
-}
-
-#[test]
 fn a_heuristic_service_decides_what_the_planner_decides() {
     let decisions = |evaluate: &'static str| {
         let stack = Stack::start(&Options {
