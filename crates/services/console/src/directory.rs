@@ -1,11 +1,12 @@
-//! Which cells and containers there are, for whoever is asked about one.
+//! What is known of the cells, for who follows them and whoever is asked about one.
 
-use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
+
+use crate::picture::Picture;
 
 /// The size of a grid's cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,9 +29,9 @@ pub(crate) struct Entry {
 /// For how long after the start a cell may be there of which nothing was heard yet.
 const FIRST_WORD: Duration = Duration::from_secs(5);
 
-/// The cells, kept current by who follows them.
+/// The picture of the cells, kept current by who follows them.
 pub(crate) struct Directory {
-    cells: Mutex<BTreeMap<Cell, Entry>>,
+    picture: Mutex<Picture>,
     changed: Condvar,
     /// When all cells that are there have been heard.
     complete_at: Instant,
@@ -40,15 +41,19 @@ impl Directory {
     /// That of a console which begins to listen now.
     pub(crate) fn begun() -> Self {
         Self {
-            cells: Mutex::default(),
+            picture: Mutex::default(),
             changed: Condvar::new(),
             complete_at: Instant::now() + FIRST_WORD,
         }
     }
 
-    /// From now on it has these.
-    pub(crate) fn set(&self, cells: BTreeMap<Cell, Entry>) {
-        *lock(&self.cells) = cells;
+    /// The picture, which nobody else has until it is let go.
+    pub(crate) fn picture(&self) -> MutexGuard<'_, Picture> {
+        lock(&self.picture)
+    }
+
+    /// Something was heard: whoever waits for a cell looks again.
+    pub(crate) fn changed(&self) {
         self.changed.notify_all();
     }
 
@@ -56,46 +61,46 @@ impl Directory {
     /// that comes then must not be taken for one of a cell that does not exist.
     pub(crate) fn heard_containers(&self, cell: &Cell) -> Option<Vec<Cell>> {
         let left = self.complete_at.saturating_duration_since(Instant::now());
-        let is_unheard = |cells: &mut BTreeMap<Cell, Entry>| !cells.contains_key(cell);
+        let is_unheard = |picture: &mut Picture| !picture.directory().contains_key(cell);
         let waited = self
             .changed
-            .wait_timeout_while(lock(&self.cells), left, is_unheard);
-        let (cells, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        cells.get(cell).map(|entry| entry.containers.clone())
+            .wait_timeout_while(self.picture(), left, is_unheard);
+        let (picture, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        Some(picture.directory().remove(cell)?.containers)
     }
 
     /// Whether a cell was heard.
     pub(crate) fn has(&self, cell: &Cell) -> bool {
-        lock(&self.cells).contains_key(cell)
+        self.picture().directory().contains_key(cell)
     }
 
     /// The containers of all cells.
     pub(crate) fn all_containers(&self) -> Vec<Cell> {
-        let cells = lock(&self.cells);
-        let containers = cells.values().flat_map(|entry| &entry.containers);
-        containers.cloned().collect()
+        let cells = self.picture().directory().into_values();
+        cells.flat_map(|entry| entry.containers).collect()
     }
 
     /// The size of the cells of a cell's grids, where it is known.
     pub(crate) fn cell_size(&self, cell: &Cell) -> Option<CellSize> {
-        lock(&self.cells).get(cell)?.size
+        self.picture().directory().get(cell)?.size
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::News;
 
     fn cell(name: &str) -> Cell {
         Cell::new(name).unwrap()
     }
 
-    fn with(name: &str) -> BTreeMap<Cell, Entry> {
-        let entry = Entry {
-            containers: vec![cell(name)],
-            ..Entry::default()
-        };
-        BTreeMap::from([(cell(name), entry)])
+    impl Directory {
+        fn hear(&self, name: &str) {
+            let state = News::State(Box::default());
+            self.picture().apply(0, &cell(name), state);
+            self.changed();
+        }
     }
 
     #[test]
@@ -106,8 +111,8 @@ mod tests {
         };
         std::thread::scope(|scope| {
             let asking = scope.spawn(|| directory.heard_containers(&cell("c1")));
-            directory.set(with("c2"));
-            directory.set(with("c1"));
+            directory.hear("c2");
+            directory.hear("c1");
             assert_eq!(asking.join().unwrap(), Some(vec![cell("c1")]));
         });
     }
@@ -118,7 +123,7 @@ mod tests {
             complete_at: Instant::now(),
             ..Directory::begun()
         };
-        directory.set(with("c1"));
+        directory.hear("c1");
         assert_eq!(directory.heard_containers(&cell("c2")), None);
         assert_eq!(
             directory.heard_containers(&cell("c1")),

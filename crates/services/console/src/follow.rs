@@ -10,14 +10,12 @@ use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::{Message, Name};
-use serde_json::Value;
-use tokio::sync::oneshot;
 use zenoh::Session;
 
 use crate::board::Board;
 use crate::clock::now_ms;
 use crate::directory::Directory;
-use crate::picture::{News, Picture, SeenContainer};
+use crate::picture::{News, SeenContainer};
 use crate::shapes::{ShapeId, Wanted};
 
 /// How often heightmaps are looked at: sensors may send them faster than anybody sees.
@@ -35,18 +33,6 @@ pub(crate) enum Told {
     Found(Vec<(Found, v1::HealthReply)>),
     /// The volumes of shapes, in cubic metres.
     Volumes(Vec<(ShapeId, f64)>),
-    /// Somebody waits to hear what an answer of a planner means.
-    Asked(Box<Asked>),
-}
-
-/// What a planner explained of an item, to be told with what is known of the cell.
-#[derive(Debug)]
-pub(crate) struct Asked {
-    pub(crate) cell: Cell,
-    pub(crate) item_id: String,
-    pub(crate) reply: v1::ExplainReply,
-    /// Takes the answer; none where nothing is known of the cell.
-    pub(crate) answer: oneshot::Sender<Option<Value>>,
 }
 
 /// What was heard last: of sessions and states the newest alone is looked at.
@@ -57,7 +43,6 @@ pub(crate) type Heightmaps = LatestValues<Cell, (u64, Box<v1::Heightmap>)>;
 
 /// Folds what is heard into the picture, and puts that on the board.
 pub(crate) struct Follower {
-    picture: Picture,
     board: Arc<Board>,
     directory: Arc<Directory>,
     newest: Newest,
@@ -79,7 +64,6 @@ impl Follower {
         prefetcher: Address<Wanted>,
     ) -> Self {
         Self {
-            picture: Picture::default(),
             board,
             directory,
             newest: ears.newest.clone(),
@@ -92,7 +76,7 @@ impl Follower {
     }
 
     fn apply(&mut self, at_ms: u64, of: &Cell, news: News) {
-        let wanted = self.picture.apply(at_ms, of, news);
+        let wanted = self.directory.picture().apply(at_ms, of, news);
         self.ask(wanted);
     }
 
@@ -109,7 +93,8 @@ impl Follower {
     fn ask_again(&mut self, now: Instant) {
         if self.next_asking <= now {
             self.next_asking = now + ASKED_EVERY;
-            self.ask(self.picture.missing());
+            let missing = self.directory.picture().missing();
+            self.ask(missing);
         }
     }
 
@@ -123,7 +108,9 @@ impl Follower {
                 Ok(seen) => self.apply(made_ms, &container, News::Seen(Box::new(seen))),
                 Err(error) => tracing::debug!(%container, %error, "a heightmap cannot be read"),
             }
-            self.picture.show_heightmap(&self.board, &container);
+            self.directory
+                .picture()
+                .show_heightmap(&self.board, &container);
         }
     }
 }
@@ -135,20 +122,8 @@ impl Actor for Follower {
         self.is_changed = true;
         match told {
             Told::Of(cell, news) => self.apply(now_ms(), &cell, news),
-            Told::Found(found) => self.picture.look(now_ms(), found),
-            Told::Volumes(volumes) => self.picture.learn_volumes(now_ms(), volumes),
-            Told::Asked(asked) => {
-                let Asked {
-                    cell,
-                    item_id,
-                    reply,
-                    answer,
-                } = *asked;
-                // Whoever asked may have left.
-                answer
-                    .send(self.picture.explain(&cell, &item_id, reply))
-                    .ok();
-            }
+            Told::Found(found) => self.directory.picture().look(now_ms(), found),
+            Told::Volumes(volumes) => self.directory.picture().learn_volumes(now_ms(), volumes),
         }
     }
 
@@ -165,8 +140,8 @@ impl Actor for Follower {
             self.is_changed = true;
         }
         if std::mem::take(&mut self.is_changed) {
-            self.directory.set(self.picture.directory());
-            self.picture.show(&self.board, now_ms());
+            self.directory.changed();
+            self.directory.picture().show(&self.board, now_ms());
         }
     }
 

@@ -96,19 +96,17 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
             what: "starting the page's threads",
             source,
         })?;
-    let follower = following.follower.downgrade();
     let served = Served {
         board,
         controls: Controls::new(
             process.session(),
             client.clone(),
             Arc::clone(&directory),
-            follower.clone(),
+            following.follower.downgrade(),
         ),
         directory,
         shapes,
         client,
-        follower,
         access: Access::new(token.as_ref(), &settings.hosts),
         limits: Limits::default(),
         shutdown: shutdown.clone(),
