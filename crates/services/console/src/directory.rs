@@ -1,5 +1,6 @@
 //! What is known of the cells, for who follows them and whoever is asked about one.
 
+use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -29,9 +30,10 @@ pub(crate) struct Entry {
 /// For how long after the start a cell may be there of which nothing was heard yet.
 const FIRST_WORD: Duration = Duration::from_secs(5);
 
-/// The picture of the cells, kept current by who follows them.
+/// The picture of the cells, and which cells there are: who asks about one waits for no change of the picture.
 pub(crate) struct Directory {
     picture: Mutex<Picture>,
+    cells: Mutex<BTreeMap<Cell, Entry>>,
     changed: Condvar,
     /// When all cells that are there have been heard.
     complete_at: Instant,
@@ -42,6 +44,7 @@ impl Directory {
     pub(crate) fn begun() -> Self {
         Self {
             picture: Mutex::default(),
+            cells: Mutex::default(),
             changed: Condvar::new(),
             complete_at: Instant::now() + FIRST_WORD,
         }
@@ -52,37 +55,42 @@ impl Directory {
         lock(&self.picture)
     }
 
-    /// Something was heard: whoever waits for a cell looks again.
-    pub(crate) fn changed(&self) {
+    /// Changes the picture.
+    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Picture) -> T) -> T {
+        let mut picture = self.picture();
+        let changed = change(&mut picture);
+        *lock(&self.cells) = picture.directory();
         self.changed.notify_all();
+        changed
     }
 
     /// The containers of a cell; `None` where there is no such cell. In the first seconds it waits for the cell to be heard: a hold
     /// that comes then must not be taken for one of a cell that does not exist.
     pub(crate) fn heard_containers(&self, cell: &Cell) -> Option<Vec<Cell>> {
         let left = self.complete_at.saturating_duration_since(Instant::now());
-        let is_unheard = |picture: &mut Picture| !picture.directory().contains_key(cell);
+        let is_unheard = |cells: &mut BTreeMap<Cell, Entry>| !cells.contains_key(cell);
         let waited = self
             .changed
-            .wait_timeout_while(self.picture(), left, is_unheard);
-        let (picture, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        Some(picture.directory().remove(cell)?.containers)
+            .wait_timeout_while(lock(&self.cells), left, is_unheard);
+        let (cells, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        cells.get(cell).map(|entry| entry.containers.clone())
     }
 
     /// Whether a cell was heard.
     pub(crate) fn has(&self, cell: &Cell) -> bool {
-        self.picture().directory().contains_key(cell)
+        lock(&self.cells).contains_key(cell)
     }
 
     /// The containers of all cells.
     pub(crate) fn all_containers(&self) -> Vec<Cell> {
-        let cells = self.picture().directory().into_values();
-        cells.flat_map(|entry| entry.containers).collect()
+        let cells = lock(&self.cells);
+        let containers = cells.values().flat_map(|entry| &entry.containers);
+        containers.cloned().collect()
     }
 
     /// The size of the cells of a cell's grids, where it is known.
     pub(crate) fn cell_size(&self, cell: &Cell) -> Option<CellSize> {
-        self.picture().directory().get(cell)?.size
+        lock(&self.cells).get(cell)?.size
     }
 }
 
@@ -98,8 +106,7 @@ mod tests {
     impl Directory {
         fn hear(&self, name: &str) {
             let state = News::State(Box::default());
-            self.picture().apply(0, &cell(name), state);
-            self.changed();
+            self.change(|picture| picture.apply(0, &cell(name), state));
         }
     }
 

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, Address, LatestValues};
-use ppnpack_service::alive::Found;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
@@ -16,7 +15,7 @@ use crate::board::Board;
 use crate::clock::now_ms;
 use crate::directory::Directory;
 use crate::picture::{News, SeenContainer};
-use crate::shapes::{ShapeId, Wanted};
+use crate::shapes::Wanted;
 
 /// How often heightmaps are looked at: sensors may send them faster than anybody sees.
 const LOOK: Duration = Duration::from_millis(500);
@@ -24,16 +23,8 @@ const LOOK: Duration = Duration::from_millis(500);
 /// How often shapes are asked for whose volumes should be known and are not.
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
-/// What the follower is told, each of which counts.
-#[derive(Debug)]
-pub(crate) enum Told {
-    /// Something that was heard of a cell or a container.
-    Of(Cell, News),
-    /// Which services were found.
-    Found(Vec<(Found, v1::HealthReply)>),
-    /// The volumes of shapes, in cubic metres.
-    Volumes(Vec<(ShapeId, f64)>),
-}
+/// Something that was heard of a cell or a container, and counts whatever comes after it.
+pub(crate) type Told = (Cell, News);
 
 /// What was heard last: of sessions and states the newest alone is looked at.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
@@ -76,7 +67,9 @@ impl Follower {
     }
 
     fn apply(&mut self, at_ms: u64, of: &Cell, news: News) {
-        let wanted = self.directory.picture().apply(at_ms, of, news);
+        let wanted = self
+            .directory
+            .change(|picture| picture.apply(at_ms, of, news));
         self.ask(wanted);
     }
 
@@ -118,13 +111,9 @@ impl Follower {
 impl Actor for Follower {
     type Message = Told;
 
-    fn handle(&mut self, told: Told) {
+    fn handle(&mut self, (cell, news): Told) {
         self.is_changed = true;
-        match told {
-            Told::Of(cell, news) => self.apply(now_ms(), &cell, news),
-            Told::Found(found) => self.directory.picture().look(now_ms(), found),
-            Told::Volumes(volumes) => self.directory.picture().learn_volumes(now_ms(), volumes),
-        }
+        self.apply(now_ms(), &cell, news);
     }
 
     fn tick(&mut self) {
@@ -140,7 +129,6 @@ impl Actor for Follower {
             self.is_changed = true;
         }
         if std::mem::take(&mut self.is_changed) {
-            self.directory.changed();
             self.directory.picture().show(&self.board, now_ms());
         }
     }
@@ -229,7 +217,7 @@ impl Heard<'_> {
     ) -> Result<Subscription, ServiceError> {
         let follower = self.ears.follower.clone();
         self.stream(stream, move |cell, message| {
-            if !follower.try_send(Told::Of(cell, wrap(message))) {
+            if !follower.try_send((cell, wrap(message))) {
                 tracing::debug!(%stream, "a message did not fit into the mailbox");
             }
         })

@@ -98,12 +98,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
         })?;
     let served = Served {
         board,
-        controls: Controls::new(
-            process.session(),
-            client.clone(),
-            Arc::clone(&directory),
-            following.follower.downgrade(),
-        ),
+        controls: Controls::new(process.session(), client.clone(), Arc::clone(&directory)),
         directory,
         shapes,
         client,
@@ -164,7 +159,7 @@ fn follow(
     let looker = Looker {
         session: process.session().clone(),
         cells: cells.to_vec(),
-        follower: follower.downgrade(),
+        directory: Arc::clone(directory),
         asker,
         shutdown: shutdown.clone(),
     };
@@ -177,7 +172,6 @@ fn follow(
     };
     let prefetching = Prefetcher {
         store: Arc::clone(shapes),
-        follower: follower.downgrade(),
     };
     let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
     let supervisor = process.supervisor();
