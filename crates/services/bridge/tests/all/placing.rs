@@ -153,28 +153,18 @@ fn while_one_is_carried_out_others_are_refused() {
 fn what_is_wrong_is_refused_and_nothing_done() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    let refused = |change: fn(&mut v1::PlaceRequest)| {
+    let wrong: [(fn(&mut v1::PlaceRequest), Status); 5] = [
+        (|it| it.placement_id.clear(), Status::Invalid),
+        (|it| it.item_id = "a b".to_owned(), Status::Invalid),
+        (|it| it.object.clear(), Status::Invalid),
+        (|it| it.container_from_item = None, Status::Invalid),
+        (|it| it.object = "anvil".to_owned(), Status::NotFound),
+    ];
+    for (change, status) in wrong {
         let mut request = place("p1", state, 0.16);
         change(&mut request);
-        rig.controller.refused(request)
-    };
-    assert_eq!(
-        refused(|request| request.placement_id.clear()),
-        Status::Invalid
-    );
-    assert_eq!(
-        refused(|request| request.item_id = "a b".to_owned()),
-        Status::Invalid
-    );
-    assert_eq!(refused(|request| request.object.clear()), Status::Invalid);
-    assert_eq!(
-        refused(|request| request.container_from_item = None),
-        Status::Invalid
-    );
-    assert_eq!(
-        refused(|request| request.object = "anvil".to_owned()),
-        Status::NotFound
-    );
+        assert_eq!(rig.controller.refused(request), status);
+    }
     assert_eq!(
         rig.controller.refused(outcome_request("p1")),
         Status::NotFound
