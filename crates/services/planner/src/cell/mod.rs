@@ -264,14 +264,6 @@ impl CellPlanner {
         thread(thread_name, ask).map(drop)
     }
 
-    /// Under which bridge and perception serve a container.
-    fn address_of(&self, container: &str) -> Result<&Cell, SessionError> {
-        let mut places = self.places.iter();
-        let place = places.find(|place| place.name == container);
-        let unknown = || SessionError::UnknownContainer(container.to_owned());
-        place.map(|place| &place.address).ok_or_else(unknown)
-    }
-
     /// Changes the session and has it on disk before anything else happens; on an error nothing has changed.
     fn change(
         &mut self,

@@ -60,9 +60,10 @@ impl CellPlanner {
     }
 
     fn ask_renewal(&mut self, name: &str, id: &str) {
-        let Ok(address) = self.address_of(name).cloned() else {
+        let Ok(place) = self.place_of(name) else {
             return;
         };
+        let address = place.address.clone();
         let limit = Duration::from_secs_f64(self.settings.place_limit_s);
         let request_id = id.to_owned();
         let request = v1::RenewRequest {

@@ -319,12 +319,9 @@ impl Robot for ScriptedRobot {
             is_inside: true,
         });
         Ok(Finding {
-            ending: Ending::Placed,
-            failure: String::new(),
             container_from_item: Some(KnownPose::Assumed(placement.container_from_item)),
             is_inside: true,
-            slide_m: 0.0,
-            tilt_rad: 0.0,
+            ..Finding::failed(Ending::Placed, "")
         })
     }
 
