@@ -157,26 +157,61 @@ impl Ears {
     ) -> Result<Vec<Subscription>, ServiceError> {
         let mut subscriptions = Vec::new();
         for cell in stream::each_or_all(cells) {
-            let heard = Heard {
-                ears: self,
-                session,
-                cell,
-            };
             let heightmaps = self.heightmaps.clone();
             let see = move |container, heightmap: v1::Heightmap| {
                 heightmaps.put(container, (now_ms(), Box::new(heightmap)));
             };
+            let of = (session, cell);
             subscriptions.extend([
-                heard.newest(Stream::Session, |it| News::Session(Box::new(it)))?,
-                heard.newest(Stream::State, |it| News::State(Box::new(it)))?,
-                heard.each(Stream::Record, |it| News::Record(Box::new(named(it))))?,
-                heard.each(Stream::Plan, |it| News::Decision(Box::new(it)))?,
-                heard.each(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
-                heard.stream(Stream::Heightmap, see)?,
+                self.newest(of, Stream::Session, |it| News::Session(Box::new(it)))?,
+                self.newest(of, Stream::State, |it| News::State(Box::new(it)))?,
+                self.each(of, Stream::Record, |it| News::Record(Box::new(named(it))))?,
+                self.each(of, Stream::Plan, |it| News::Decision(Box::new(it)))?,
+                self.each(of, Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+                subscribe(of, Stream::Heightmap, see)?,
             ]);
         }
         Ok(subscriptions)
     }
+
+    /// A stream of which the newest message alone counts.
+    fn newest<M: Message + Name + Default + 'static>(
+        &self,
+        of: Of<'_>,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let newest = self.newest.clone();
+        subscribe(of, stream, move |cell, message| {
+            newest.put((cell, stream), wrap(message));
+        })
+    }
+
+    /// A stream of which each message counts.
+    fn each<M: Message + Name + Default + 'static>(
+        &self,
+        of: Of<'_>,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let follower = self.follower.clone();
+        subscribe(of, stream, move |cell, message| {
+            if !follower.try_send((cell, wrap(message))) {
+                tracing::debug!(%stream, "a message did not fit into the mailbox");
+            }
+        })
+    }
+}
+
+/// Of which cell streams are heard, or of all, and by which session.
+type Of<'a> = (&'a Session, Option<&'a Cell>);
+
+fn subscribe<M: Message + Name + Default + 'static>(
+    (session, cell): Of<'_>,
+    stream: Stream,
+    on_message: impl Fn(Cell, M) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    stream::subscribe(session, cell, stream, MAX_MESSAGE_BYTES, on_message)
 }
 
 /// Of a record no more than which shapes it names: it waits with others, and all that the step was planned on is large.
@@ -186,54 +221,5 @@ fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
         items: record.items,
         candidates: record.candidates,
         ..v1::PlanningRecord::default()
-    }
-}
-
-/// The streams of a cell, or of all.
-struct Heard<'a> {
-    ears: &'a Ears,
-    session: &'a Session,
-    cell: Option<&'a Cell>,
-}
-
-impl Heard<'_> {
-    /// A stream of which the newest message alone counts.
-    fn newest<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        wrap: fn(M) -> News,
-    ) -> Result<Subscription, ServiceError> {
-        let newest = self.ears.newest.clone();
-        self.stream(stream, move |cell, message| {
-            newest.put((cell, stream), wrap(message));
-        })
-    }
-
-    /// A stream of which each message counts.
-    fn each<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        wrap: fn(M) -> News,
-    ) -> Result<Subscription, ServiceError> {
-        let follower = self.ears.follower.clone();
-        self.stream(stream, move |cell, message| {
-            if !follower.try_send((cell, wrap(message))) {
-                tracing::debug!(%stream, "a message did not fit into the mailbox");
-            }
-        })
-    }
-
-    fn stream<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        on_message: impl Fn(Cell, M) + Send + Sync + 'static,
-    ) -> Result<Subscription, ServiceError> {
-        stream::subscribe(
-            self.session,
-            self.cell,
-            stream,
-            MAX_MESSAGE_BYTES,
-            on_message,
-        )
     }
 }
