@@ -54,16 +54,16 @@ fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
     }
 }
 
-fn record(item_id: &str, object: &str, solid: u8) -> v1::PlanningRecord {
+fn record(item_id: &str) -> v1::PlanningRecord {
     v1::PlanningRecord {
         session_id: "s".to_owned(),
         items: vec![v1::RecordedItem {
             item_id: item_id.to_owned(),
-            object: object.to_owned(),
+            object: "mug".to_owned(),
             arrival: 0,
         }],
         candidates: vec![v1::RecordedCandidate {
-            solid: vec![solid; 32],
+            solid: vec![7; 32],
             ..v1::RecordedCandidate::default()
         }],
         ..v1::PlanningRecord::default()
@@ -134,7 +134,7 @@ impl Seen {
     }
 
     fn record(&mut self, item_id: &str) -> Option<Wanted> {
-        self.hear("c1", News::Record(Box::new(record(item_id, "mug", 7))))
+        self.hear("c1", News::Record(Box::new(record(item_id))))
     }
 
     fn decision(&mut self, decision: v1::Decision) {
