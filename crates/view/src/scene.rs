@@ -298,7 +298,7 @@ mod tests {
             decision: Some(v1::Decision {
                 item_id: "b".to_owned(),
                 placement: next.placement,
-                alternatives: vec![next.clone(), next],
+                alternatives: vec![next, next],
                 buffer: vec!["b".to_owned()],
                 ..v1::Decision::default()
             }),

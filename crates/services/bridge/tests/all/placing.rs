@@ -152,7 +152,8 @@ fn while_one_is_carried_out_others_are_refused() {
 fn what_is_wrong_is_refused_and_nothing_done() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    let wrong: [(fn(&mut v1::PlaceRequest), Status); 5] = [
+    type Change = fn(&mut v1::PlaceRequest);
+    let wrong: [(Change, Status); 5] = [
         (|it| it.placement_id.clear(), Status::Invalid),
         (|it| it.item_id = "a b".to_owned(), Status::Invalid),
         (|it| it.object.clear(), Status::Invalid),
