@@ -42,7 +42,7 @@
 //! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
 //! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
 //!
-//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes; [`OneWorker`]: a service of one,
+//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes; [`one_worker`]: a service of one,
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
@@ -72,7 +72,7 @@ mod http;
 pub mod lease;
 mod logs;
 pub mod metrics;
-mod one_worker;
+pub mod one_worker;
 mod payload;
 pub mod process;
 pub mod rpc;

@@ -3,15 +3,109 @@
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use ppnpack_wire::rpc::Request;
+use ppnpack_wire::item_id::ItemId;
+use ppnpack_wire::item_store::MissingItems;
+use ppnpack_wire::keys::Service;
+use ppnpack_wire::rpc::{Reply, Request};
+use ppnpack_wire::v1::{self, Status};
 
 use crate::actor::{self, Actor};
-use crate::alive;
+use crate::alive::{self, Alive};
 use crate::error::ServiceError;
 use crate::health::HealthLatch;
 use crate::process::Process;
-use crate::rpc::{Incoming, Listener};
+use crate::rpc::{Done, Incoming, Listener};
 use crate::{Running, join};
+
+/// What answers the requests of planners, one after another.
+pub trait Worker: Send + 'static {
+    /// What it is asked.
+    type Request: Request<Reply: MissingItemsReply>;
+
+    /// Answers a request.
+    ///
+    /// # Errors
+    /// [`Refusal`] where it is not answered as it was asked.
+    fn work(
+        &mut self,
+        incoming: &Incoming<Self::Request>,
+    ) -> Result<(<Self::Request as Request>::Reply, Done), Refusal>;
+}
+
+/// A reply that can say which items are not known.
+pub trait MissingItemsReply: Reply {
+    /// A reply that says no more than that.
+    fn missing(items: Vec<Vec<u8>>) -> Self;
+}
+
+impl MissingItemsReply for v1::EvaluateReply {
+    fn missing(missing_items: Vec<Vec<u8>>) -> Self {
+        Self {
+            missing_items,
+            ..Self::default()
+        }
+    }
+}
+
+impl MissingItemsReply for v1::ProposeReply {
+    fn missing(missing_items: Vec<Vec<u8>>) -> Self {
+        Self {
+            missing_items,
+            ..Self::default()
+        }
+    }
+}
+
+/// Why a request is not answered as it was asked.
+#[derive(Debug)]
+pub enum Refusal {
+    /// It is not possible, or more than may be asked for at once.
+    Invalid(String),
+    /// It names items that are not known.
+    Missing(MissingItems),
+    /// The time limit passed during the work.
+    Late,
+    /// The work failed.
+    Failed(String),
+}
+
+impl<E: std::error::Error> From<E> for Refusal {
+    fn from(error: E) -> Self {
+        Self::Invalid(error.to_string())
+    }
+}
+
+/// A worker with what tells it whose answers are still waited for.
+struct Answering<W> {
+    worker: W,
+    planners: Alive,
+}
+
+impl<W: Worker> Actor for Answering<W> {
+    type Message = Incoming<W::Request>;
+
+    fn handle(&mut self, incoming: Self::Message) {
+        let Some(incoming) = incoming.still_wanted(&self.planners) else {
+            return;
+        };
+        match self.worker.work(&incoming) {
+            Ok((reply, done)) => incoming.reply(reply, done),
+            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
+            Err(Refusal::Late) => {
+                let message =
+                    "the time limit passed during the work: give it more time, or ask for less";
+                incoming.refuse(Status::TimedOut, message);
+            }
+            Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
+            Err(Refusal::Missing(missing)) => {
+                let message = missing.to_string();
+                let items = missing.0.into_iter().map(ItemId::to_bytes).collect();
+                let reply = MissingItemsReply::missing(items);
+                incoming.refuse_with(reply, Status::MissingItems, message);
+            }
+        }
+    }
+}
 
 /// A running service of one worker.
 pub struct OneWorker {
@@ -27,19 +121,16 @@ impl OneWorker {
     ///
     /// # Errors
     /// [`ServiceError`] where the session or the thread cannot be had.
-    pub fn start<R, A>(
+    pub fn start(
         process: &Process,
         name: &str,
         ready: HealthLatch,
         queue: usize,
-        worker: A,
-    ) -> Result<Self, ServiceError>
-    where
-        R: Request,
-        A: Actor<Message = Incoming<R>> + Send + 'static,
-    {
+        worker: impl Worker,
+    ) -> Result<Self, ServiceError> {
+        let planners = Alive::watch(process.session(), Service::Planner)?;
         let (address, mailbox) = actor::mailbox(queue.max(1));
-        let thread = actor::spawn(process, name, worker, mailbox)?;
+        let thread = actor::spawn(process, name, Answering { worker, planners }, mailbox)?;
         let listener = address.listen(process, None, |incoming| incoming)?;
         let alive = alive::announce(process, None)?;
         ready.pass();

@@ -4,13 +4,12 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use nalgebra::Point3;
-use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
+use ppnpack_packing::motion::{self, Cycle, JointPoint, LegKind, MAX_POINTS};
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::joints::JointAngles;
 use ppnpack_robot::station::StationSettings;
-use ppnpack_wire::debug_plan::{ArmLines, TipPath};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 use serde::Deserialize;
@@ -20,6 +19,25 @@ const MOST_KEPT: usize = 64;
 
 /// The most that a joint turns between two points that are drawn, in radians: a metre away, the arc is 0.3 mm from its chord.
 const STEP_RAD: f64 = 0.05;
+
+/// An arm and its way over a cycle, as lines. In the container frame, in metres.
+pub(crate) struct ArmLines {
+    /// The origins of the arm's base and links, the flange and the cup's tip, in this order, as the arm lets go of the item; empty
+    /// where the cycle does not say when it does.
+    pub(crate) links: Vec<Point3<f64>>,
+    /// The way of the cup's tip.
+    pub(crate) legs: Vec<Leg>,
+    /// How long the cycle takes, in seconds.
+    pub(crate) cycle_s: f64,
+}
+
+/// The way of the cup's tip over a leg of a cycle.
+pub(crate) struct Leg {
+    /// What is done.
+    pub(crate) kind: LegKind,
+    /// Points along the way.
+    pub(crate) points: Vec<Point3<f64>>,
+}
 
 /// The arms of cells, by the settings that records have.
 #[derive(Default)]
@@ -126,7 +144,7 @@ fn arm(station: &StationSettings) -> Result<Arm, ParameterError> {
 fn lines(arm: &Arm, cycle: &Cycle) -> ArmLines {
     let insert = cycle.legs.iter().find(|leg| leg.kind == LegKind::Insert);
     let release = insert.and_then(|leg| leg.points.last());
-    let legs = cycle.legs.iter().map(|leg| TipPath {
+    let legs = cycle.legs.iter().map(|leg| Leg {
         kind: leg.kind,
         points: tip_path(arm, leg),
     });
@@ -146,7 +164,7 @@ fn links(arm: &Arm, at: &JointPoint) -> Vec<Point3<f64>> {
 }
 
 /// The way of the cup's tip over a leg, in the container frame: at its points, and between them where they are far apart.
-fn tip_path(arm: &Arm, leg: &Leg) -> Vec<Point3<f64>> {
+fn tip_path(arm: &Arm, leg: &motion::Leg) -> Vec<Point3<f64>> {
     // Points are from the wire: however far apart they are, a leg is drawn with no more points than one may have.
     let most = (MAX_POINTS / leg.points.len().max(1)).max(1);
     let pairs = leg.points.iter().zip(leg.points.iter().skip(1));
@@ -182,8 +200,8 @@ mod tests {
         }
     }
 
-    fn leg(points: Vec<JointPoint>) -> Leg {
-        Leg {
+    fn leg(points: Vec<JointPoint>) -> motion::Leg {
+        motion::Leg {
             kind: LegKind::Transfer,
             points,
         }

@@ -13,8 +13,8 @@ use zenoh::Session;
 use crate::channels::{SceneChannel, StreamChannel};
 use crate::drawings::DRAWINGS;
 use crate::error::ViewError;
-use crate::planned::PlannedScenes;
 use crate::processes::HealthChannel;
+use crate::scene::PlannedScenes;
 
 /// How often it is looked for cells.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);

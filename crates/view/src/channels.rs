@@ -14,7 +14,7 @@ use prost::Message;
 use zenoh::Session;
 use zenoh::bytes::ZBytes;
 
-use crate::drawings::{Draw, Drawing};
+use crate::drawings::{self, Draw, Drawing};
 use crate::error::ViewError;
 
 /// What the messages of all channels are encoded in, and their schemas.
@@ -100,7 +100,7 @@ pub(crate) struct SceneChannel {
 
 impl SceneChannel {
     pub(crate) fn new(context: &Arc<Context>, cell: &Cell) -> Result<Self, ViewError> {
-        let schema = MessageSchema::of_foxglove::<SceneUpdate>();
+        let schema = drawings::schema::<SceneUpdate>();
         Ok(Self {
             channel: channel(context, cell.as_str(), PLANNED_SCENE, schema)?,
             cell: cell.clone(),

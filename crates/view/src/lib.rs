@@ -8,9 +8,9 @@
 mod arm;
 mod cells;
 mod channels;
+mod draw;
 mod drawings;
 mod error;
-mod planned;
 mod processes;
 mod scene;
 mod shapes;
@@ -27,7 +27,7 @@ use zenoh::Session;
 
 use cells::Cells;
 pub use error::ViewError;
-pub use planned::PlannedScenes;
+pub use scene::PlannedScenes;
 
 /// Messages that wait for a viewer at most; older ones are dropped then.
 const BACKLOG: usize = 64;

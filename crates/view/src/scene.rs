@@ -1,24 +1,76 @@
-//! A recorded step as a scene.
+//! Recorded steps as scenes: the meshes of all that lies there, what was chosen, what would have been next, and the arm.
 
-use foxglove::messages::SceneUpdate;
+use foxglove::messages::{Color, LinePrimitive, SceneEntity, SceneUpdate};
 use nalgebra::Isometry3;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::motion::LegKind;
 use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_wire::debug::ItemBox;
-use ppnpack_wire::debug_plan::{self, Placed, PlannedStep};
+use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{convert, v1};
+use zenoh::Session;
 
-use crate::arm::Arms;
+use crate::arm::{ArmLines, Arms, Leg};
+use crate::draw::{ItemBox, color, color_of, edges, entity, in_place_of_all, mesh, strip, text};
 use crate::shapes::Shapes;
 
-/// Draws a record, in the container that was chosen, or the fullest one where nothing was.
-pub(crate) fn draw(
+/// What is decided.
+const CHOICE: Color = color(0.95, 0.65, 0.15, 0.9);
+
+/// What would be next, each less visible than the one before.
+const RUNNER_UP: Color = color(0.95, 0.85, 0.35, 0.25);
+
+/// The arm, and how thick it is drawn, in metres.
+const ARM: Color = color(0.45, 0.48, 0.52, 0.9);
+const ARM_M: f64 = 0.02;
+
+/// How thick the way of the cup's tip is with the item and without it, in metres.
+const HOLDING_M: f64 = 0.008;
+const EMPTY_M: f64 = 0.003;
+
+/// The size and colour of what is written beside bodies and ways.
+const FONT_SIZE: f64 = 10.0;
+const TEXT: Color = color(0.2, 0.2, 0.2, 1.0);
+
+/// Draws recorded steps, and keeps the shapes and arms that they name for the next ones.
+pub struct PlannedScenes {
+    shapes: Shapes,
+    arms: Arms,
+}
+
+impl PlannedScenes {
+    /// Asks planners for shapes on this session.
+    pub fn new(session: &Session) -> Self {
+        Self {
+            shapes: Shapes::new(Client::new(session)),
+            arms: Arms::default(),
+        }
+    }
+
+    /// What a step of a cell was planned on, what was chosen, how the arm carries that out, and what would have been next, by its record.
+    /// It is drawn in the container that was chosen, or the fullest one where nothing was. Waits for the planner's answer where shapes
+    /// are missing, a few seconds at most.
+    ///
+    /// # Errors
+    /// Why it cannot be drawn, for people.
+    pub fn draw(
+        &mut self,
+        cell: &Cell,
+        record: &v1::PlanningRecord,
+    ) -> Result<SceneUpdate, String> {
+        self.shapes.fetch(cell, record);
+        let decision = record.decision.as_ref();
+        let arm = decision.and_then(|chosen| self.arms.lines(cell, &record.settings, chosen));
+        draw(cell, record, &self.shapes.store, arm.as_ref())
+    }
+}
+
+fn draw(
     cell: &Cell,
     record: &v1::PlanningRecord,
-    shapes: &mut Shapes,
-    arms: &mut Arms,
+    shapes: &ShapeStore,
+    arm: Option<&ArmLines>,
 ) -> Result<SceneUpdate, String> {
     let decision = record.decision.as_ref();
     let chosen = decision.map(|decision| decision.container.as_str());
@@ -29,87 +81,126 @@ pub(crate) fn draw(
         .ok_or("it has no container")?;
     let scene = convert::scene::read_required("scene", at.scene.as_ref());
     let (grid, _) = scene.map_err(|error| error.to_string())?;
-    let bodies = at.content.iter().flat_map(|content| &content.bodies);
-    shapes.fetch(cell, record);
     let step = Step {
         record,
         grid: &grid,
         shapes,
     };
-    let bodies = bodies.filter_map(|body| step.body(body));
-    let planned = PlannedStep {
-        bodies: bodies.collect(),
-        choice: decision.and_then(|decision| step.choice(decision)),
-        choice_box: decision.and_then(|decision| step.choice_box(decision)),
-        runners_up: decision.map_or_else(Vec::new, |decision| step.runners_up(decision)),
-        arm: decision.and_then(|decision| arms.lines(cell, &record.settings, decision)),
+    let entity = |id: &str| entity(cell, record.planned_at_ns, id.to_owned());
+    let mut entities = vec![SceneEntity {
+        lines: vec![edges(grid.container())],
+        ..entity("container")
+    }];
+    let bodies = at.content.iter().flat_map(|content| &content.bodies);
+    entities.extend(bodies.filter_map(|body| {
+        let own = entity(&format!("body/{}", body.name));
+        step.body(body, own)
+    }));
+    if let Some(decision) = decision {
+        entities.extend(step.choice(decision, entity("choice")));
+        let next = (1_u32..).zip(step.runners_up(decision));
+        entities.extend(next.map(|(rank, next)| SceneEntity {
+            cubes: vec![next.cube(Color {
+                a: RUNNER_UP.a / f64::from(rank),
+                ..RUNNER_UP
+            })],
+            texts: vec![next.label()],
+            ..entity(&format!("runner_up/{rank}"))
+        }));
+    }
+    let seen = arm.filter(|arm| !arm.links.is_empty());
+    entities.extend(seen.map(|arm| SceneEntity {
+        lines: vec![strip(&arm.links, ARM_M, ARM)],
+        ..entity("arm")
+    }));
+    entities.extend(arm.map(|arm| {
+        let begins = arm.legs.iter().find_map(|leg| leg.points.first());
+        let cycle = format!("cycle {:.1} s", arm.cycle_s);
+        let time = begins.map(|at| text(&(*at).into(), FONT_SIZE, TEXT, cycle));
+        SceneEntity {
+            lines: arm.legs.iter().filter_map(tip_path).collect(),
+            texts: time.into_iter().collect(),
+            ..entity("trajectory")
+        }
+    }));
+    Ok(in_place_of_all(record.planned_at_ns, entities))
+}
+
+/// The way back is the way there: with the item it is wide and faint, without it narrow and full, so that both are seen. A leg that
+/// leads nowhere has none.
+fn tip_path(leg: &Leg) -> Option<LinePrimitive> {
+    let (thickness_m, colour) = match leg.kind {
+        LegKind::Descend => (EMPTY_M, color(0.15, 0.30, 0.65, 1.0)),
+        LegKind::Lift => (HOLDING_M, color(0.95, 0.75, 0.15, 0.5)),
+        LegKind::Transfer => (HOLDING_M, color(0.95, 0.55, 0.10, 0.5)),
+        LegKind::Insert => (HOLDING_M, color(0.85, 0.30, 0.10, 0.5)),
+        LegKind::Retreat => (EMPTY_M, color(0.10, 0.50, 0.55, 1.0)),
+        LegKind::Return => (EMPTY_M, color(0.25, 0.55, 0.85, 1.0)),
     };
-    Ok(debug_plan::scene(
-        cell,
-        record.planned_at_ns,
-        grid.container(),
-        &planned,
-    ))
+    let leads = leg.points.len() > 1;
+    leads.then(|| strip(&leg.points, thickness_m, colour))
 }
 
 struct Step<'a> {
     record: &'a v1::PlanningRecord,
     grid: &'a Grid,
-    shapes: &'a Shapes,
+    shapes: &'a ShapeStore,
 }
 
 impl<'a> Step<'a> {
-    fn body(&self, body: &'a v1::RecordedBody) -> Option<Placed<'a>> {
+    fn body(&self, body: &v1::RecordedBody, own: SceneEntity) -> Option<SceneEntity> {
+        let solid = self.shapes.solid(&body.solid)?;
         let pose = body.container_from_item.as_ref();
-        Some(Placed {
-            id: &body.name,
-            label: &body.name,
-            model: self.solid(&body.solid)?,
-            container_from_item: convert::pose::read_required("pose", pose).ok()?,
+        let pose = convert::pose::read_required("pose", pose).ok()?;
+        let name = body.name.clone();
+        Some(SceneEntity {
+            triangles: mesh(&solid.mesh, &pose, color_of(&name))
+                .into_iter()
+                .collect(),
+            texts: vec![text(&pose, FONT_SIZE, TEXT, name)],
+            ..own
         })
     }
 
-    fn choice(&self, decision: &'a v1::Decision) -> Option<Placed<'a>> {
+    /// What was chosen: its mesh where its solid is known, else its box.
+    fn choice(&self, decision: &v1::Decision, own: SceneEntity) -> Option<SceneEntity> {
         let held = self.held(&decision.item_id, decision.pose)?;
-        Some(Placed {
-            id: &decision.item_id,
-            label: &decision.object,
-            model: self.solid(&held.solid)?,
-            container_from_item: self.heightmap_frame(held, decision.placement.as_ref()?)?,
+        let resting = read(decision.placement.as_ref()?)?;
+        let boxed = ItemBox {
+            label: format!("{} {:.3}", decision.object, decision.value),
+            ..self.item_box(held, &resting)?
+        };
+        let frame = self.heightmap_frame(held, &resting)?;
+        let solid = self.shapes.solid(&held.solid);
+        let solid = solid.and_then(|solid| mesh(&solid.mesh, &frame, CHOICE));
+        Some(SceneEntity {
+            cubes: match solid {
+                Some(_) => Vec::new(),
+                None => vec![boxed.cube(CHOICE)],
+            },
+            triangles: solid.into_iter().collect(),
+            texts: vec![boxed.label()],
+            ..own
         })
     }
 
-    fn choice_box(&self, decision: &v1::Decision) -> Option<ItemBox> {
-        let held = self.held(&decision.item_id, decision.pose)?;
-        let boxed = self.item_box(held, decision.placement.as_ref()?)?;
-        let value = decision.value;
-        Some(ItemBox {
-            label: format!("{} {value:.3}", decision.object),
-            ..boxed
-        })
-    }
-
-    fn runners_up(&self, decision: &v1::Decision) -> Vec<ItemBox> {
-        let next = decision.alternatives.iter().filter_map(|ranked| {
+    fn runners_up(&self, decision: &'a v1::Decision) -> impl Iterator<Item = ItemBox> {
+        decision.alternatives.iter().filter_map(|ranked| {
             let index = usize::try_from(ranked.candidate).ok()?;
             let item_id = decision.buffer.get(index)?;
             let held = self.held(item_id, ranked.pose)?;
-            let boxed = self.item_box(held, ranked.placement.as_ref()?)?;
+            let boxed = self.item_box(held, &read(ranked.placement.as_ref()?)?)?;
             Some(ItemBox {
                 label: format!("{} {:.3}", boxed.label, ranked.value),
                 ..boxed
             })
-        });
-        next.collect()
+        })
     }
 
     /// The item of this id in one of its poses.
     fn held(&self, item_id: &str, pose: u32) -> Option<&'a v1::RecordedCandidate> {
-        let item = self
-            .record
-            .items
-            .iter()
-            .find(|item| item.item_id == item_id)?;
+        let mut items = self.record.items.iter();
+        let item = items.find(|item| item.item_id == item_id)?;
         let mut candidates = self.record.candidates.iter();
         candidates.find(|held| held.arrival == item.arrival && held.pose == pose)
     }
@@ -117,28 +208,135 @@ impl<'a> Step<'a> {
     fn item_box(
         &self,
         held: &v1::RecordedCandidate,
-        resting: &v1::RestingPlacement,
+        resting: &RestingPlacement,
     ) -> Option<ItemBox> {
         let item = self.shapes.item(&held.item)?;
         let frame = self.heightmap_frame(held, resting)?;
-        ItemBox::of(self.grid, item, read(resting)?.placement.yaw, &frame)
+        ItemBox::of(self.grid, item, resting.placement.yaw, &frame)
     }
 
     /// Where the frame of an item's heightmaps is.
     fn heightmap_frame(
         &self,
         held: &v1::RecordedCandidate,
-        resting: &v1::RestingPlacement,
+        resting: &RestingPlacement,
     ) -> Option<Isometry3<f64>> {
         let item = self.shapes.item(&held.item)?;
-        item.container_from_item(self.grid, &read(resting)?)
-    }
-
-    fn solid(&self, id: &[u8]) -> Option<&'a Model> {
-        self.shapes.solid(id).map(|model| &**model)
+        item.container_from_item(self.grid, resting)
     }
 }
 
 fn read(resting: &v1::RestingPlacement) -> Option<RestingPlacement> {
     convert::placement::read_resting(resting).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Point3};
+    use ppnpack_packing::heightmap::{Heightmap, Scene};
+    use ppnpack_packing::item::{Item, ViewSurfaces};
+    use ppnpack_packing::model::mesh::Mesh;
+    use ppnpack_packing::model::{MassProperties, Model};
+    use ppnpack_wire::item_id::ItemId;
+
+    use super::*;
+
+    fn solid() -> v1::Solid {
+        convert::solid::write(&Model {
+            name: "box".to_owned(),
+            mesh: Mesh::cuboid([0.0; 3], [0.1; 3]),
+            volume_m3: 0.001,
+            pieces: Vec::new(),
+            mass: MassProperties {
+                mass_kg: 1.0,
+                centre_of_mass_m: Point3::origin(),
+                inertia_kg_m2: Matrix3::identity(),
+            },
+            carries_kg: None,
+            resting_poses: Vec::new(),
+        })
+    }
+
+    fn item() -> v1::Item {
+        let view = ViewSurfaces::of_cells(10, 10, vec![50; 100], vec![0; 100]);
+        convert::item::write(&Item::new("box", vec![view; 4], 0.001).unwrap())
+    }
+
+    /// The record of a step in which an item was chosen beside a body, and another placement of it would have been next.
+    fn record() -> v1::PlanningRecord {
+        let grid = Grid::reference();
+        let scene = Scene::from_heightmap(Heightmap::empty(&grid));
+        let solid = ItemId::of_solid(&solid()).to_bytes();
+        let body = v1::RecordedBody {
+            name: "a".to_owned(),
+            solid: solid.clone(),
+            container_from_item: Some(convert::pose::write(&Isometry3::identity())),
+            ..v1::RecordedBody::default()
+        };
+        let next = v1::RankedPlacement {
+            placement: Some(v1::RestingPlacement::default()),
+            ..v1::RankedPlacement::default()
+        };
+        v1::PlanningRecord {
+            items: vec![v1::RecordedItem {
+                item_id: "b".to_owned(),
+                ..v1::RecordedItem::default()
+            }],
+            candidates: vec![v1::RecordedCandidate {
+                item: ItemId::of(&item()).to_bytes(),
+                solid,
+                ..v1::RecordedCandidate::default()
+            }],
+            containers: vec![v1::RecordedContainer {
+                scene: Some(convert::scene::write(&grid, &scene)),
+                content: Some(v1::RecordedContent {
+                    bodies: vec![body],
+                    ..v1::RecordedContent::default()
+                }),
+                ..v1::RecordedContainer::default()
+            }],
+            decision: Some(v1::Decision {
+                item_id: "b".to_owned(),
+                placement: next.placement,
+                alternatives: vec![next, next],
+                buffer: vec!["b".to_owned()],
+                ..v1::Decision::default()
+            }),
+            ..v1::PlanningRecord::default()
+        }
+    }
+
+    #[test]
+    fn a_step_is_drawn_with_the_shapes_that_are_known() {
+        let mut shapes = ShapeStore::default();
+        let cell = Cell::new("cell-1").unwrap();
+        let drawn = |shapes: &ShapeStore| draw(&cell, &record(), shapes, None).unwrap();
+        let ids = |scene: &SceneUpdate| {
+            let ids = scene.entities.iter().map(|entity| entity.id.clone());
+            ids.collect::<Vec<_>>()
+        };
+        assert_eq!(ids(&drawn(&shapes)), ["container"]);
+        let item = v1::shape::Shape::Item(item());
+        let solid = v1::shape::Shape::Solid(solid());
+        let [candidate] = &record().candidates[..] else {
+            panic!("one");
+        };
+        for (id, shape) in [(&candidate.item, item), (&candidate.solid, solid)] {
+            shapes.add(v1::Shape {
+                id: id.clone(),
+                shape: Some(shape),
+            });
+        }
+        let scene = drawn(&shapes);
+        let expected = [
+            "container",
+            "body/a",
+            "choice",
+            "runner_up/1",
+            "runner_up/2",
+        ];
+        assert_eq!(ids(&scene), expected);
+        assert_eq!(scene.entities[1].triangles[0].indices.len(), 36);
+        assert!(scene.entities[2].cubes.is_empty() && !scene.entities[2].triangles.is_empty());
+    }
 }

@@ -14,8 +14,6 @@
 //! ```
 
 pub mod convert;
-pub mod debug;
-pub mod debug_plan;
 mod decode;
 pub mod error;
 pub mod header;
@@ -26,6 +24,7 @@ pub mod limits;
 pub mod ros;
 pub mod rpc;
 pub mod schemas;
+pub mod shape_store;
 mod structure;
 
 pub use decode::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES, decode, encoding_of};

@@ -88,3 +88,22 @@ requests! {
     SessionRequest -> SessionReply: Some(Service::Planner), Session;
     ShapesRequest -> ShapesReply: Some(Service::Planner), Shapes;
 }
+
+macro_rules! session_replies {
+    ($($reply:ident)*) => {
+        $(
+            impl From<v1::Session> for v1::$reply {
+                fn from(session: v1::Session) -> Self {
+                    Self {
+                        session: Some(session),
+                        ..Self::default()
+                    }
+                }
+            }
+        )*
+    };
+}
+
+session_replies! {
+    BeginReply AnnounceReply WithdrawReply ReportReply OpenReply CloseReply AutomaticReply SessionReply
+}

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use foxglove::Encode;
 use prost::{DecodeError, Message, Name};
 use prost_types::{FileDescriptorProto, FileDescriptorSet};
 
@@ -62,21 +61,6 @@ impl MessageSchema {
             Stream::Session => Self::of::<v1::Session>(),
             Stream::Record => Self::of::<v1::PlanningRecord>(),
         }
-    }
-
-    /// That of a message of Foxglove's.
-    pub fn of_foxglove<M: Encode>() -> Self {
-        let schema = M::get_schema();
-        schema.map_or_else(
-            || Self {
-                name: String::new(),
-                descriptors: Vec::new(),
-            },
-            |schema| Self {
-                name: schema.name,
-                descriptors: schema.data.into_owned(),
-            },
-        )
     }
 }
 

@@ -91,78 +91,50 @@ impl Configuration {
         let automatic = Self::automatic;
         vec![
             automatic("nothing fails"),
-            automatic("kills")
-                .with(KillBridge, 2)
-                .with(KillPlanner, 1)
-                .with(TimeOut, 2),
-            automatic("holds")
-                .with(Hold, 2)
-                .with(Hand, 1)
-                .with(TimeOut, 2),
-            automatic("kills and holds")
-                .with(Hold, 1)
-                .with(Hand, 1)
-                .with(KillBridge, 1)
-                .with(TimeOut, 1),
-            automatic("lost disks")
-                .with(KillBridge, 1)
-                .with(KillPlanner, 1)
-                .with(LoseJournal, 1)
-                .with(LoseStore, 1)
-                .with(TimeOut, 1),
+            automatic("kills").with(&[(KillBridge, 2), (KillPlanner, 1), (TimeOut, 2)]),
+            automatic("holds").with(&[(Hold, 2), (Hand, 1), (TimeOut, 2)]),
+            automatic("kills and holds").with(&[
+                (Hold, 1),
+                (Hand, 1),
+                (KillBridge, 1),
+                (TimeOut, 1),
+            ]),
+            automatic("lost disks").with(&[
+                (KillBridge, 1),
+                (KillPlanner, 1),
+                (LoseJournal, 1),
+                (LoseStore, 1),
+                (TimeOut, 1),
+            ]),
             automatic("backups")
-                .with(KillBridge, 1)
-                .with(KillPlanner, 1)
-                .with(Restore, 1)
-                .with(TimeOut, 1)
+                .with(&[
+                    (KillBridge, 1),
+                    (KillPlanner, 1),
+                    (Restore, 1),
+                    (TimeOut, 1),
+                ])
                 .following(64),
             automatic("a backup, then a new container")
-                .with(KillPlanner, 1)
-                .with(Restore, 1)
-                .with(Renew, 1)
-                .with(TimeOut, 1)
+                .with(&[(KillPlanner, 1), (Restore, 1), (Renew, 1), (TimeOut, 1)])
                 .following(64),
-            automatic("renewals")
-                .with(KillBridge, 1)
-                .with(Renew, 1)
-                .with(Hold, 1)
-                .with(TimeOut, 1),
+            automatic("renewals").with(&[(KillBridge, 1), (Renew, 1), (Hold, 1), (TimeOut, 1)]),
             automatic("a robot that fails")
                 .failing()
-                .with(KillBridge, 1)
-                .with(TimeOut, 1),
+                .with(&[(KillBridge, 1), (TimeOut, 1)]),
             automatic("two controllers")
                 .by_controllers(2)
-                .with(KillBridge, 1)
-                .with(Hold, 1)
-                .with(TimeOut, 1)
+                .with(&[(KillBridge, 1), (Hold, 1), (TimeOut, 1)])
                 .following(64),
         ]
     }
 
     /// Worlds that are too large for that: everything in them at once.
     pub fn large() -> Vec<Self> {
-        use Fault::*;
-        let all = |world: Self| {
-            let faults = [
-                KillBridge,
-                KillPlanner,
-                TimeOut,
-                LoseJournal,
-                LoseStore,
-                Restore,
-                Hold,
-                Hand,
-                Renew,
-            ];
-            let world = Self {
-                items: 4,
-                decisions: 8,
-                ..world.failing()
-            };
-            faults
-                .into_iter()
-                .fold(world, |world, fault| world.with(fault, 3))
+        let all = |world: Self| Self {
+            items: 4,
+            decisions: 8,
+            most: [3; Fault::COUNT],
+            ..world.failing()
         };
         vec![
             all(Self::automatic("everything, by itself")),
@@ -208,11 +180,13 @@ impl Configuration {
         self.sabotage == Some(sabotage)
     }
 
-    /// The same, in which something may happen so often.
+    /// The same, in which each of these may happen so often.
     #[must_use]
-    pub fn with(mut self, fault: Fault, most: u8) -> Self {
-        if let Some(own) = self.most.get_mut(fault as usize) {
-            *own = most;
+    pub fn with(mut self, faults: &[(Fault, u8)]) -> Self {
+        for (fault, most) in faults {
+            if let Some(own) = self.most.get_mut(*fault as usize) {
+                *own = *most;
+            }
         }
         self
     }

@@ -99,17 +99,17 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
     use Fault::*;
     use Sabotage::*;
     let world = || Configuration::automatic("sabotaged");
-    let held = || world().with(Hold, 1).with(TimeOut, 1);
-    let killed = || world().with(KillBridge, 1).with(TimeOut, 1);
-    let restarted = || killed().with(KillPlanner, 1).following(1_000);
+    let held = || world().with(&[(Hold, 1), (TimeOut, 1)]);
+    let killed = || world().with(&[(KillBridge, 1), (TimeOut, 1)]);
+    let restarted = || killed().with(&[(KillPlanner, 1)]).following(1_000);
     for (sabotage, world) in [
         (AnyState, held()),
         (BeginsWhileHeld, held()),
         (SameStateAfterHold, held()),
-        (NothingIsVoided, restarted().with(LoseStore, 1)),
-        (KnowsAll, killed().with(LoseJournal, 1)),
+        (NothingIsVoided, restarted().with(&[(LoseStore, 1)])),
+        (KnowsAll, killed().with(&[(LoseJournal, 1)])),
         (CutOffIsNotPlaced, killed()),
-        (RestoredGoesOn, restarted().with(Restore, 1)),
+        (RestoredGoesOn, restarted().with(&[(Restore, 1)])),
         (NeverStarts, killed()),
     ] {
         let broken = broken_without(sabotage, world);

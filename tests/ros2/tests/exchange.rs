@@ -8,7 +8,6 @@ use hiroz::qos::{QosDurability, QosHistory, QosProfile, QosReliability};
 use hiroz::{Builder, Result};
 use hiroz_msgs::ros::std_srvs;
 use hiroz_msgs::ros::tf2_msgs::TFMessage;
-use hiroz_msgs::ros::visualization_msgs::MarkerArray;
 use ppnpack_ros2_tests::ppnpack_msgs::{
     AnnounceRequest, Announcement, BeginRequest, CellState, HoldRequest, Session, srv,
 };
@@ -116,12 +115,6 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
         .build()?;
     let state = soon("the state", states.async_recv()).await?;
     assert_eq!(state.bodies.len(), 3);
-    let scenes = node
-        .create_sub::<MarkerArray>("/ppnpack/cell_1/scene")
-        .with_qos(latched())
-        .build()?;
-    let scene = soon("the scene", scenes.async_recv()).await?;
-    assert_eq!(scene.markers.len(), 7, "a mark and a name for each item");
     let frames = node
         .create_sub::<TFMessage>("/tf_static")
         .with_qos(latched())
@@ -138,10 +131,6 @@ async fn a_packing_is_asked_for_followed_and_seen() -> Result<()> {
             "ppnpack_msgs::msg::dds_::CellState_",
         ),
         ("/tf", "tf2_msgs::msg::dds_::TFMessage_"),
-        (
-            "/ppnpack/cell_1/scene",
-            "visualization_msgs::msg::dds_::MarkerArray_",
-        ),
     ] {
         let mut found = names.iter().filter(|(topic, _)| topic == name);
         assert!(found.any(|(_, found)| found == of), "{name}: {names:?}");

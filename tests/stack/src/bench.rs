@@ -1,6 +1,4 @@
-//! How long plans take through the stack, every service its own process, through a router; by itself, or beside other programs.
-
-use std::path::{Path, PathBuf};
+//! How long plans take through the stack, every service its own process, through a router.
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -8,8 +6,7 @@ use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_wire::keys::Service;
 
-use crate::cell::CellClient;
-use crate::latency::{Compared, Measured, Packing, Times, Twin};
+use crate::latency::{Measured, Times, Twin, pack_container};
 use crate::report::print_table;
 use crate::stack::{Options, Stack};
 
@@ -29,10 +26,6 @@ pub(crate) struct Arguments {
     /// Leave the network out, as where there is no libtorch
     #[arg(long)]
     without_network: bool,
-
-    /// Compare with the programs in this folder, such as those of an earlier commit: two stacks plan the same steps in turns
-    #[arg(long, value_name = "DIR")]
-    against: Option<PathBuf>,
 }
 
 /// A row of the table.
@@ -40,9 +33,6 @@ type Row = (String, Measured);
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let catalogue = builtin()?;
-    if let Some(programs) = &arguments.against {
-        return compare(arguments, &catalogue, programs);
-    }
     let mut rows = vec![
         exhaustive(arguments, &catalogue, IN_PROCESS)?,
         exhaustive(arguments, &catalogue, "services")?,
@@ -141,9 +131,7 @@ fn pack(
     for container in 0..arguments.containers {
         let objects = objects(arguments, catalogue, container);
         let session_id = format!("bench-{cell}-{container}");
-        let mut packing = Packing::begin(&client, &session_id, &objects)?;
-        while packing.step(twin.as_deref_mut())? {}
-        let measured = packing.measured();
+        let measured = pack_container(&client, &session_id, &objects, twin.as_deref_mut())?;
         // The first plan of a container is like any other, but the first of all fills the caches.
         let warm_up = usize::from(container == 0);
         all.asked.extend(measured.asked.iter().skip(warm_up));
@@ -162,72 +150,6 @@ fn objects<'a>(arguments: &Arguments, catalogue: &'a Catalogue, container: usize
     let names = catalogue.objects.iter().map(|object| &**object.item.name());
     let objects = names.cycle().skip(container * 17).take(arguments.objects);
     objects.collect()
-}
-
-fn compare(arguments: &Arguments, catalogue: &Catalogue, programs: &Path) -> Result<()> {
-    let mut rows = Vec::new();
-    for evaluate in [IN_PROCESS, "services"] {
-        let start = |programs: Option<&Path>| {
-            Stack::start(&untried(Options {
-                evaluate,
-                programs: programs.map(Path::to_owned),
-                ..Options::default()
-            }))
-        };
-        let (others, own) = (start(Some(programs))?, start(None)?);
-        let Compared {
-            plans,
-            others_p50_ms,
-            own_p50_ms,
-            difference_ms: [low, median, high],
-        } = in_turns(arguments, catalogue, &others.cell(0)?, &own.cell(0)?)?;
-        rows.push(vec![
-            format!("exhaustive search, evaluate = {evaluate}, one cell"),
-            plans.to_string(),
-            format!("{others_p50_ms:.3}"),
-            format!("{own_p50_ms:.3}"),
-            format!("{:.3}", own_p50_ms / others_p50_ms),
-            format!("{median:+.3} ({low:+.3} to {high:+.3})"),
-        ]);
-    }
-    print_table(
-        "what | plans | others, p50 (ms) | these, p50 (ms) | ratio | difference, median and its 95 % interval (ms)",
-        rows,
-    );
-    Ok(())
-}
-
-/// Packs the same objects in two stacks, step by step in turns, so that what else the machine does meets both alike. Which one goes first
-/// changes with each step.
-fn in_turns(
-    arguments: &Arguments,
-    catalogue: &Catalogue,
-    others: &CellClient,
-    own: &CellClient,
-) -> Result<Compared> {
-    let (mut others_took, mut own_took) = (Vec::new(), Vec::new());
-    for container in 0..arguments.containers {
-        let objects = objects(arguments, catalogue, container);
-        let session_id = format!("bench-{container}");
-        let mut a = Packing::begin(others, &session_id, &objects)?;
-        let mut b = Packing::begin(own, &session_id, &objects)?;
-        let mut step = 0;
-        loop {
-            let both_go_on = match step % 2 {
-                0 => [a.step(None)?, b.step(None)?],
-                _ => [b.step(None)?, a.step(None)?],
-            };
-            if both_go_on != [true, true] {
-                break;
-            }
-            step += 1;
-        }
-        // The first of all fills the caches.
-        let warm_up = usize::from(container == 0);
-        others_took.extend(a.measured().asked.into_iter().take(step).skip(warm_up));
-        own_took.extend(b.measured().asked.into_iter().take(step).skip(warm_up));
-    }
-    Ok(Compared::new(&others_took, &own_took))
 }
 
 fn print_rows(rows: Vec<Row>) {

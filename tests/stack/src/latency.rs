@@ -46,49 +46,6 @@ impl Times {
     }
 }
 
-/// The plans of the same steps through two stacks; times in milliseconds.
-#[derive(Debug, Clone)]
-pub(crate) struct Compared {
-    /// How many steps.
-    pub(crate) plans: usize,
-    /// The median of the other stack.
-    pub others_p50_ms: f64,
-    /// The median of this one.
-    pub own_p50_ms: f64,
-    /// How much longer this one took for the same step: the median in the middle, between the ends of its 95 % interval.
-    pub(crate) difference_ms: [f64; 3],
-}
-
-impl Compared {
-    /// By the times of the same steps.
-    pub(crate) fn new(others: &[Duration], own: &[Duration]) -> Self {
-        let ms = |took: &Duration| took.as_secs_f64() * 1e3;
-        let differences = own.iter().zip(others);
-        let mut differences: Vec<f64> = differences
-            .map(|(own, other)| ms(own) - ms(other))
-            .collect();
-        differences.sort_unstable_by(f64::total_cmp);
-        let median_ms = |times: &[Duration]| Times::new(times.to_vec()).percentile_ms(0.5);
-        Self {
-            plans: differences.len(),
-            others_p50_ms: median_ms(others),
-            own_p50_ms: median_ms(own),
-            difference_ms: median_with_interval(&differences),
-        }
-    }
-}
-
-/// The median of sorted values, between the ends of its 95 % interval by order statistics: how many of so many values lie below the median
-/// is binomial. Not numbers where there are none.
-fn median_with_interval(sorted: &[f64]) -> [f64; 3] {
-    let count = sorted.len() as f64;
-    let half = 1.96 * count.sqrt() / 2.0;
-    let last = count - 1.0;
-    let at = |rank: f64| sorted.get(rank.clamp(0.0, last.max(0.0)) as usize);
-    let ranks = [last / 2.0 - half, last / 2.0, last / 2.0 + half];
-    ranks.map(|rank| at(rank.round()).copied().unwrap_or(f64::NAN))
-}
-
 /// What the plans of one container took.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Measured {
@@ -102,37 +59,18 @@ pub(crate) struct Measured {
     pub(crate) degraded: usize,
 }
 
-/// A container that is packed step by step, each plan of which is measured.
-pub(crate) struct Packing<'a> {
-    cell: &'a CellClient,
-    objects: &'a [&'a str],
-    measured: Measured,
-}
-
-impl<'a> Packing<'a> {
-    /// Begins to pack `objects` into a new container.
-    pub(crate) fn begin(
-        cell: &'a CellClient,
-        session_id: &str,
-        objects: &'a [&'a str],
-    ) -> Result<Self> {
-        cell.renew()?;
-        cell.begin(session_id, objects, false)?;
-        Ok(Self {
-            cell,
-            objects,
-            measured: Measured::default(),
-        })
-    }
-
-    /// Plans and places the next item; says whether there was one. With `twin` the step is also planned in this process, on the same
-    /// heightmap; where the search is exhaustive the decisions must be the same.
-    pub(crate) fn step(&mut self, twin: Option<&mut Twin<'_>>) -> Result<bool> {
-        let Self {
-            cell,
-            objects,
-            measured,
-        } = self;
+/// Packs `objects` into a new container, and measures each plan. With `twin` each step is also planned in this process, on the same
+/// heightmap; where the search is exhaustive the decisions must be the same.
+pub(crate) fn pack_container(
+    cell: &CellClient,
+    session_id: &str,
+    objects: &[&str],
+    mut twin: Option<&mut Twin<'_>>,
+) -> Result<Measured> {
+    cell.renew()?;
+    cell.begin(session_id, objects, false)?;
+    let mut measured = Measured::default();
+    loop {
         // Until perception has seen the container, a plan waits for it: that wait is no part of planning.
         let least_state_number = cell.state()?.state_number;
         let heightmap = cell.ask(v1::HeightmapRequest {
@@ -143,29 +81,22 @@ impl<'a> Packing<'a> {
         let decision = cell.plan()?;
         measured.asked.push(asked.elapsed());
         let Some(decision) = decision else {
-            return Ok(false);
+            return Ok(measured);
         };
         for stage in &decision.stages {
             let times = measured.stages.entry(stage.stage.clone()).or_default();
             times.push(Duration::from_nanos(stage.duration_ns));
         }
         measured.degraded += usize::from(!decision.degraded.is_empty());
-        if let Some(twin) = twin {
+        if let Some(twin) = &mut twin {
             let heightmap = heightmap
                 .heightmap
                 .context("perception told no heightmap")?;
-            measured
-                .in_process
-                .push(twin.plan(&heightmap, &decision, objects)?);
+            let took = twin.plan(&heightmap, &decision, objects)?;
+            measured.in_process.push(took);
         }
         let outcome = cell.place(&decision)?;
         cell.report(&decision, outcome)?;
-        Ok(true)
-    }
-
-    /// What its plans took.
-    pub(crate) fn measured(self) -> Measured {
-        self.measured
     }
 }
 
@@ -242,33 +173,5 @@ impl<'a> Twin<'a> {
             );
         }
         Ok(took)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn steps_are_compared_one_by_one() {
-        let ms = |times: &[u64]| -> Vec<Duration> {
-            times.iter().map(|ms| Duration::from_millis(*ms)).collect()
-        };
-        // One step takes long in both.
-        let (others, own) = (ms(&[1, 50, 3, 4, 5]), ms(&[3, 52, 5, 6, 7]));
-        let compared = Compared::new(&others, &own);
-        assert_eq!(compared.plans, 5);
-        assert!((compared.others_p50_ms - 4.0).abs() < 1e-9);
-        assert!((compared.own_p50_ms - 6.0).abs() < 1e-9);
-        for difference_ms in compared.difference_ms {
-            assert!((difference_ms - 2.0).abs() < 1e-9, "{compared:?}");
-        }
-        assert!(Compared::new(&[], &[]).difference_ms[1].is_nan());
-    }
-
-    #[test]
-    fn the_interval_of_a_median_has_as_many_values_as_the_binomial_says() {
-        let sorted: Vec<f64> = (0..100).map(f64::from).collect();
-        assert_eq!(median_with_interval(&sorted), [40.0, 50.0, 59.0]);
     }
 }

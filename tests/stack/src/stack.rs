@@ -37,8 +37,6 @@ pub(crate) struct Options {
     pub(crate) settings: Vec<(Service, String)>,
     /// Variables in the environment of every process.
     pub(crate) environment: Vec<(String, String)>,
-    /// The folder of the programs; that of this one where none is given.
-    pub(crate) programs: Option<PathBuf>,
 }
 
 impl Default for Options {
@@ -49,16 +47,6 @@ impl Default for Options {
             evaluate: "services",
             settings: Vec::new(),
             environment: Vec::new(),
-            programs: None,
-        }
-    }
-}
-
-impl Options {
-    fn program(&self, name: &str) -> Result<PathBuf> {
-        match &self.programs {
-            Some(folder) => Ok(folder.join(name)),
-            None => beside(name),
         }
     }
 }
@@ -88,7 +76,7 @@ impl Stack {
             "admin.listen=127.0.0.1:0".to_owned(),
         ];
         let log = folder.path().join("router.log");
-        let program = options.program("ppnpack-router")?;
+        let program = beside("ppnpack-router")?;
         let mut process = Process::new(program, router, &options.environment, &log);
         process.start()?;
         processes.insert("router".to_owned(), process);
@@ -193,7 +181,7 @@ impl Stack {
             .flat_map(|setting| ["--set".to_owned(), setting])
             .collect();
         let log = self.folder.path().join(format!("{name}.log"));
-        let program = options.program(&format!("ppnpack-{service}"))?;
+        let program = beside(&format!("ppnpack-{service}"))?;
         let mut process = Process::new(program, arguments, &options.environment, &log);
         process.start()?;
         self.processes.insert(name, process);

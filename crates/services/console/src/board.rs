@@ -131,19 +131,4 @@ mod tests {
         assert!(same.parts.is_empty(), "the same is no change");
         assert!(!watch.has_changed().unwrap());
     }
-
-    #[test]
-    fn a_part_says_what_it_is_of() {
-        let board = Board::default();
-        let [cell, container] = ["cell-1", "cell-1-a"].map(|name| Cell::new(name).unwrap());
-        board.put(
-            (Some(&cell), Some(&container), "items"),
-            Vec::<Value>::new(),
-        );
-        let text = board.since(0).parts[0].to_string();
-        assert_eq!(
-            text,
-            r#"{"cell":"cell-1","container":"cell-1-a","part":"items","revision":1,"value":[]}"#
-        );
-    }
 }

@@ -1,11 +1,13 @@
-//! Which cells and containers there are, for whoever is asked about one.
+//! What is known of the cells, for who follows them and whoever is asked about one.
 
 use std::collections::BTreeMap;
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
+
+use crate::picture::Picture;
 
 /// The size of a grid's cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +30,9 @@ pub(crate) struct Entry {
 /// For how long after the start a cell may be there of which nothing was heard yet.
 const FIRST_WORD: Duration = Duration::from_secs(5);
 
-/// The cells, kept current by who follows them.
+/// The picture of the cells, and which cells there are: who asks about one waits for no change of the picture.
 pub(crate) struct Directory {
+    picture: Mutex<Picture>,
     cells: Mutex<BTreeMap<Cell, Entry>>,
     changed: Condvar,
     /// When all cells that are there have been heard.
@@ -40,16 +43,25 @@ impl Directory {
     /// That of a console which begins to listen now.
     pub(crate) fn begun() -> Self {
         Self {
+            picture: Mutex::default(),
             cells: Mutex::default(),
             changed: Condvar::new(),
             complete_at: Instant::now() + FIRST_WORD,
         }
     }
 
-    /// From now on it has these.
-    pub(crate) fn set(&self, cells: BTreeMap<Cell, Entry>) {
-        *lock(&self.cells) = cells;
+    /// The picture, which nobody else has until it is let go.
+    pub(crate) fn picture(&self) -> MutexGuard<'_, Picture> {
+        lock(&self.picture)
+    }
+
+    /// Changes the picture.
+    pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Picture) -> T) -> T {
+        let mut picture = self.picture();
+        let changed = change(&mut picture);
+        *lock(&self.cells) = picture.directory();
         self.changed.notify_all();
+        changed
     }
 
     /// The containers of a cell; `None` where there is no such cell. In the first seconds it waits for the cell to be heard: a hold
@@ -85,17 +97,17 @@ impl Directory {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::News;
 
     fn cell(name: &str) -> Cell {
         Cell::new(name).unwrap()
     }
 
-    fn with(name: &str) -> BTreeMap<Cell, Entry> {
-        let entry = Entry {
-            containers: vec![cell(name)],
-            ..Entry::default()
-        };
-        BTreeMap::from([(cell(name), entry)])
+    impl Directory {
+        fn hear(&self, name: &str) {
+            let state = News::State(Box::default());
+            self.change(|picture| picture.apply(0, &cell(name), state));
+        }
     }
 
     #[test]
@@ -106,8 +118,8 @@ mod tests {
         };
         std::thread::scope(|scope| {
             let asking = scope.spawn(|| directory.heard_containers(&cell("c1")));
-            directory.set(with("c2"));
-            directory.set(with("c1"));
+            directory.hear("c2");
+            directory.hear("c1");
             assert_eq!(asking.join().unwrap(), Some(vec![cell("c1")]));
         });
     }
@@ -118,7 +130,7 @@ mod tests {
             complete_at: Instant::now(),
             ..Directory::begun()
         };
-        directory.set(with("c1"));
+        directory.hear("c1");
         assert_eq!(directory.heard_containers(&cell("c2")), None);
         assert_eq!(
             directory.heard_containers(&cell("c1")),

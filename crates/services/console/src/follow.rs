@@ -5,20 +5,17 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, Address, LatestValues};
-use ppnpack_service::alive::Found;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 use prost::{Message, Name};
-use serde_json::Value;
-use tokio::sync::oneshot;
 use zenoh::Session;
 
 use crate::board::Board;
 use crate::clock::now_ms;
 use crate::directory::Directory;
-use crate::picture::{News, Picture, SeenContainer};
-use crate::shapes::{ShapeId, Wanted};
+use crate::picture::{News, SeenContainer};
+use crate::shapes::Wanted;
 
 /// How often heightmaps are looked at: sensors may send them faster than anybody sees.
 const LOOK: Duration = Duration::from_millis(500);
@@ -26,28 +23,8 @@ const LOOK: Duration = Duration::from_millis(500);
 /// How often shapes are asked for whose volumes should be known and are not.
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
-/// What the follower is told, each of which counts.
-#[derive(Debug)]
-pub(crate) enum Told {
-    /// Something that was heard of a cell or a container.
-    Of(Cell, News),
-    /// Which services were found.
-    Found(Vec<(Found, v1::HealthReply)>),
-    /// The volumes of shapes, in cubic metres.
-    Volumes(Vec<(ShapeId, f64)>),
-    /// Somebody waits to hear what an answer of a planner means.
-    Asked(Box<Asked>),
-}
-
-/// What a planner explained of an item, to be told with what is known of the cell.
-#[derive(Debug)]
-pub(crate) struct Asked {
-    pub(crate) cell: Cell,
-    pub(crate) item_id: String,
-    pub(crate) reply: v1::ExplainReply,
-    /// Takes the answer; none where nothing is known of the cell.
-    pub(crate) answer: oneshot::Sender<Option<Value>>,
-}
+/// Something that was heard of a cell or a container, and counts whatever comes after it.
+pub(crate) type Told = (Cell, News);
 
 /// What was heard last: of sessions and states the newest alone is looked at.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
@@ -57,7 +34,6 @@ pub(crate) type Heightmaps = LatestValues<Cell, (u64, Box<v1::Heightmap>)>;
 
 /// Folds what is heard into the picture, and puts that on the board.
 pub(crate) struct Follower {
-    picture: Picture,
     board: Arc<Board>,
     directory: Arc<Directory>,
     newest: Newest,
@@ -79,7 +55,6 @@ impl Follower {
         prefetcher: Address<Wanted>,
     ) -> Self {
         Self {
-            picture: Picture::default(),
             board,
             directory,
             newest: ears.newest.clone(),
@@ -92,7 +67,9 @@ impl Follower {
     }
 
     fn apply(&mut self, at_ms: u64, of: &Cell, news: News) {
-        let wanted = self.picture.apply(at_ms, of, news);
+        let wanted = self
+            .directory
+            .change(|picture| picture.apply(at_ms, of, news));
         self.ask(wanted);
     }
 
@@ -109,7 +86,8 @@ impl Follower {
     fn ask_again(&mut self, now: Instant) {
         if self.next_asking <= now {
             self.next_asking = now + ASKED_EVERY;
-            self.ask(self.picture.missing());
+            let missing = self.directory.picture().missing();
+            self.ask(missing);
         }
     }
 
@@ -123,7 +101,9 @@ impl Follower {
                 Ok(seen) => self.apply(made_ms, &container, News::Seen(Box::new(seen))),
                 Err(error) => tracing::debug!(%container, %error, "a heightmap cannot be read"),
             }
-            self.picture.show_heightmap(&self.board, &container);
+            self.directory
+                .picture()
+                .show_heightmap(&self.board, &container);
         }
     }
 }
@@ -131,25 +111,9 @@ impl Follower {
 impl Actor for Follower {
     type Message = Told;
 
-    fn handle(&mut self, told: Told) {
+    fn handle(&mut self, (cell, news): Told) {
         self.is_changed = true;
-        match told {
-            Told::Of(cell, news) => self.apply(now_ms(), &cell, news),
-            Told::Found(found) => self.picture.look(now_ms(), found),
-            Told::Volumes(volumes) => self.picture.learn_volumes(now_ms(), volumes),
-            Told::Asked(asked) => {
-                let Asked {
-                    cell,
-                    item_id,
-                    reply,
-                    answer,
-                } = *asked;
-                // Whoever asked may have left.
-                answer
-                    .send(self.picture.explain(&cell, &item_id, reply))
-                    .ok();
-            }
-        }
+        self.apply(now_ms(), &cell, news);
     }
 
     fn tick(&mut self) {
@@ -165,8 +129,7 @@ impl Actor for Follower {
             self.is_changed = true;
         }
         if std::mem::take(&mut self.is_changed) {
-            self.directory.set(self.picture.directory());
-            self.picture.show(&self.board, now_ms());
+            self.directory.picture().show(&self.board, now_ms());
         }
     }
 
@@ -194,26 +157,61 @@ impl Ears {
     ) -> Result<Vec<Subscription>, ServiceError> {
         let mut subscriptions = Vec::new();
         for cell in stream::each_or_all(cells) {
-            let heard = Heard {
-                ears: self,
-                session,
-                cell,
-            };
             let heightmaps = self.heightmaps.clone();
             let see = move |container, heightmap: v1::Heightmap| {
                 heightmaps.put(container, (now_ms(), Box::new(heightmap)));
             };
+            let of = (session, cell);
             subscriptions.extend([
-                heard.newest(Stream::Session, |it| News::Session(Box::new(it)))?,
-                heard.newest(Stream::State, |it| News::State(Box::new(it)))?,
-                heard.each(Stream::Record, |it| News::Record(Box::new(named(it))))?,
-                heard.each(Stream::Plan, |it| News::Decision(Box::new(it)))?,
-                heard.each(Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
-                heard.stream(Stream::Heightmap, see)?,
+                self.newest(of, Stream::Session, |it| News::Session(Box::new(it)))?,
+                self.newest(of, Stream::State, |it| News::State(Box::new(it)))?,
+                self.each(of, Stream::Record, |it| News::Record(Box::new(named(it))))?,
+                self.each(of, Stream::Plan, |it| News::Decision(Box::new(it)))?,
+                self.each(of, Stream::Outcome, |it| News::Outcome(Box::new(it)))?,
+                subscribe(of, Stream::Heightmap, see)?,
             ]);
         }
         Ok(subscriptions)
     }
+
+    /// A stream of which the newest message alone counts.
+    fn newest<M: Message + Name + Default + 'static>(
+        &self,
+        of: Of<'_>,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let newest = self.newest.clone();
+        subscribe(of, stream, move |cell, message| {
+            newest.put((cell, stream), wrap(message));
+        })
+    }
+
+    /// A stream of which each message counts.
+    fn each<M: Message + Name + Default + 'static>(
+        &self,
+        of: Of<'_>,
+        stream: Stream,
+        wrap: fn(M) -> News,
+    ) -> Result<Subscription, ServiceError> {
+        let follower = self.follower.clone();
+        subscribe(of, stream, move |cell, message| {
+            if !follower.try_send((cell, wrap(message))) {
+                tracing::debug!(%stream, "a message did not fit into the mailbox");
+            }
+        })
+    }
+}
+
+/// Of which cell streams are heard, or of all, and by which session.
+type Of<'a> = (&'a Session, Option<&'a Cell>);
+
+fn subscribe<M: Message + Name + Default + 'static>(
+    (session, cell): Of<'_>,
+    stream: Stream,
+    on_message: impl Fn(Cell, M) + Send + Sync + 'static,
+) -> Result<Subscription, ServiceError> {
+    stream::subscribe(session, cell, stream, MAX_MESSAGE_BYTES, on_message)
 }
 
 /// Of a record no more than which shapes it names: it waits with others, and all that the step was planned on is large.
@@ -223,54 +221,5 @@ fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
         items: record.items,
         candidates: record.candidates,
         ..v1::PlanningRecord::default()
-    }
-}
-
-/// The streams of a cell, or of all.
-struct Heard<'a> {
-    ears: &'a Ears,
-    session: &'a Session,
-    cell: Option<&'a Cell>,
-}
-
-impl Heard<'_> {
-    /// A stream of which the newest message alone counts.
-    fn newest<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        wrap: fn(M) -> News,
-    ) -> Result<Subscription, ServiceError> {
-        let newest = self.ears.newest.clone();
-        self.stream(stream, move |cell, message| {
-            newest.put((cell, stream), wrap(message));
-        })
-    }
-
-    /// A stream of which each message counts.
-    fn each<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        wrap: fn(M) -> News,
-    ) -> Result<Subscription, ServiceError> {
-        let follower = self.ears.follower.clone();
-        self.stream(stream, move |cell, message| {
-            if !follower.try_send(Told::Of(cell, wrap(message))) {
-                tracing::debug!(%stream, "a message did not fit into the mailbox");
-            }
-        })
-    }
-
-    fn stream<M: Message + Name + Default + 'static>(
-        &self,
-        stream: Stream,
-        on_message: impl Fn(Cell, M) + Send + Sync + 'static,
-    ) -> Result<Subscription, ServiceError> {
-        stream::subscribe(
-            self.session,
-            self.cell,
-            stream,
-            MAX_MESSAGE_BYTES,
-            on_message,
-        )
     }
 }

@@ -96,19 +96,12 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
             what: "starting the page's threads",
             source,
         })?;
-    let follower = following.follower.downgrade();
     let served = Served {
         board,
-        controls: Controls::new(
-            process.session(),
-            client.clone(),
-            Arc::clone(&directory),
-            follower.clone(),
-        ),
+        controls: Controls::new(process.session(), client.clone(), Arc::clone(&directory)),
         directory,
         shapes,
         client,
-        follower,
         access: Access::new(token.as_ref(), &settings.hosts),
         limits: Limits::default(),
         shutdown: shutdown.clone(),
@@ -166,7 +159,7 @@ fn follow(
     let looker = Looker {
         session: process.session().clone(),
         cells: cells.to_vec(),
-        follower: follower.downgrade(),
+        directory: Arc::clone(directory),
         asker,
         shutdown: shutdown.clone(),
     };
@@ -179,7 +172,6 @@ fn follow(
     };
     let prefetching = Prefetcher {
         store: Arc::clone(shapes),
-        follower: follower.downgrade(),
     };
     let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
     let supervisor = process.supervisor();

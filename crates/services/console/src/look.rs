@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_service::actor::{Actor, Address, WeakAddress};
+use ppnpack_service::actor::{Actor, Address};
 use ppnpack_service::alive::Found;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::{ServiceError, Shutdown, survey};
@@ -14,7 +14,7 @@ use zenoh::Session;
 
 use crate::clock::now_ms;
 use crate::directory::Directory;
-use crate::follow::{Heightmaps, Newest, Told};
+use crate::follow::{Heightmaps, Newest};
 use crate::picture::News;
 
 /// How often it is looked which services there are.
@@ -34,7 +34,7 @@ pub(crate) struct Looker {
     pub(crate) session: Session,
     /// The cells and containers that are followed; none where all are.
     pub(crate) cells: Vec<Cell>,
-    pub(crate) follower: WeakAddress<Told>,
+    pub(crate) directory: Arc<Directory>,
     pub(crate) asker: Address<Vec<Found>>,
     pub(crate) shutdown: Shutdown,
 }
@@ -47,13 +47,8 @@ impl Looker {
                 Vec::new()
             });
             let found = services.iter().map(|(found, _)| found.clone()).collect();
-            let Some(follower) = self.follower.upgrade() else {
-                return;
-            };
-            if !follower.try_send(Told::Found(services)) {
-                tracing::debug!("which services there are is told the next time");
-            }
-            drop(follower);
+            self.directory
+                .change(|picture| picture.look(now_ms(), services));
             // Where it still asks, it is told the next time.
             self.asker.try_send(found);
             if self.shutdown.wait_timeout(LOOK) {

@@ -5,10 +5,12 @@ use std::time::Instant;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_service::one_worker::{self, Refusal};
+use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};
 
-use crate::worker::{Answer, Evaluate, Refusal, Worker};
+use crate::worker::{Worker, search_failed};
 
 /// The most placements that one request may ask for.
 const MAX_LIMIT: u32 = 65_536;
@@ -16,58 +18,68 @@ const MAX_LIMIT: u32 = 65_536;
 /// The most candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
-pub(crate) fn evaluate(worker: &mut Worker, incoming: &Evaluate) -> Result<Answer, Refusal> {
-    let started = Instant::now();
-    let request = incoming.message();
-    let limit = read_limit(request.limit)?;
-    let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
-    let ids = read_ids(&request.candidates)?;
-    let items = worker.items(&request.items, &ids, &grid)?;
-    let candidates = request.candidates.iter().zip(items);
-    let candidates = candidates.map(|(candidate, item)| {
-        let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
-        Candidate {
-            pose: usize::try_from(candidate.pose).unwrap_or(usize::MAX),
-            ..Candidate::new(arrival, item)
+impl one_worker::Worker for Worker {
+    type Request = v1::EvaluateRequest;
+
+    fn work(
+        &mut self,
+        incoming: &Incoming<v1::EvaluateRequest>,
+    ) -> Result<(v1::EvaluateReply, Done), Refusal> {
+        let started = Instant::now();
+        let request = incoming.message();
+        let limit = read_limit(request.limit)?;
+        let (grid, scene) = convert::scene::read_required("scene", request.scene.as_ref())?;
+        let ids = read_ids(&request.candidates)?;
+        let items = self.items(&request.items, &ids, &grid)?;
+        let candidates = request.candidates.iter().zip(items);
+        let candidates = candidates.map(|(candidate, item)| {
+            let arrival = usize::try_from(candidate.arrival).unwrap_or(usize::MAX);
+            Candidate {
+                pose: usize::try_from(candidate.pose).unwrap_or(usize::MAX),
+                ..Candidate::new(arrival, item)
+            }
+        });
+        let candidates: Vec<Candidate> = candidates.collect();
+        check_work(&request.parts, &grid, self.most_placements())?;
+        let (group, proposals) = read_parts(&request.parts, &candidates)?;
+        let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
+        let search = self.search(incoming.cell(), &grid, &settings, &request.checks)?;
+        let input = StepInput {
+            step: request.step,
+            deadline: Some(incoming.answer_by()),
+            ..StepInput::new(&grid, &scene, &candidates)
+        };
+        let read = Instant::now();
+        search
+            .rank(&input, &group, &proposals)
+            .map_err(search_failed)?;
+        let mut placements = Vec::new();
+        let mut is_complete = false;
+        while placements.len() < limit && !is_complete {
+            match search.next_valid(&input).map_err(search_failed)? {
+                Some(valid) => placements.push(convert::placement::write_ranked(&valid.placement)),
+                None => is_complete = true,
+            }
         }
-    });
-    let candidates: Vec<Candidate> = candidates.collect();
-    check_work(&request.parts, &grid, worker.most_placements())?;
-    let (group, proposals) = read_parts(&request.parts, &candidates)?;
-    let settings = convert::objective::read_required("objective", request.objective.as_ref())?;
-    let search = worker.search(incoming.cell(), &grid, &settings, &request.checks)?;
-    let input = StepInput {
-        step: request.step,
-        deadline: Some(incoming.answer_by()),
-        ..StepInput::new(&grid, &scene, &candidates)
-    };
-    let read = Instant::now();
-    search.rank(&input, &group, &proposals)?;
-    let mut placements = Vec::new();
-    let mut is_complete = false;
-    while placements.len() < limit && !is_complete {
-        match search.next_valid(&input)? {
-            Some(valid) => placements.push(convert::placement::write_ranked(&valid.placement)),
-            None => is_complete = true,
+        if search.is_cut() {
+            // What was found may not be the best.
+            return Err(Refusal::Late);
         }
+        let tallies = group.iter().map(|held| search.tally(*held));
+        let counts = tallies.map(|tally| convert::placement::write_tally(&tally));
+        let reply = v1::EvaluateReply {
+            placements,
+            is_complete,
+            counts: counts.collect(),
+            ..v1::EvaluateReply::default()
+        };
+        let stages = vec![
+            header::stage("read", read - started),
+            header::stage("evaluate", read.elapsed()),
+        ];
+        let model = None;
+        Ok((reply, Done { stages, model }))
     }
-    if search.is_cut() {
-        // What was found may not be the best.
-        return Err(Refusal::Late);
-    }
-    let tallies = group.iter().map(|held| search.tally(*held));
-    let counts = tallies.map(|tally| convert::placement::write_tally(&tally));
-    let reply = v1::EvaluateReply {
-        placements,
-        is_complete,
-        counts: counts.collect(),
-        ..v1::EvaluateReply::default()
-    };
-    let stages = vec![
-        header::stage("read", read - started),
-        header::stage("evaluate", read.elapsed()),
-    ];
-    Ok((reply, stages))
 }
 
 fn read_limit(limit: u32) -> Result<usize, Refusal> {

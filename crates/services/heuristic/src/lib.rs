@@ -6,10 +6,8 @@ mod evaluate;
 mod settings;
 mod worker;
 
-use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
 use ppnpack_service::{OneWorker, ServiceError};
-use ppnpack_wire::keys::Service;
 
 pub use settings::Settings;
 use worker::Worker;
@@ -20,7 +18,6 @@ use worker::Worker;
 /// [`ServiceError`] where the session or a thread cannot be had.
 pub fn start(process: &Process, settings: &Settings) -> Result<OneWorker, ServiceError> {
     let ready = process.health().check("workers");
-    let planners = Alive::watch(process.session(), Service::Planner)?;
-    let worker = Worker::new(planners, settings)?;
+    let worker = Worker::new(settings)?;
     OneWorker::start(process, "heuristic", ready, settings.queue, worker)
 }

@@ -1,50 +1,27 @@
-//! A worker: an actor that answers requests.
+//! A worker: what answers requests.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::{Item, YawsMismatch};
+use ppnpack_packing::item::Item;
 use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
 use ppnpack_packing::valid::{SearchError, ValidSearch};
 use ppnpack_service::ServiceError;
-use ppnpack_service::actor::Actor;
-use ppnpack_service::alive::Alive;
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::one_worker::Refusal;
 use ppnpack_wire::convert;
-use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::item_store::{ItemStore, MissingItems};
+use ppnpack_wire::item_store::ItemStore;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::v1;
 
-use crate::evaluate;
 use crate::settings::Settings;
 
-/// A request as it waits.
-pub(crate) type Evaluate = Incoming<v1::EvaluateRequest>;
-
-/// Why a request is not answered as it was asked.
-pub(crate) enum Refusal {
-    Invalid(String),
-    Missing(MissingItems),
-    /// The time limit passed during the work.
-    Late,
-    Failed(String),
-}
-
-impl From<YawsMismatch> for Refusal {
-    fn from(error: YawsMismatch) -> Self {
-        Self::Invalid(error.to_string())
-    }
-}
-
-impl From<SearchError> for Refusal {
-    fn from(error: SearchError) -> Self {
-        match error {
-            SearchError::Evaluate(error) if error.is::<TooMuchMemory>() => too_much(&*error),
-            error => Self::Failed(error.to_string()),
-        }
+/// Why a search led to nothing.
+pub(crate) fn search_failed(error: SearchError) -> Refusal {
+    match error {
+        SearchError::Evaluate(error) if error.is::<TooMuchMemory>() => too_much(&*error),
+        error => Refusal::Failed(error.to_string()),
     }
 }
 
@@ -53,19 +30,9 @@ fn too_much(error: &dyn std::error::Error) -> Refusal {
     Refusal::Invalid(format!("{error}; or set searches_mib"))
 }
 
-impl From<WireError> for Refusal {
-    fn from(error: WireError) -> Self {
-        Self::Invalid(error.to_string())
-    }
-}
-
-/// A reply, and how long the stages of the work on it took.
-pub(crate) type Answer = (v1::EvaluateReply, Vec<v1::StageTiming>);
-
 /// Answers requests one after another.
 pub(crate) struct Worker {
     items: ItemStore,
-    planners: Alive,
     pool: Option<Arc<rayon::ThreadPool>>,
     /// The last used first.
     searches: VecDeque<KeptSearch>,
@@ -83,40 +50,8 @@ struct KeptSearch {
     search: ValidSearch,
 }
 
-impl Actor for Worker {
-    type Message = Evaluate;
-
-    fn handle(&mut self, incoming: Evaluate) {
-        let Some(incoming) = incoming.still_wanted(&self.planners) else {
-            return;
-        };
-        match evaluate::evaluate(self, &incoming) {
-            Ok((reply, stages)) => {
-                let model = None;
-                incoming.reply(reply, Done { stages, model });
-            }
-            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
-            Err(Refusal::Late) => {
-                let message =
-                    "the time limit passed during the work: give it more time, or ask for less";
-                incoming.refuse(Status::TimedOut, message);
-            }
-            Err(Refusal::Failed(message)) => incoming.refuse(Status::Failed, message),
-            Err(Refusal::Missing(missing)) => {
-                let message = missing.to_string();
-                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
-                let reply = v1::EvaluateReply {
-                    missing_items,
-                    ..v1::EvaluateReply::default()
-                };
-                incoming.refuse_with(reply, Status::MissingItems, message);
-            }
-        }
-    }
-}
-
 impl Worker {
-    pub(crate) fn new(planners: Alive, settings: &Settings) -> Result<Self, ServiceError> {
+    pub(crate) fn new(settings: &Settings) -> Result<Self, ServiceError> {
         let pool = match settings.threads_per_search {
             0 | 1 => None,
             threads => Some(Arc::new(
@@ -132,7 +67,6 @@ impl Worker {
         };
         Ok(Self {
             items: ItemStore::new(settings.items_kept_mib << 20),
-            planners,
             pool,
             searches: VecDeque::new(),
             searches_kept: settings.searches_kept.max(1),
@@ -219,8 +153,7 @@ impl Worker {
         if Search::least_bytes(grid, settings.heuristic) > limit_bytes {
             return Err(too_much(&TooMuchMemory { limit_bytes }));
         }
-        let mut search = Search::new(grid, settings)
-            .map_err(|error| Refusal::Invalid(error.to_string()))?
+        let mut search = Search::new(grid, settings)?
             .bounded()
             .within_bytes(limit_bytes);
         if let Some(pool) = &self.pool {

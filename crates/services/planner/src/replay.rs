@@ -11,11 +11,12 @@ use ppnpack_packing::plan::{Plan, PlanError};
 use ppnpack_packing::step::StepInput;
 use ppnpack_physics::trial;
 use ppnpack_wire::keys::Cell;
+use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::v1;
 
 use crate::planning::Planning;
 use crate::record;
-pub use crate::record::{ShapeSource, Unreadable};
+pub use crate::record::Unreadable;
 use crate::settings::CellSettings;
 use crate::step_plan::PlansContainers;
 
@@ -88,7 +89,7 @@ impl Replayer {
     pub fn replay(
         &mut self,
         record: &v1::PlanningRecord,
-        shapes: &mut dyn ShapeSource,
+        shapes: &ShapeStore,
     ) -> Result<Option<v1::Decision>, Unreplayable> {
         if record.is_cut {
             return Err(Unreplayable::Cut);

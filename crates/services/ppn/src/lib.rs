@@ -12,10 +12,8 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
-use ppnpack_service::alive::Alive;
 use ppnpack_service::process::Process;
 use ppnpack_service::{OneWorker, ServiceError};
-use ppnpack_wire::keys::Service;
 
 pub use settings::{Device, Settings};
 use worker::Worker;
@@ -77,9 +75,8 @@ pub fn start(
     network: Box<dyn Network>,
 ) -> Result<OneWorker, StartError> {
     let ready = process.health().check("network");
-    let planners = Alive::watch(process.session(), Service::Planner)?;
     process.set_model(Some(network.model().to_owned()));
-    let mut worker = Worker::new(network, planners, settings);
+    let mut worker = Worker::new(network, settings);
     worker.warm_up().map_err(StartError::Network)?;
     let started = OneWorker::start(process, "network", ready, settings.queue, worker);
     Ok(started?)

@@ -1,4 +1,4 @@
-//! The actor that owns the network.
+//! The worker that owns the network.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -9,13 +9,11 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
-use ppnpack_service::actor::Actor;
-use ppnpack_service::alive::Alive;
+use ppnpack_service::one_worker::{self, Refusal};
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;
-use ppnpack_wire::item_store::{ItemStore, MissingItems};
-use ppnpack_wire::v1::{self, Status};
-use ppnpack_wire::{convert, header};
+use ppnpack_wire::item_store::ItemStore;
+use ppnpack_wire::{convert, header, v1};
 
 use crate::settings::Settings;
 use crate::{Network, ScoredStep, Scorer};
@@ -23,13 +21,9 @@ use crate::{Network, ScoredStep, Scorer};
 /// The most candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
-/// A request as it waits.
-type Waiting = Incoming<v1::ProposeRequest>;
-
 /// Runs the network for requests.
 pub(crate) struct Worker {
     network: Box<dyn Network>,
-    planners: Alive,
     model: String,
     scorers: VecDeque<(Grid, Box<dyn Scorer>)>,
     items: ItemStore,
@@ -46,63 +40,13 @@ struct Step {
     share: Percent,
 }
 
-/// Why a request is not answered as it was asked.
-enum Refusal {
-    Invalid(String),
-    Missing(MissingItems),
-    Failed(StageError),
-}
+impl one_worker::Worker for Worker {
+    type Request = v1::ProposeRequest;
 
-impl<E: std::error::Error> From<E> for Refusal {
-    fn from(error: E) -> Self {
-        Self::Invalid(error.to_string())
-    }
-}
-
-impl Actor for Worker {
-    type Message = Waiting;
-
-    fn handle(&mut self, incoming: Waiting) {
-        let Some(incoming) = incoming.still_wanted(&self.planners) else {
-            return;
-        };
-        match self.propose(&incoming) {
-            Ok((reply, done)) => incoming.reply(reply, done),
-            Err(Refusal::Invalid(message)) => incoming.refuse(Status::Invalid, message),
-            Err(Refusal::Failed(error)) => incoming.refuse(Status::Failed, error.to_string()),
-            Err(Refusal::Missing(missing)) => {
-                let message = missing.to_string();
-                let missing_items = missing.0.into_iter().map(ItemId::to_bytes).collect();
-                let reply = v1::ProposeReply {
-                    missing_items,
-                    ..v1::ProposeReply::default()
-                };
-                incoming.refuse_with(reply, Status::MissingItems, message);
-            }
-        }
-    }
-}
-
-impl Worker {
-    pub(crate) fn new(network: Box<dyn Network>, planners: Alive, settings: &Settings) -> Self {
-        Self {
-            planners,
-            model: network.model().to_owned(),
-            network,
-            scorers: VecDeque::new(),
-            items: ItemStore::new(settings.items_kept_mib << 20),
-            grids_kept: settings.grids_kept.max(1),
-            most_cells: settings.most_cells,
-            most_placements: settings.most_placements,
-        }
-    }
-
-    /// Runs the network once, so that the first request does not wait for it.
-    pub(crate) fn warm_up(&mut self) -> Result<(), StageError> {
-        self.scorer(&Grid::reference()).map(|_| ())
-    }
-
-    fn propose(&mut self, incoming: &Waiting) -> Result<(v1::ProposeReply, Done), Refusal> {
+    fn work(
+        &mut self,
+        incoming: &Incoming<v1::ProposeRequest>,
+    ) -> Result<(v1::ProposeReply, Done), Refusal> {
         let began = Instant::now();
         let step = self.read(incoming.message())?;
         let read = began.elapsed();
@@ -112,8 +56,9 @@ impl Worker {
             items: &items,
             share: step.share,
         };
-        let scorer = self.scorer(&step.grid).map_err(Refusal::Failed)?;
-        let best = scorer.best(&scored).map_err(Refusal::Failed)?;
+        let scorer = self.scorer(&step.grid);
+        let best = scorer.and_then(|scorer| scorer.best(&scored));
+        let best = best.map_err(|error| Refusal::Failed(error.to_string()))?;
         let proposals = best
             .into_iter()
             .map(|of_item| convert::placement::write_all(of_item.into_iter()));
@@ -127,6 +72,25 @@ impl Worker {
         ];
         let model = Some(self.model.clone());
         Ok((reply, Done { stages, model }))
+    }
+}
+
+impl Worker {
+    pub(crate) fn new(network: Box<dyn Network>, settings: &Settings) -> Self {
+        Self {
+            model: network.model().to_owned(),
+            network,
+            scorers: VecDeque::new(),
+            items: ItemStore::new(settings.items_kept_mib << 20),
+            grids_kept: settings.grids_kept.max(1),
+            most_cells: settings.most_cells,
+            most_placements: settings.most_placements,
+        }
+    }
+
+    /// Runs the network once, so that the first request does not wait for it.
+    pub(crate) fn warm_up(&mut self) -> Result<(), StageError> {
+        self.scorer(&Grid::reference()).map(|_| ())
     }
 
     fn read(&mut self, request: &v1::ProposeRequest) -> Result<Step, Refusal> {

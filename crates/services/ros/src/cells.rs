@@ -10,7 +10,7 @@ use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Service};
 
-use crate::convert::messages;
+use crate::convert;
 use crate::error::RosError;
 use crate::face::{Common, Face};
 use crate::requests::Requests;
@@ -108,9 +108,9 @@ impl Cells {
         }
         if service == Service::Bridge && face.bridge.is_none() {
             let placed = self.world_from_container.get(cell).copied();
-            let pose = messages::pose_of(&placed.unwrap_or_default());
-            let frame = messages::container_frame(cell.as_str());
-            let fixed = messages::frame("world", frame, &pose);
+            let pose = convert::pose_of(&placed.unwrap_or_default());
+            let frame = convert::container_frame(cell.as_str());
+            let fixed = convert::frame("world", frame, &pose);
             self.fixed_frames.insert(cell.clone(), fixed);
             let transforms = self.fixed_frames.values().cloned().collect();
             self.fixed.publish(&TfMessage { transforms })?;

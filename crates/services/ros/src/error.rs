@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use ppnpack_service::ServiceError;
 
-use crate::rmw::description::Message;
+use crate::rmw::messages::Message;
 
 /// What keeps a cell from being seen in ROS.
 #[derive(Debug, thiserror::Error)]

@@ -8,7 +8,7 @@ use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use crate::convert::{markers, messages};
+use crate::convert;
 use crate::error::RosError;
 use crate::requests::Requests;
 use crate::rmw::keys::{Name, Qos};
@@ -28,7 +28,7 @@ pub(crate) struct Common {
 }
 
 /// What a service of a cell says and answers in ROS, until it is dropped.
-type Parts = (Vec<Subscription>, Vec<Server>);
+type Parts = (Subscription, Vec<Server>);
 
 /// A cell in ROS: what it has of services.
 #[derive(Default)]
@@ -48,12 +48,12 @@ impl Face {
     ) -> Result<(), RosError> {
         match service {
             Service::Bridge if self.bridge.is_none() => {
-                let streams = tell_states(common, name, cell)?;
-                self.bridge = Some((streams, serve_bridge(common, name, cell)?));
+                let stream = tell_states(common, name, cell)?;
+                self.bridge = Some((stream, serve_bridge(common, name, cell)?));
             }
             Service::Planner if self.planner.is_none() => {
-                let streams = tell_sessions(common, name, cell)?;
-                self.planner = Some((streams, serve_planner(common, name, cell)?));
+                let stream = tell_sessions(common, name, cell)?;
+                self.planner = Some((stream, serve_planner(common, name, cell)?));
             }
             _ => {}
         }
@@ -78,28 +78,17 @@ fn follow<M: prost::Message + prost::Name + Default + 'static>(
     Ok(stream::subscribe(session, cell, stream, limit, on_message)?)
 }
 
-fn tell_states(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Subscription>, RosError> {
-    let node = &common.node;
-    let states = node.publisher(&name.join("state"), Qos::Latched)?;
-    let scenes = node.publisher(&name.join("scene"), Qos::Latched)?;
-    let outcomes = node.publisher(&name.join("outcomes"), Qos::Events)?;
+fn tell_states(common: &Common, name: &Name, cell: &Cell) -> Result<Subscription, RosError> {
+    let states = common.node.publisher(&name.join("state"), Qos::Latched)?;
     let moving = Arc::clone(&common.moving);
-    let tell_state = move |cell: &Cell, state: &v1::CellState| {
-        states.publish(&messages::state(cell, state))?;
-        scenes.publish(&markers::of_state(cell, state))?;
-        let transforms = messages::item_frames(cell, state);
+    follow(common, cell, Stream::State, move |cell, state| {
+        states.publish(&convert::state(cell, state))?;
+        let transforms = convert::item_frames(cell, state);
         match transforms.is_empty() {
             true => Ok(()),
             false => moving.publish(&TfMessage { transforms }),
         }
-    };
-    let tell_outcome = move |cell: &Cell, outcome: &v1::Outcome| {
-        outcomes.publish(&messages::outcome(cell, outcome))
-    };
-    Ok(vec![
-        follow(common, cell, Stream::State, tell_state)?,
-        follow(common, cell, Stream::Outcome, tell_outcome)?,
-    ])
+    })
 }
 
 fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, RosError> {
@@ -130,7 +119,7 @@ fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>
 }
 
 /// Tells sessions, the one that is under way first: the planner tells it on change alone, which may not come for long.
-fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Subscription>, RosError> {
+fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Subscription, RosError> {
     let publisher = common.node.publisher(&name.join("session"), Qos::Latched)?;
     // Whether one was told on change: what was asked for may be older, and is not told after it.
     let has_changed = Mutex::new(false);
@@ -138,7 +127,7 @@ fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Subscr
         let mut has_changed = has_changed.lock().unwrap_or_else(PoisonError::into_inner);
         *has_changed |= is_change;
         match *has_changed == is_change {
-            true => publisher.publish(&messages::session(cell, session)),
+            true => publisher.publish(&convert::session(cell, session)),
             false => Ok(()),
         }
     });
@@ -150,7 +139,7 @@ fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Subscr
         Ok(reply) => tell(cell, &reply.session.unwrap_or_default(), false)?,
         Err(error) => tracing::debug!(%cell, %error, "the session is told when it changes"),
     }
-    Ok(vec![subscription])
+    Ok(subscription)
 }
 
 fn serve_planner(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, RosError> {
@@ -167,11 +156,7 @@ fn serve_planner(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server
         })?,
         requests.serve(node, &name.join("announce"), cell, |asked: &Announce| {
             v1::AnnounceRequest {
-                items: asked
-                    .items
-                    .iter()
-                    .map(messages::read_announcement)
-                    .collect(),
+                items: asked.items.iter().map(convert::read_announcement).collect(),
                 ..v1::AnnounceRequest::default()
             }
         })?,

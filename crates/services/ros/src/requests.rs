@@ -9,9 +9,8 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc;
 
 use crate::error::RosError;
-use crate::rmw::description::Service;
 use crate::rmw::keys::Name;
-use crate::rmw::messages::Done;
+use crate::rmw::messages::{Done, Service};
 use crate::rmw::{Node, Request, Server};
 
 /// Requests that are worked on at the same time; more are refused.

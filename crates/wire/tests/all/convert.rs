@@ -208,47 +208,6 @@ fn weights_that_are_not_given_are_the_papers() {
     assert_eq!(settings.weights, Weights::default());
 }
 
-#[test]
-fn coordinates_are_found_anywhere_in_a_point() {
-    // Intensity (1 byte), z (double), x (float), 2 bytes of nothing, y (double).
-    let field = |name: &str, offset: u32, kind: v1::NumericType| v1::PackedField {
-        name: name.to_owned(),
-        offset,
-        r#type: kind.into(),
-    };
-    let mut data = Vec::new();
-    for (x, y, z) in [
-        (1.5_f32, 2.5_f64, 3.5_f64),
-        (f32::NAN, 0.0, 0.0),
-        (0.0, 1e300, 0.0),
-    ] {
-        data.push(9);
-        data.extend(z.to_le_bytes());
-        data.extend(x.to_le_bytes());
-        data.extend([0; 2]);
-        data.extend(y.to_le_bytes());
-    }
-    let message = v1::PointCloud {
-        sequence: 1,
-        container_from_sensor: Some(pose::write(&nalgebra::Isometry3::identity())),
-        point_stride: 23,
-        fields: vec![
-            field("intensity", 0, v1::NumericType::Uint8),
-            field("z", 1, v1::NumericType::Float64),
-            field("x", 9, v1::NumericType::Float32),
-            field("y", 15, v1::NumericType::Float64),
-        ],
-        data,
-        ..Default::default()
-    };
-    let cloud = cloud::read(&message).unwrap();
-    let points: Vec<_> = cloud.points().collect();
-    assert_eq!(points[0], Point3::new(1.5, 2.5, 3.5));
-    let is_hole = |point: &Point3<f32>| point.iter().any(|coordinate| !coordinate.is_finite());
-    let holes: Vec<bool> = points.iter().map(is_hole).collect();
-    assert_eq!(holes, [false, true, true]);
-}
-
 /// A solid of an eighth of a cube, with numbers that no decimal writes.
 fn model(carries_kg: Option<f64>) -> Model {
     let corner = |x: f64, y: f64, z: f64| Point3::new(x / 3.0, -y / 7.0, z.sqrt());

@@ -8,7 +8,6 @@
 )]
 
 mod convert;
-mod debug;
 mod decode;
 mod generated;
 mod golden;

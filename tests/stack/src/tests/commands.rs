@@ -39,15 +39,3 @@ fn a_configuration_can_be_printed_and_read_again() {
         assert_eq!(again, printed, "{service}");
     }
 }
-
-#[test]
-fn an_unknown_key_is_refused_with_its_name() {
-    for service in SERVICES {
-        let (code, _, errors) = run(
-            service,
-            &["--set", "service.colour=red", "--validate-config"],
-        );
-        assert_eq!(code, Some(64), "{service}: {errors}");
-        assert!(errors.contains("colour"), "{service}: {errors}");
-    }
-}

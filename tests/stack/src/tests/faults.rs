@@ -15,7 +15,7 @@ use crate::tests::common::{
     slow_robot,
 };
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 /// The points of a step at which a process is killed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -143,23 +143,6 @@ fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
 }
 
 #[test]
-fn without_any_heuristic_service_the_planner_searches_itself_and_says_so() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
-    cell.begin("alone", &OBJECTS, false).unwrap();
-    cell.step().unwrap().unwrap();
-    stack.signal("heuristic-1", Signal::Kill).unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert_eq!(decision.degraded.len(), 1, "{:?}", decision.degraded);
-    stack.restart("heuristic-1").unwrap();
-    let ended = Instant::now();
-    stack.wait_ready("heuristic-1").unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert_eq!(decision.degraded, Vec::<String>::new());
-    assert_recovered(ended, "the only heuristic service is back");
-}
-
-#[test]
 fn a_heuristic_service_decides_what_the_planner_decides() {
     let decisions = |evaluate: &'static str| {
         let stack = Stack::start(&Options {
@@ -262,49 +245,6 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
         let place = format!("{placement:?}");
         assert!(poses.insert(place), "{placement:?} was planned twice");
     }
-    assert_consistent(&cell, "afterwards");
-}
-
-#[test]
-fn a_placement_is_executed_once_whatever_is_repeated() {
-    let stack = Stack::start(&slow_robot(Options::default())).unwrap();
-    let cell = stack.cell(0).unwrap();
-    cell.begin("repeats", &OBJECTS, false).unwrap();
-    let first = cell.plan().unwrap().unwrap();
-    let before = cell.state().unwrap().state_number;
-    // Eight times at once.
-    std::thread::scope(|scope| {
-        for _ in 0..8 {
-            scope.spawn(|| cell.ask(v1::PlaceRequest::from(&first)).unwrap());
-        }
-    });
-    let outcome = cell.place(&first).unwrap();
-    assert_eq!(cell.state().unwrap().state_number, before + 1);
-    cell.report(&first, outcome.clone()).unwrap();
-
-    // Late: when the next one is already done, and out of order.
-    let second = cell.step().unwrap().unwrap();
-    let late = cell
-        .ask(v1::PlaceRequest::from(&first))
-        .unwrap()
-        .execution
-        .unwrap();
-    assert_eq!(late.phase(), ExecutionPhase::Ended);
-    assert_eq!(late.outcome, Some(outcome));
-    assert_eq!(cell.state().unwrap().state_number, before + 2);
-
-    // The same id for something else.
-    let mut other = v1::PlaceRequest::from(&first);
-    other.item_id.clone_from(&second.item_id);
-    let refused = cell.ask(other).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
-
-    // Planned on a state of the container that is past.
-    let mut stale = v1::PlaceRequest::from(&first);
-    stale.placement_id = "stale".to_owned();
-    let refused = cell.ask(stale).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
-    assert_eq!(cell.state().unwrap().state_number, before + 2);
     assert_consistent(&cell, "afterwards");
 }
 

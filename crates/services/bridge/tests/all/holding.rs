@@ -103,22 +103,6 @@ fn a_hold_that_comes_before_the_journal_can_be_opened_is_kept() {
     assert_eq!(reason(state).as_deref(), Some("a door is open"));
 }
 
-#[test]
-fn a_hold_outlives_a_restart() {
-    let folder = tempfile::tempdir().unwrap();
-    let journal = Some(folder.path().join("bridge.redb"));
-    {
-        let (rig, _script) = Rig::scripted(true, journal.clone());
-        rig.controller.call(hold("somebody looks", false)).unwrap();
-    }
-    let (rig, _script) = Rig::scripted(true, journal);
-    let state = rig.controller.state();
-    let request = place("p1", state.state_number, 0.16);
-    assert_eq!(reason(Some(state)).as_deref(), Some("somebody looks"));
-    assert_eq!(rig.controller.refused(request), Status::Held);
-}
-
-#[test]
 fn aborting_leaves_an_item_that_was_not_touched_where_it_is() {
     let (rig, script) = Rig::scripted(false, None);
     let controller = &rig.controller;

@@ -7,7 +7,6 @@ use crate::common::{self, PATIENCE, Rig, cell, deadline, place, renew};
 use nalgebra::Isometry3;
 use ppnpack_bridge::robot::{CutOff, Ending, Placement, Robot};
 use ppnpack_bridge::simulated::{SimulatedRobot, SimulatedSettings};
-use ppnpack_packing::motion::{Cycle, Leg, LegKind};
 use ppnpack_service::metrics;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
@@ -153,28 +152,19 @@ fn while_one_is_carried_out_others_are_refused() {
 fn what_is_wrong_is_refused_and_nothing_done() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let state = rig.controller.state_number();
-    let refused = |change: fn(&mut v1::PlaceRequest)| {
+    type Change = fn(&mut v1::PlaceRequest);
+    let wrong: [(Change, Status); 5] = [
+        (|it| it.placement_id.clear(), Status::Invalid),
+        (|it| it.item_id = "a b".to_owned(), Status::Invalid),
+        (|it| it.object.clear(), Status::Invalid),
+        (|it| it.container_from_item = None, Status::Invalid),
+        (|it| it.object = "anvil".to_owned(), Status::NotFound),
+    ];
+    for (change, status) in wrong {
         let mut request = place("p1", state, 0.16);
         change(&mut request);
-        rig.controller.refused(request)
-    };
-    assert_eq!(
-        refused(|request| request.placement_id.clear()),
-        Status::Invalid
-    );
-    assert_eq!(
-        refused(|request| request.item_id = "a b".to_owned()),
-        Status::Invalid
-    );
-    assert_eq!(refused(|request| request.object.clear()), Status::Invalid);
-    assert_eq!(
-        refused(|request| request.container_from_item = None),
-        Status::Invalid
-    );
-    assert_eq!(
-        refused(|request| request.object = "anvil".to_owned()),
-        Status::NotFound
-    );
+        assert_eq!(rig.controller.refused(request), status);
+    }
     assert_eq!(
         rig.controller.refused(outcome_request("p1")),
         Status::NotFound
@@ -392,28 +382,6 @@ fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     assert_eq!(rig.controller.refused(wrong), Status::Invalid);
 }
 
-/// A motion of which each leg but the first takes so long.
-fn cycle(leg_s: f64) -> Cycle {
-    let kinds = [
-        LegKind::Descend,
-        LegKind::Lift,
-        LegKind::Insert,
-        LegKind::Return,
-    ];
-    let leg = |kind| Leg {
-        kind,
-        points: [0.0, if kind == LegKind::Descend { 0.0 } else { leg_s }]
-            .map(common::point)
-            .into(),
-    };
-    Cycle {
-        grip_s: 0.0,
-        release_s: 0.0,
-        legs: kinds.map(leg).into(),
-        ..common::cycle(3.0 * leg_s)
-    }
-}
-
 #[test]
 fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_holds_the_item() {
     let mut robot =
@@ -424,7 +392,7 @@ fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_h
         object: "brick".to_owned(),
         container_from_item: Isometry3::translation(0.16, 0.16, 0.02),
         state_number: 1,
-        cycle: Some(Arc::new(cycle(0.1))),
+        cycle: Some(Arc::new(common::cycle(0.3))),
     };
     let stopped = Shutdown::default();
     stopped.request();
@@ -436,7 +404,7 @@ fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_h
     assert!(started.elapsed() >= Duration::from_millis(300));
     assert_eq!(finding.ending, Ending::Placed);
 
-    placement.cycle = Some(Arc::new(cycle(600.0)));
+    placement.cycle = Some(Arc::new(common::cycle(1_800.0)));
     let end = Shutdown::default();
     std::thread::scope(|scope| {
         scope.spawn(|| {

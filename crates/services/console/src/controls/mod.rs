@@ -7,7 +7,6 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use ppnpack_service::actor::WeakAddress;
 use ppnpack_service::metrics::{self, Metric};
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
@@ -15,8 +14,8 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use zenoh::Session;
 
+use crate::clock::now_ms;
 use crate::directory::Directory;
-use crate::follow::Told;
 use crate::picture::News;
 pub(crate) use order::{Action, Order};
 
@@ -70,7 +69,6 @@ pub(crate) struct Controls {
     session: Session,
     client: Client,
     directory: Arc<Directory>,
-    follower: WeakAddress<Told>,
     /// The cells of which a step is under way.
     stepping: Mutex<BTreeSet<Cell>>,
 }
@@ -82,17 +80,11 @@ struct Target {
 }
 
 impl Controls {
-    pub(crate) fn new(
-        session: &Session,
-        client: Client,
-        directory: Arc<Directory>,
-        follower: WeakAddress<Told>,
-    ) -> Self {
+    pub(crate) fn new(session: &Session, client: Client, directory: Arc<Directory>) -> Self {
         Self {
             session: session.clone(),
             client,
             directory,
-            follower,
             stepping: Mutex::default(),
         }
     }
@@ -117,11 +109,10 @@ impl Controls {
         metrics::counter(Metric::ControlsTotal, &labels).increment(1);
         let reason = result.as_ref().err();
         tracing::info!(cell = %target.cell, action = name, outcome, ?reason, "a control");
-        if let (Ok(done), Some(follower)) = (&result, self.follower.upgrade()) {
+        if let Ok(done) = &result {
             let told = News::Control(format!("At the operator's page: {done}"));
-            if !follower.try_send(Told::Of(target.cell, told)) {
-                tracing::debug!("a control is not among the events");
-            }
+            self.directory
+                .change(|picture| picture.apply(now_ms(), &target.cell, told));
         }
         result
     }

@@ -267,16 +267,6 @@ mod tests {
     }
 
     #[test]
-    fn the_same_picture_keeps_its_time() {
-        let mut place = Place::default();
-        place.see(1, seen(1, None));
-        place.see(2, seen(1, None));
-        assert_eq!(place.heightmap_part().unwrap()["at_ms"], 1);
-        place.see(3, seen(1, Some(4)));
-        assert_eq!(place.heightmap_part().unwrap()["at_ms"], 3);
-    }
-
-    #[test]
     fn a_picture_of_an_earlier_state_is_behind_until_a_later_one_comes() {
         let mut place = Place::default();
         place.see(1, seen(4, None));

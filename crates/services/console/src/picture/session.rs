@@ -152,12 +152,6 @@ mod tests {
     }
 
     #[test]
-    fn before_the_first_session_there_is_none() {
-        let cell = Cell::new("c1").unwrap();
-        assert!(session_part(&cell, &v1::Session::default()).is_none());
-    }
-
-    #[test]
     fn a_session_is_counted_and_its_only_container_has_the_cells_name() {
         let cell = Cell::new("c1").unwrap();
         let session = v1::Session {

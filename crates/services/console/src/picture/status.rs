@@ -18,7 +18,7 @@ const BEHIND_MS: u64 = 5_000;
 /// What a cell does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-enum Doing {
+pub(super) enum Doing {
     Placing,
     Planning,
     Waiting,
@@ -182,13 +182,14 @@ impl<'a> Situation<'a> {
 }
 
 /// What a cell does, in words, and what people can do about it.
-type Said = (Doing, String, Option<&'static str>);
+pub(super) type Said = (Doing, String, Option<&'static str>);
 
 fn said(doing: Doing, text: impl Into<String>) -> Said {
     (doing, text.into(), None)
 }
 
-fn ended(session: &v1::Session) -> Option<Said> {
+/// How a session ended, if it has.
+pub(super) fn ended(session: &v1::Session) -> Option<Said> {
     let packed = words::items(count(session, ItemState::Packed));
     let (text, help) = match session.end() {
         SessionEnd::Unspecified => return None,

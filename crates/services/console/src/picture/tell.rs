@@ -1,10 +1,11 @@
 //! How what is heard changes the picture, and which of it is an event.
 
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd};
+use ppnpack_wire::v1::{self, OutcomeKind};
 
 use super::log::Level;
-use super::session::{address, count, is_begun, object};
+use super::session::{address, is_begun, object};
+use super::status::{self, Doing};
 use super::{Picture, SeenContainer, words};
 use crate::shapes::Wanted;
 
@@ -214,15 +215,9 @@ fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<
 }
 
 fn ended(now: &v1::Session) -> Option<Told> {
-    let packed = words::items(count(now, ItemState::Packed));
-    let text = match now.end() {
-        SessionEnd::Unspecified => return None,
-        SessionEnd::Failed => {
-            return Some((Level::Error, "failed", format!("Stopped: {}", now.failure)));
-        }
-        SessionEnd::AllPacked => format!("Everything is packed, {packed}."),
-        SessionEnd::OthersSetAside => format!("{packed} packed, the others are set aside."),
-        SessionEnd::NothingFits => format!("{packed} packed, nothing else has a place."),
-    };
-    Some((Level::Info, "ended", text))
+    let (doing, text, _) = status::ended(now)?;
+    Some(match doing {
+        Doing::Failed => (Level::Error, "failed", text),
+        _ => (Level::Info, "ended", text),
+    })
 }

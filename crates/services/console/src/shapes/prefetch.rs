@@ -3,11 +3,11 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use ppnpack_service::actor::{Actor, WeakAddress};
+use ppnpack_service::actor::Actor;
 use ppnpack_wire::keys::Cell;
 
 use super::{ShapeId, ShapeStore};
-use crate::follow::Told;
+use crate::clock::now_ms;
 
 /// Shapes that a cell's planner named.
 #[derive(Debug)]
@@ -19,7 +19,6 @@ pub(crate) struct Wanted {
 /// Asks for shapes, and tells their volumes.
 pub(crate) struct Prefetcher {
     pub(crate) store: Arc<ShapeStore>,
-    pub(crate) follower: WeakAddress<Told>,
 }
 
 impl Actor for Prefetcher {
@@ -38,12 +37,8 @@ impl Actor for Prefetcher {
             .iter()
             .filter_map(|id| Some((*id, self.store.kept(id)?)));
         let volumes = known.filter_map(|(id, known)| Some((id, known.volume_m3?)));
-        let volumes = Told::Volumes(volumes.collect());
-        // Where it has no room they are told with the next shapes.
-        if let Some(follower) = self.follower.upgrade()
-            && !follower.try_send(volumes)
-        {
-            tracing::debug!(%cell, "volumes are not told");
-        }
+        let volumes = volumes.collect();
+        let directory = &self.store.directory;
+        directory.change(|picture| picture.learn_volumes(now_ms(), volumes));
     }
 }

@@ -11,13 +11,10 @@ use axum::http::StatusCode;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE};
 use axum::response::{IntoResponse, Response};
 use ppnpack_service::rpc::CallError;
-use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
-use tokio::sync::{OwnedSemaphorePermit, oneshot};
 
 use super::Served;
 use super::failure::{Failure, json};
-use crate::follow::{Asked, Told};
 use crate::shapes::{ShapeError, ShapeId};
 
 /// How long a planner may take to explain: as long as a step.
@@ -65,42 +62,22 @@ pub(super) async fn explain(
     let cell = served.cell(&cell)?;
     let permit = Arc::clone(&served.limits.explaining).try_acquire_owned();
     let permit = permit.map_err(|_| Failure::busy("another item is being explained"))?;
-    let reply = ask(&served, &cell, &item_id, permit).await?;
-    let follower = served.follower.upgrade().ok_or_else(Failure::lost)?;
-    let (answer, described) = oneshot::channel();
-    let asked = Told::Asked(Box::new(Asked {
-        cell,
-        item_id,
-        reply,
-        answer,
-    }));
-    if !follower.try_send(asked) {
-        return Err(Failure::busy("too much is heard at the moment"));
-    }
-    drop(follower);
-    let described = described.await.map_err(|_| Failure::lost())?;
-    let described = described.ok_or_else(Failure::lost)?;
-    Ok(json(&described).into_response())
-}
-
-async fn ask(
-    served: &Served,
-    cell: &Cell,
-    item_id: &str,
-    permit: OwnedSemaphorePermit,
-) -> Result<v1::ExplainReply, Failure> {
-    let (client, cell) = (served.client.clone(), cell.clone());
     let request = v1::ExplainRequest {
-        item_id: item_id.to_owned(),
+        item_id: item_id.clone(),
         ..v1::ExplainRequest::default()
     };
-    let call = move || {
+    let ask = move || {
         let _permit = permit;
-        client.call(&cell, request, Instant::now() + EXPLAINING_PATIENCE)
+        let deadline = Instant::now() + EXPLAINING_PATIENCE;
+        let reply = served.client.call(&cell, request, deadline)?;
+        let mut picture = served.directory.picture();
+        Ok(picture.explain(&cell, &item_id, reply))
     };
-    let reply = tokio::task::spawn_blocking(call).await;
-    let reply = reply.map_err(|_| Failure::lost())?;
-    reply.map_err(|error| refused(&error))
+    let explained = tokio::task::spawn_blocking(ask).await;
+    let explained = explained.map_err(|_| Failure::lost())?;
+    let explained = explained.map_err(|error| refused(&error))?;
+    let explained = explained.ok_or_else(Failure::lost)?;
+    Ok(json(&explained).into_response())
 }
 
 fn refused(error: &CallError) -> Failure {

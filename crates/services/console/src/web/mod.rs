@@ -24,11 +24,9 @@ use tokio::sync::Semaphore;
 use crate::board::Board;
 use crate::controls::Controls;
 use crate::directory::Directory;
-use crate::follow::Told;
 use crate::shapes::ShapeStore;
 pub(crate) use access::Access;
 use listener::Limited;
-use ppnpack_service::actor::WeakAddress;
 use ppnpack_service::rpc::Client;
 
 /// The longest body of a request, in bytes.
@@ -53,7 +51,6 @@ pub(crate) struct Served {
     pub(crate) shapes: Arc<ShapeStore>,
     pub(crate) controls: Controls,
     pub(crate) client: Client,
-    pub(crate) follower: WeakAddress<Told>,
     pub(crate) access: Access,
     pub(crate) limits: Limits,
     pub(crate) shutdown: Shutdown,

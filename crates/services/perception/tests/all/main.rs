@@ -8,6 +8,9 @@
 )]
 
 mod inspecting;
+#[path = "../../../../wire/tests/support/payload.rs"]
+mod payload;
 mod rig;
+mod ros;
 mod serving;
 mod trays;

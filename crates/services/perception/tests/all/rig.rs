@@ -130,16 +130,36 @@ impl Rig {
         }
     }
 
-    /// Waits until a cloud had a fate once more than before it was sent.
+    /// Sends a cloud, and waits until it had its fate.
     pub(crate) fn send_refused(&self, cloud: &v1::PointCloud, fate: Fate) {
+        self.meets(fate, || self.clouds.put(cloud));
+    }
+
+    /// Waits until a cloud had a fate once more than before it was sent.
+    pub(crate) fn meets(&self, fate: Fate, send: impl FnOnce()) {
         let before = self.perception.clouds(fate);
-        self.clouds.put(cloud);
+        send();
         let until = Instant::now() + PATIENCE;
         while self.perception.clouds(fate) == before {
             assert!(Instant::now() < until, "it is not counted as {fate:?}");
             std::thread::yield_now();
         }
         assert_eq!(self.perception.clouds(fate), before + 1);
+    }
+
+    /// Asks for a heightmap of a cell.
+    pub(crate) fn ask_for(
+        &self,
+        cell: &Cell,
+        least_state_number: u64,
+        span: Duration,
+    ) -> Result<v1::Heightmap, CallError> {
+        let request = v1::HeightmapRequest {
+            header: None,
+            least_state_number,
+        };
+        let reply = self.client.call(cell, request, Instant::now() + span)?;
+        Ok(reply.heightmap.unwrap())
     }
 
     pub(crate) fn ask<R: Request>(

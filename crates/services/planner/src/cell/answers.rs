@@ -35,29 +35,23 @@ const MAX_ANNOUNCED: usize = 1_000;
 impl CellPlanner {
     pub(crate) fn answer(&mut self, message: Message) {
         match message {
-            Message::Begin(incoming) => self.carry_out(incoming, Self::begin),
-            Message::Announce(incoming) => self.carry_out(incoming, Self::announce),
-            Message::Withdraw(incoming) => self.carry_out(incoming, Self::withdraw),
+            Message::Begin(incoming) => self.tell_session(incoming, Self::begin),
+            Message::Announce(incoming) => self.tell_session(incoming, Self::announce),
+            Message::Withdraw(incoming) => self.tell_session(incoming, Self::withdraw),
             Message::Plan(incoming) if self.is_inspecting() => self.keep_plan(incoming),
             Message::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
-            Message::Report(incoming) => self.carry_out(incoming, Self::report),
-            Message::Open(incoming) => self.carry_out(incoming, Self::open),
-            Message::Close(incoming) => self.carry_out(incoming, Self::close),
+            Message::Report(incoming) => self.tell_session(incoming, Self::report),
+            Message::Open(incoming) => self.tell_session(incoming, Self::open),
+            Message::Close(incoming) => self.tell_session(incoming, Self::close),
             Message::Explain(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.explain(&request.message().item_id, request.deadline())
             }),
             Message::Automatic(incoming, interrupting) => {
                 // No plan is being made any more.
                 drop(interrupting);
-                self.carry_out(incoming, Self::switch);
+                self.tell_session(incoming, Self::switch);
             }
-            Message::Session(incoming) => self.carry_out(incoming, |planner, _| {
-                let session = Some(planner.message());
-                Ok(v1::SessionReply {
-                    session,
-                    ..v1::SessionReply::default()
-                })
-            }),
+            Message::Session(incoming) => self.tell_session(incoming, |_, _| Ok(())),
             Message::Shapes(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.shapes(&request.message().ids)
             }),
@@ -65,6 +59,20 @@ impl CellPlanner {
             Message::Inspected(decision_id, answer) => self.on_inspected(&decision_id, *answer),
             Message::Renewed(id, answer) => self.on_renewed(&id, answer),
         }
+    }
+
+    /// Carries out a request that is answered with the session as it is then.
+    fn tell_session<R>(
+        &mut self,
+        incoming: Incoming<R>,
+        work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<(), Refusal>,
+    ) where
+        R: Request<Reply: From<v1::Session>>,
+    {
+        self.carry_out(incoming, |planner, request| {
+            work(planner, request)?;
+            Ok(planner.message().into())
+        });
     }
 
     pub(super) fn carry_out<R: Request>(
@@ -103,7 +111,7 @@ impl CellPlanner {
         }
     }
 
-    fn begin(&mut self, incoming: &Incoming<v1::BeginRequest>) -> Result<v1::BeginReply, Refusal> {
+    fn begin(&mut self, incoming: &Incoming<v1::BeginRequest>) -> Result<(), Refusal> {
         let request = incoming.message();
         let id = header::id("session_id", &request.session_id)?;
         if id != self.session.id() {
@@ -132,10 +140,7 @@ impl CellPlanner {
             self.posed_models.clear();
             self.news.is_session_new = true;
         }
-        Ok(v1::BeginReply {
-            session: Some(self.message()),
-            ..v1::BeginReply::default()
-        })
+        Ok(())
     }
 
     /// The containers of a session, by what its request says of them.
@@ -211,10 +216,7 @@ impl CellPlanner {
         Ok(limit)
     }
 
-    fn announce(
-        &mut self,
-        incoming: &Incoming<v1::AnnounceRequest>,
-    ) -> Result<v1::AnnounceReply, Refusal> {
+    fn announce(&mut self, incoming: &Incoming<v1::AnnounceRequest>) -> Result<(), Refusal> {
         let request = incoming.message();
         if !(1..=MAX_ANNOUNCED).contains(&request.items.len()) {
             return Err(Refusal::invalid(format_args!(
@@ -240,10 +242,7 @@ impl CellPlanner {
         for (shape, item) in items {
             self.shapes.entry(shape).or_insert(item);
         }
-        Ok(v1::AnnounceReply {
-            session: Some(self.message()),
-            ..v1::AnnounceReply::default()
-        })
+        Ok(())
     }
 
     fn read_announcement(
@@ -345,23 +344,15 @@ impl CellPlanner {
         }
     }
 
-    fn withdraw(
-        &mut self,
-        incoming: &Incoming<v1::WithdrawRequest>,
-    ) -> Result<v1::WithdrawReply, Refusal> {
+    fn withdraw(&mut self, incoming: &Incoming<v1::WithdrawRequest>) -> Result<(), Refusal> {
         let v1::WithdrawRequest { item_id, order, .. } = incoming.message();
         match (item_id.as_str(), order.as_str()) {
-            (_, "") => self.change(|session| session.withdraw(item_id))?,
-            ("", order) => self.change(|session| session.expects_no_more(order))?,
-            (_, _) => {
-                let both = "item_id and order: name an item, or an order of which no more comes, each in a request of its own";
-                return Err(Refusal::invalid(both));
-            }
+            (_, "") => self.change(|session| session.withdraw(item_id)),
+            ("", order) => self.change(|session| session.expects_no_more(order)),
+            (_, _) => Err(Refusal::invalid(
+                "item_id and order: name an item, or an order of which no more comes, each in a request of its own",
+            )),
         }
-        Ok(v1::WithdrawReply {
-            session: Some(self.message()),
-            ..v1::WithdrawReply::default()
-        })
     }
 
     pub(super) fn plan_step(
@@ -406,19 +397,12 @@ impl CellPlanner {
         })
     }
 
-    fn report(
-        &mut self,
-        incoming: &Incoming<v1::ReportRequest>,
-    ) -> Result<v1::ReportReply, Refusal> {
+    fn report(&mut self, incoming: &Incoming<v1::ReportRequest>) -> Result<(), Refusal> {
         let request = incoming.message();
         let missing = || Refusal::invalid("outcome is missing: say how the decision ended");
         let outcome = request.outcome.as_ref().ok_or_else(missing)?;
         self.check_reported(&request.decision_id, outcome, incoming.deadline())?;
-        self.enter_outcome(&request.decision_id, outcome)?;
-        Ok(v1::ReportReply {
-            session: Some(self.message()),
-            ..v1::ReportReply::default()
-        })
+        self.enter_outcome(&request.decision_id, outcome)
     }
 
     /// Enters the outcome of a decision, after which only newer heightmaps count.
@@ -438,19 +422,13 @@ impl CellPlanner {
         Ok(())
     }
 
-    fn switch(
-        &mut self,
-        incoming: &Incoming<v1::AutomaticRequest>,
-    ) -> Result<v1::AutomaticReply, Refusal> {
+    fn switch(&mut self, incoming: &Incoming<v1::AutomaticRequest>) -> Result<(), Refusal> {
         // Sent again, it must not acknowledge a failure that came after it.
         if !self.switched.has(&incoming.header().request_id) {
             self.switch_to(incoming.message().is_automatic, incoming.deadline())?;
             self.switched.add(&incoming.header().request_id);
         }
-        Ok(v1::AutomaticReply {
-            session: Some(self.message()),
-            ..v1::AutomaticReply::default()
-        })
+        Ok(())
     }
 
     fn switch_to(&mut self, is_automatic: bool, deadline: Instant) -> Result<(), Refusal> {

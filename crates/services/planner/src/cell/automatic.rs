@@ -184,16 +184,17 @@ impl CellPlanner {
 
     /// Asks the bridge about a container.
     fn ask_bridge<R: Request>(
-        &self,
+        &mut self,
         container: &str,
         request: R,
         limit: Duration,
     ) -> Result<R::Reply, CallError> {
-        let client = &self.shared.helpers.client;
         // The settings name its containers: a session with others has failed.
-        let address = self.address_of(container);
+        let place = self.place_of(container);
+        let address = place.map(|place| place.address.clone());
         let address = address.map_err(|error| CallError::Zenoh(error.to_string()))?;
-        client.call(address, request, Instant::now() + limit)
+        let client = &self.shared.helpers.client;
+        client.call(&address, request, Instant::now() + limit)
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {

@@ -16,10 +16,7 @@ use super::refusal::Refusal;
 const PAUSE: Duration = Duration::from_millis(500);
 
 impl CellPlanner {
-    pub(super) fn open(
-        &mut self,
-        incoming: &Incoming<v1::OpenRequest>,
-    ) -> Result<v1::OpenReply, Refusal> {
+    pub(super) fn open(&mut self, incoming: &Incoming<v1::OpenRequest>) -> Result<(), Refusal> {
         let request = incoming.message();
         let start = request.start.as_ref();
         let start =
@@ -27,10 +24,6 @@ impl CellPlanner {
         self.open_container(v1::SessionContainer {
             sequence: request.sequence,
             ..read_start(start)?
-        })?;
-        Ok(v1::OpenReply {
-            session: Some(self.message()),
-            ..v1::OpenReply::default()
         })
     }
 
@@ -44,10 +37,7 @@ impl CellPlanner {
         Ok(())
     }
 
-    pub(super) fn close(
-        &mut self,
-        incoming: &Incoming<v1::CloseRequest>,
-    ) -> Result<v1::CloseReply, Refusal> {
+    pub(super) fn close(&mut self, incoming: &Incoming<v1::CloseRequest>) -> Result<(), Refusal> {
         let request = incoming.message();
         let closed = v1::ClosedContainer {
             container: request.container.clone(),
@@ -56,11 +46,7 @@ impl CellPlanner {
             text: header::text(&request.text),
             items: 0,
         };
-        self.close_container(closed, request.is_renewed)?;
-        Ok(v1::CloseReply {
-            session: Some(self.message()),
-            ..v1::CloseReply::default()
-        })
+        self.close_container(closed, request.is_renewed)
     }
 
     fn close_container(

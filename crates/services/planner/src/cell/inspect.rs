@@ -6,12 +6,11 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_service::process::thread;
 use ppnpack_service::rpc::{CallError, Incoming};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, InspectionKind, OutcomeKind, Status};
 
-use super::{CellPlanner, Message};
+use super::{ANSWER_SLACK, CellPlanner, Message};
 use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::session::End;
 
@@ -23,9 +22,6 @@ const SCENE_SLICE: Duration = Duration::from_millis(50);
 
 /// How long perception may take.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
-
-/// How much longer the thread that asks it may take to say so.
-const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
 /// How long to wait before another attempt.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -235,18 +231,10 @@ impl CellPlanner {
             Err(reason) => return Err(NotInspected::Yet(reason)),
         }
         let address = place.address.clone();
-        let client = self.shared.helpers.client.clone();
-        let (cell, own) = (address, self.own.address.clone());
         let (decision_id, request) = (it.decision_id.clone(), it.request.clone());
-        let ask = move || {
-            let answer = client.call(&cell, request, Instant::now() + ANSWER_LIMIT);
-            if let Some(actor) = own.upgrade() {
-                // An actor that has ended needs no answer.
-                let message = Message::Inspected(decision_id, Box::new(answer));
-                actor.send(message).ok();
-            }
-        };
-        thread("inspection", ask).map_err(|error| NotInspected::Yet(error.to_string()))?;
+        let tell = |answer| Message::Inspected(decision_id, Box::new(answer));
+        self.ask_aside("inspection", address, request, ANSWER_LIMIT, tell)
+            .map_err(|error| NotInspected::Yet(error.to_string()))?;
         it.next = Next::Answer(Instant::now() + ANSWER_LIMIT + ANSWER_SLACK);
         Ok(())
     }

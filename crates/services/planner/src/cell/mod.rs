@@ -30,12 +30,13 @@ use ppnpack_packing::model::Model;
 use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
-use ppnpack_service::process::Process;
+use ppnpack_service::process::{Process, thread};
 use ppnpack_service::rpc::{CallError, Incoming, Once};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 
 use crate::interruption::{Interrupting, Interruption};
@@ -53,6 +54,9 @@ use refusal::Refusal;
 
 /// How long the actor sleeps at most, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
+
+/// How much longer than its request a thread that makes one may take to say what came of it.
+const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
 /// Plans that wait for an inspection at most.
 const MOST_PLANS: usize = 64;
@@ -242,12 +246,25 @@ impl CellPlanner {
         place.ok_or_else(|| SessionError::UnknownContainer(container.to_owned()))
     }
 
-    /// Under which bridge and perception serve a container.
-    fn address_of(&self, container: &str) -> Result<&Cell, SessionError> {
-        let mut places = self.places.iter();
-        let place = places.find(|place| place.name == container);
-        let unknown = || SessionError::UnknownContainer(container.to_owned());
-        place.map(|place| &place.address).ok_or_else(unknown)
+    /// Makes a request from a thread of its own, which sends the answer to the cell's actor.
+    fn ask_aside<R: Request>(
+        &self,
+        thread_name: &str,
+        address: Cell,
+        request: R,
+        limit: Duration,
+        tell: impl FnOnce(Result<R::Reply, CallError>) -> Message + Send + 'static,
+    ) -> Result<(), ServiceError> {
+        let client = self.shared.helpers.client.clone();
+        let own = self.own.address.clone();
+        let ask = move || {
+            let answer = client.call(&address, request, Instant::now() + limit);
+            if let Some(actor) = own.upgrade() {
+                // An actor that has ended needs no answer.
+                actor.send(tell(answer)).ok();
+            }
+        };
+        thread(thread_name, ask).map(drop)
     }
 
     /// Changes the session and has it on disk before anything else happens; on an error nothing has changed.

@@ -6,17 +6,13 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_protocol::session::open_container;
-use ppnpack_service::process::thread;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1;
 
-use super::{CellPlanner, Message};
+use super::{ANSWER_SLACK, CellPlanner, Message};
 
 /// How long to wait before a container is asked for again.
 const PAUSE: Duration = Duration::from_secs(1);
-
-/// How much longer than its request the thread that sends it may take to say what came of it.
-const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
 impl CellPlanner {
     /// Whether empty containers are to come.
@@ -64,29 +60,21 @@ impl CellPlanner {
     }
 
     fn ask_renewal(&mut self, name: &str, id: &str) {
-        let Ok(address) = self.address_of(name).cloned() else {
+        let Ok(place) = self.place_of(name) else {
             return;
         };
+        let address = place.address.clone();
         let limit = Duration::from_secs_f64(self.settings.place_limit_s);
-        let client = self.shared.helpers.client.clone();
-        let own = self.own.address.clone();
         let request_id = id.to_owned();
-        let ask = move || {
-            let header = v1::RequestHeader {
+        let request = v1::RenewRequest {
+            header: Some(v1::RequestHeader {
                 request_id: request_id.clone(),
                 ..v1::RequestHeader::default()
-            };
-            let request = v1::RenewRequest {
-                header: Some(header),
-            };
-            let answer = client.call(&address, request, Instant::now() + limit);
-            if let Some(actor) = own.upgrade() {
-                // An actor that has ended needs no answer.
-                actor.send(Message::Renewed(request_id, answer)).ok();
-            }
+            }),
         };
-        let again_after = match thread("renewal", ask) {
-            Ok(_) => limit + ANSWER_SLACK,
+        let tell = |answer| Message::Renewed(request_id, answer);
+        let again_after = match self.ask_aside("renewal", address, request, limit, tell) {
+            Ok(()) => limit + ANSWER_SLACK,
             Err(error) => {
                 tracing::warn!(cell = %self.cell, container = name, %error, "a container is not asked for yet");
                 PAUSE

@@ -13,8 +13,8 @@ use ppnpack_wire::v1;
 
 use crate::settings::CellSettings;
 use crate::step_plan::{Found, StepPlan};
+pub use read::Unreadable;
 pub(crate) use read::step;
-pub use read::{ShapeSource, Unreadable};
 use shapes::Shapes;
 
 /// Publishes the records of a cell while somebody reads them.

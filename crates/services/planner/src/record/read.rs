@@ -9,6 +9,7 @@ use ppnpack_packing::leaving::{Leaving, Stop};
 use ppnpack_packing::loads::Burden;
 use ppnpack_packing::model::Model;
 use ppnpack_protocol::session::message;
+use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{WireError, convert, v1};
 
 use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
@@ -33,25 +34,10 @@ pub enum Unreadable {
     Stops(String),
 }
 
-/// Where the items and solids of records are.
-pub trait ShapeSource {
-    /// An item by its id.
-    ///
-    /// # Errors
-    /// [`Unreadable`] where it is not there, or is no item.
-    fn item(&mut self, id: &[u8]) -> Result<Arc<Item>, Unreadable>;
-
-    /// A solid by its id.
-    ///
-    /// # Errors
-    /// [`Unreadable`] where it is not there, or is no solid.
-    fn solid(&mut self, id: &[u8]) -> Result<Arc<Model>, Unreadable>;
-}
-
 /// The step of a record, to be planned however long it takes.
 pub(crate) fn step(
     record: &v1::PlanningRecord,
-    shapes: &mut dyn ShapeSource,
+    shapes: &ShapeStore,
 ) -> Result<StepPlan, Unreadable> {
     let candidates = record.candidates.iter();
     let candidates = candidates.map(|held| candidate(held, shapes));
@@ -69,17 +55,14 @@ pub(crate) fn step(
     })
 }
 
-fn candidate(
-    held: &v1::RecordedCandidate,
-    shapes: &mut dyn ShapeSource,
-) -> Result<Candidate, Unreadable> {
+fn candidate(held: &v1::RecordedCandidate, shapes: &ShapeStore) -> Result<Candidate, Unreadable> {
     let frame = |field, pose: &Option<v1::Pose>| {
         let pose = pose.as_ref();
         let pose = pose.map(|pose| convert::pose::read_required(field, Some(pose)));
         pose.transpose()
     };
     let solid = Some(&held.solid).filter(|solid| !solid.is_empty());
-    let model = solid.map(|solid| shapes.solid(solid)).transpose()?;
+    let model = solid.map(|id| solid_of(id, shapes)).transpose()?;
     Ok(Candidate {
         pose: index(held.pose),
         model,
@@ -92,15 +75,12 @@ fn candidate(
         stop: stop(&held.stop),
         ..Candidate::new(
             usize::try_from(held.arrival).unwrap_or(usize::MAX),
-            shapes.item(&held.item)?,
+            item_of(&held.item, shapes)?,
         )
     })
 }
 
-fn container(
-    at: &v1::RecordedContainer,
-    shapes: &mut dyn ShapeSource,
-) -> Result<ContainerStep, Unreadable> {
+fn container(at: &v1::RecordedContainer, shapes: &ShapeStore) -> Result<ContainerStep, Unreadable> {
     let (grid, mut scene) = convert::scene::read_required("scene", at.scene.as_ref())?;
     if let Some(content) = &at.content {
         scene = scene.with_content(content_of(content, shapes)?);
@@ -118,10 +98,7 @@ fn container(
     })
 }
 
-fn content_of(
-    content: &v1::RecordedContent,
-    shapes: &mut dyn ShapeSource,
-) -> Result<Content, Unreadable> {
+fn content_of(content: &v1::RecordedContent, shapes: &ShapeStore) -> Result<Content, Unreadable> {
     let bodies = content.bodies.iter().map(|recorded| {
         let solid = body(recorded, shapes)?;
         // Which of them were seen makes no difference, but whether some were.
@@ -136,13 +113,10 @@ fn content_of(
     Ok(bodies.into_iter().chain(unknown).collect())
 }
 
-fn body(
-    recorded: &v1::RecordedBody,
-    shapes: &mut dyn ShapeSource,
-) -> Result<LyingSolid, Unreadable> {
+fn body(recorded: &v1::RecordedBody, shapes: &ShapeStore) -> Result<LyingSolid, Unreadable> {
     let pose = recorded.container_from_item.as_ref();
     Ok(LyingSolid {
-        model: shapes.solid(&recorded.solid)?,
+        model: solid_of(&recorded.solid, shapes)?,
         container_from_item: convert::pose::read_required("container_from_item", pose)?,
         burden: Burden {
             name: recorded.name.as_str().into(),
@@ -150,6 +124,22 @@ fn body(
             carries_kg: recorded.carries_kg,
         },
     })
+}
+
+fn item_of(id: &[u8], shapes: &ShapeStore) -> Result<Arc<Item>, Unreadable> {
+    let found = shapes.item(id).cloned();
+    found.ok_or_else(|| lacks("item", id))
+}
+
+fn solid_of(id: &[u8], shapes: &ShapeStore) -> Result<Arc<Model>, Unreadable> {
+    let found = shapes.solid(id).cloned();
+    found.ok_or_else(|| lacks("solid", id))
+}
+
+fn lacks(what: &'static str, id: &[u8]) -> Unreadable {
+    let digits = id.iter().take(8).map(|byte| format!("{byte:02x}"));
+    let id = digits.collect();
+    Unreadable::Lacks { what, id }
 }
 
 fn attempt(recorded: &v1::RecordedAttempt) -> AttemptPlan {

@@ -59,12 +59,16 @@ fn fill(store: &Store, cell: &Cell, items: usize) -> Session {
     let mut session = session(&format!("session-of-{cell}"));
     store.begin(cell, &session).unwrap();
     for number in 0..items {
-        let shape = shape(3 + number);
-        let item = item(&format!("item-{number}"), &shape);
-        session.announce(vec![item]).unwrap();
-        store.save(cell, &session, &[shape]).unwrap();
+        add(store, cell, &mut session, number);
     }
     session
+}
+
+fn add(store: &Store, cell: &Cell, session: &mut Session, number: usize) {
+    let shape = shape(3 + number);
+    let item = item(&format!("item-{number}"), &shape);
+    session.announce(vec![item]).unwrap();
+    store.save(cell, session, &[shape]).unwrap();
 }
 
 /// A folder for stores, on a disk that is quick where there is one.
@@ -127,20 +131,6 @@ fn heightmaps_that_no_item_refers_to_any_more_make_room_for_others() {
         let id = ItemId::of(&kept);
         assert_eq!(store.shape(&a, id).unwrap(), Some(kept));
     }
-}
-
-#[test]
-fn in_memory_the_same_is_kept_as_long_as_the_store() {
-    let store = Store::open(None, ENOUGH).unwrap();
-    let kept = fill(&store, &cell("a"), 2);
-    assert_eq!(store.session(&cell("a")).unwrap(), kept);
-    assert_eq!(store.session(&cell("b")).unwrap(), Session::default());
-    assert!(
-        store
-            .shape(&cell("a"), ItemId::of(&shape(3)))
-            .unwrap()
-            .is_some()
-    );
 }
 
 #[test]
@@ -279,10 +269,7 @@ fn a_file_that_is_damaged_while_it_is_open_is_put_aside() {
     let mut session = fill(&store, &a, 4);
     fs::write(file::of_cell(&path, &a), b"something else altogether").unwrap();
     for number in 4..8 {
-        let shape = shape(3 + number);
-        let item = item(&format!("item-{number}"), &shape);
-        session.announce(vec![item]).unwrap();
-        store.save(&a, &session, &[shape]).unwrap();
+        add(&store, &a, &mut session, number);
     }
     drop(store);
     assert_eq!(open(&path).session(&a).unwrap(), session);

@@ -7,7 +7,6 @@ use crate::common::{
     soon, square,
 };
 use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::orders::Sharing;
 use ppnpack_planner::{CellSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::stream::Latest;
@@ -151,13 +150,6 @@ fn a_container_has_a_name_of_its_own() {
     );
 }
 
-fn of_group(group: &str) -> v1::OrderLine {
-    v1::OrderLine {
-        group: group.to_owned(),
-        ..v1::OrderLine::default()
-    }
-}
-
 /// Steps until nothing fits or waits; the items with their containers by their names, and why others do not fit.
 fn pack(rig: &Rig) -> (Vec<(String, String)>, Vec<v1::ItemReason>) {
     let mut packed = Vec::new();
@@ -176,56 +168,6 @@ fn assert_packed(packed: &[(String, String)], expected: &[(&str, &str)]) {
     let packed = packed.iter();
     let packed = packed.map(|(item, container)| (item.as_str(), container.as_str()));
     assert_eq!(packed.collect::<Vec<_>>(), expected);
-}
-
-#[test]
-fn groups_that_must_not_travel_together_go_into_two_containers() {
-    let rig = with(|settings| {
-        settings.rules.apart = vec![("food".to_owned(), "soap".to_owned())];
-        settings.set_aside = 5;
-    });
-    rig.begin();
-    let lines = [("a", "food"), ("b", "soap"), ("c", "food"), ("d", "soap")];
-    rig.announce(lines.map(|(item_id, group)| line(item_id, of_group(group))));
-    let (packed, _) = pack(&rig);
-    let expected = [("a", "left"), ("b", "right"), ("c", "left"), ("d", "right")];
-    assert_packed(&packed, &expected);
-    // What no open container may take is not set aside: it waits for another one.
-    rig.call(close("right", 0));
-    rig.announce([line("e", of_group("soap"))]);
-    let (packed, reasons) = pack(&rig);
-    assert!(packed.is_empty());
-    assert_eq!(reasons[0].reason(), v1::Reason::Rule);
-    assert_eq!(
-        reasons[0].text,
-        "container left: soap must not travel with food"
-    );
-    rig.call(open("right", 1));
-    assert_packed(&pack(&rig).0, &[("e", "right")]);
-}
-
-#[test]
-fn a_container_of_one_order_is_closed_when_that_is_complete() {
-    let rig = with(|settings| {
-        settings.rules.sharing = Sharing::OneOrder;
-        settings.closing.rules.order_complete = true;
-    });
-    rig.begin();
-    let lines = [("a", "1"), ("b", "2"), ("c", "1"), ("d", "2"), ("e", "2")];
-    rig.announce(lines.map(|(item_id, order)| line(item_id, of_order(order))));
-    let (packed, _) = pack(&rig);
-    let [left, right] = ["left", "right"];
-    let expected = [
-        ("a", left),
-        ("b", right),
-        ("c", left),
-        ("d", right),
-        ("e", right),
-    ];
-    assert_packed(&packed, &expected);
-    let complete = ClosingReason::OrderComplete;
-    let expected = [(left, 2, complete), (right, 3, complete)];
-    assert_eq!(closed(&rig.session()), expected);
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! Steps that were recorded are planned again, without any service, to the same decisions bit for bit.
 
-use std::collections::HashMap;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
@@ -9,19 +7,18 @@ use crate::common::{
     Rig, announcement, block, cell, coarse, left_and_right, line, of_order, soon, square, untried,
 };
 use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::item::Item;
 use ppnpack_packing::method::ProposalSource;
-use ppnpack_packing::model::Model;
 use ppnpack_packing::orders::Sharing;
 use ppnpack_planner::CellSettings;
-use ppnpack_planner::replay::{Replayer, ShapeSource, Unreadable, Unreplayable, what_follows};
+use ppnpack_planner::replay::{Replayer, Unreadable, Unreplayable, what_follows};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::shapes;
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Service, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
+use ppnpack_wire::shape_store::ShapeStore;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
 /// Somebody who records.
 struct Tape {
@@ -29,31 +26,6 @@ struct Tape {
     client: Client,
     _subscription: Subscription,
     _process: Process,
-}
-
-/// The items and solids that a planner has told.
-#[derive(Default)]
-struct Shapes(HashMap<Vec<u8>, v1::shape::Shape>);
-
-impl ShapeSource for Shapes {
-    fn item(&mut self, id: &[u8]) -> Result<Arc<Item>, Unreadable> {
-        match self.0.get(id) {
-            Some(v1::shape::Shape::Item(item)) => Ok(Arc::new(convert::item::read(item)?)),
-            _ => Err(lacks("item", id)),
-        }
-    }
-
-    fn solid(&mut self, id: &[u8]) -> Result<Arc<Model>, Unreadable> {
-        match self.0.get(id) {
-            Some(v1::shape::Shape::Solid(solid)) => Ok(Arc::new(convert::solid::read(solid)?)),
-            _ => Err(lacks("solid", id)),
-        }
-    }
-}
-
-fn lacks(what: &'static str, id: &[u8]) -> Unreadable {
-    let id = format!("{id:02x?}");
-    Unreadable::Lacks { what, id }
 }
 
 impl Tape {
@@ -89,25 +61,18 @@ impl Tape {
         self.records.recv_timeout(Duration::ZERO).is_err()
     }
 
-    fn shapes(&self, record: &v1::PlanningRecord) -> Shapes {
-        let request = v1::ShapesRequest {
-            ids: shapes::named(record).into_iter().collect(),
-            ..v1::ShapesRequest::default()
-        };
-        let reply = self.client.call(&cell(), request, soon()).unwrap();
-        assert_eq!(reply.unknown, Vec::<Vec<u8>>::new());
-        let shapes = reply.shapes.into_iter();
-        Shapes(
-            shapes
-                .map(|shape| (shape.id, shape.shape.unwrap()))
-                .collect(),
-        )
+    fn shapes(&self, record: &v1::PlanningRecord) -> ShapeStore {
+        let mut store = ShapeStore::default();
+        let ids = shapes::named(record);
+        let unknown = shapes::fetch(&self.client, &cell(), ids, soon(), |it| store.add(it));
+        assert_eq!(unknown.unwrap(), 0);
+        store
     }
 
     /// Takes the next record; gives it with what is decided again.
     fn replayed(&self, replayer: &mut Replayer) -> (v1::PlanningRecord, Option<v1::Decision>) {
         let record = self.next();
-        let decision = replayer.replay(&record, &mut self.shapes(&record)).unwrap();
+        let decision = replayer.replay(&record, &self.shapes(&record)).unwrap();
         (record, decision)
     }
 }
@@ -213,12 +178,12 @@ fn what_cannot_be_planned_again_is_told_apart() {
     rig.begin_with(&["a"]);
     rig.decision();
     let record = tape.next();
-    let mut shapes = tape.shapes(&record);
+    let shapes = tape.shapes(&record);
     let mut replayer = replayer();
     let mut refused = |change: &dyn Fn(&mut v1::PlanningRecord)| {
         let mut other = record.clone();
         change(&mut other);
-        replayer.replay(&other, &mut shapes).unwrap_err()
+        replayer.replay(&other, &shapes).unwrap_err()
     };
     let cut = refused(&|record| record.is_cut = true);
     assert!(matches!(cut, Unreplayable::Cut), "{cut}");

@@ -8,6 +8,17 @@ fn says(decision: &v1::Decision, what: &str) -> bool {
     decision.degraded.iter().any(|reason| reason.contains(what))
 }
 
+/// What a bridge says of an item that lies in the container.
+fn body(item_id: &str, object: &str, at: Isometry3<f64>, is_found: bool) -> v1::Body {
+    v1::Body {
+        item_id: item_id.to_owned(),
+        object: object.to_owned(),
+        container_from_item: Some(convert::pose::write(&at)),
+        is_inside: true,
+        is_found,
+    }
+}
+
 /// A planner, and a bridge that says that these lie in the container.
 fn among(bodies: Option<Vec<v1::Body>>) -> Rig {
     let mut rig = Rig::new(coarse());
@@ -47,13 +58,7 @@ fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
 
 #[test]
 fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
-    let stranger = v1::Body {
-        item_id: "stranger".to_owned(),
-        object: "of no catalogue".to_owned(),
-        container_from_item: Some(convert::pose::write(&Isometry3::identity())),
-        is_inside: true,
-        is_found: true,
-    };
+    let stranger = body("stranger", "of no catalogue", Isometry3::identity(), true);
     let rig = among(Some(vec![stranger]));
     rig.seen.lock().unwrap().raise((0, 0), 32, 0.05);
     rig.begin_with(&["a"]);
@@ -68,14 +73,9 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
 
 #[test]
 fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
-    let body = v1::Body {
-        item_id: "a".to_owned(),
-        object: "of no catalogue".to_owned(),
-        // In the frame of that object.
-        container_from_item: Some(convert::pose::write(&Isometry3::translation(5.0, 5.0, 5.0))),
-        is_inside: true,
-        is_found: true,
-    };
+    // In the frame of that object.
+    let at = Isometry3::translation(5.0, 5.0, 5.0);
+    let body = body("a", "of no catalogue", at, true);
     let rig = among(Some(vec![body]));
     rig.begin_with(&["a", "b"]);
     // The bridge says that it lies there before the session knows where.
@@ -96,15 +96,7 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
 
 /// A block that the bridge says to lie in the corner.
 fn in_the_corner(is_found: bool) -> v1::Body {
-    v1::Body {
-        item_id: "a".to_owned(),
-        container_from_item: Some(convert::pose::write(&Isometry3::translation(
-            0.03, 0.03, 0.0,
-        ))),
-        is_inside: true,
-        is_found,
-        ..v1::Body::default()
-    }
+    body("a", "", Isometry3::translation(0.03, 0.03, 0.0), is_found)
 }
 
 /// Whether an item in the container took part in a try as a body, or as the heightmap shows it.

@@ -66,13 +66,3 @@ fn a_controller_whose_session_another_one_replaced_hears_of_it_and_changes_nothi
     first.assert_not_meant(v1::SessionRequest::default(), "second");
     assert_eq!(rig.session(), known);
 }
-
-#[test]
-fn a_session_that_is_meant_has_a_possible_name() {
-    let rig = Rig::new(coarse());
-    let odd = Controller::of(&rig, "no name");
-    let refused = odd.ask(announce_one("a")).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Invalid), "{refused}");
-    let text = refused.to_string();
-    assert!(text.contains("header.session_id"), "{text}");
-}

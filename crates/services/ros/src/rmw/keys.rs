@@ -59,8 +59,8 @@ fn is_part(part: &str) -> bool {
 /// How a topic is carried. Zenoh matches publishers and subscribers of any quality: it tells others what to expect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Qos {
-    /// What happens, and services: every message is wanted.
-    Events,
+    /// Services: every message is wanted.
+    Services,
     /// Where frames are now.
     Frames,
     /// What is so until it is said otherwise: who comes later is given the last message, "transient local".
@@ -71,7 +71,7 @@ impl Qos {
     /// Gives reliability, durability, history and depth as tokens have them; what is as by default is left out.
     fn as_str(self) -> &'static str {
         match self {
-            Self::Events => "::,10:,:,:,,",
+            Self::Services => "::,10:,:,:,,",
             Self::Frames => "::,100:,:,:,,",
             Self::Latched => ":1:,1:,:,:,,",
         }
@@ -124,8 +124,7 @@ impl NodeKey {
 
 #[cfg(test)]
 mod tests {
-    use super::super::description::{message_key, service_key};
-    use super::super::messages::{Time, Trigger};
+    use super::super::messages::{TfMessage, Trigger, Typed};
     use super::*;
 
     #[test]
@@ -161,16 +160,16 @@ mod tests {
             session: "a1b2".to_owned(),
             name: Name::new(name).unwrap(),
         };
-        let (topic, time) = (Name::new("/robot1/chatter").unwrap(), message_key::<Time>());
-        let of = "builtin_interfaces::msg::dds_::Time_/\
-             RIHS01_b106235e25a4c5ed35098aa0a61a3ee9c9b18d197f398b0e4206cea9acf9c197";
-        assert_eq!(data(2, &topic, &time), format!("2/robot1/chatter/{of}"));
+        let (topic, key) = (Name::new("/robot1/chatter").unwrap(), TfMessage::key());
+        let of = "tf2_msgs::msg::dds_::TFMessage_/\
+             RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087";
+        assert_eq!(data(2, &topic, &key), format!("2/robot1/chatter/{of}"));
         assert_eq!(
-            node("/talker").endpoint(11, PUBLISHER, &topic, &time, Qos::Events),
+            node("/talker").endpoint(11, PUBLISHER, &topic, &key, Qos::Services),
             format!("@ros2_lv/2/a1b2/0/11/MP/%/%/talker/%robot1%chatter/{of}/::,10:,:,:,,")
         );
         assert_eq!(
-            node("/a/b/server").endpoint(5, SERVER, &topic, &service_key::<Trigger>(), Qos::Events),
+            node("/a/b/server").endpoint(5, SERVER, &topic, &Trigger::key(), Qos::Services),
             "@ros2_lv/2/a1b2/0/5/SS/%/%a%b/server/%robot1%chatter/std_srvs::srv::dds_::Trigger_/\
              RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f/::,10:,:,:,,"
         );

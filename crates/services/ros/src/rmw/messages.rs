@@ -6,16 +6,47 @@
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-
-use super::description::{Field, FieldKind, Message, Service, Types};
 
 /// Nanoseconds of a second.
 const SECOND_NS: i64 = 1_000_000_000;
 
+/// A message, or a part of one.
+pub(crate) trait Message: Serialize + DeserializeOwned + Send + Sync + 'static {
+    /// Its name, such as `std_msgs/msg/Header`; a response has none of its own.
+    const NAME: &'static str;
+
+    /// The names and types of its fields, in the order that ROS has them in.
+    #[cfg(test)]
+    const FIELDS: &'static [(&'static str, &'static str)];
+}
+
+/// A message that is published, or stands as a request for its service.
+pub(crate) trait Typed: Message {
+    /// The hash of its type, or of its service's: SHA-256 of the description that REP 2011 prescribes. It changes with any field.
+    const HASH: &'static str;
+
+    /// Gives its type as keys name it, such as `std_msgs::msg::dds_::Bool_/RIHS01_…`.
+    fn key() -> String {
+        let (package, name) = Self::NAME.rsplit_once('/').unwrap_or_default();
+        let (package, hash) = (package.replace('/', "::"), Self::HASH);
+        format!("{package}::dds_::{name}_/RIHS01_{hash}")
+    }
+}
+
+/// A service, which its request stands for.
+pub(crate) trait Service: Typed {
+    /// What is answered.
+    type Response: Message;
+}
+
 /// Structs that are messages: each with its fields in the order that ROS has them in.
 macro_rules! messages {
-    ($($name:ident = $type_name:literal { $($field:ident: $of:ty),* $(,)? } $(=> $response:ty)?)*) => {
+    ($(
+        $name:ident = $type_name:literal $(hash $hash:literal)?
+        { $($field:ident: $of:ty),* $(,)? } $(=> $response:ty)?
+    )*) => {
         $(
             #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
             pub(crate) struct $name {
@@ -25,13 +56,14 @@ macro_rules! messages {
             impl Message for $name {
                 const NAME: &'static str = $type_name;
 
-                fn fields(types: &mut Types) -> Vec<Field> {
-                    vec![$(Field {
-                        name: stringify!($field).trim_start_matches("r#"),
-                        of: <$of>::field_type(types),
-                    },)*]
-                }
+                #[cfg(test)]
+                const FIELDS: &'static [(&'static str, &'static str)] =
+                    &[$((stringify!($field), stringify!($of)),)*];
             }
+
+            $(impl Typed for $name {
+                const HASH: &'static str = $hash;
+            })?
 
             $(impl Service for $name {
                 type Response = $response;
@@ -42,15 +74,7 @@ macro_rules! messages {
 
 messages! {
     Time = "builtin_interfaces/msg/Time" { sec: i32, nanosec: u32 }
-    Duration = "builtin_interfaces/msg/Duration" { sec: i32, nanosec: u32 }
     Header = "std_msgs/msg/Header" { stamp: Time, frame_id: String }
-    ColorRgba = "std_msgs/msg/ColorRGBA" { r: f32, g: f32, b: f32, a: f32 }
-    ServiceEventInfo = "service_msgs/msg/ServiceEventInfo" {
-        event_type: u8,
-        stamp: Time,
-        client_gid: [u8; 16],
-        sequence_number: i64,
-    }
 
     Point = "geometry_msgs/msg/Point" { x: f64, y: f64, z: f64 }
     Vector3 = "geometry_msgs/msg/Vector3" { x: f64, y: f64, z: f64 }
@@ -62,37 +86,19 @@ messages! {
         child_frame_id: String,
         transform: Transform,
     }
-    TfMessage = "tf2_msgs/msg/TFMessage" { transforms: Vec<TransformStamped> }
-
-    CompressedImage = "sensor_msgs/msg/CompressedImage" { header: Header, format: String, data: Vec<u8> }
-
-    UvCoordinate = "visualization_msgs/msg/UVCoordinate" { u: f32, v: f32 }
-    MeshFile = "visualization_msgs/msg/MeshFile" { filename: String, data: Vec<u8> }
-    Marker = "visualization_msgs/msg/Marker" {
-        header: Header,
-        ns: String,
-        id: i32,
-        r#type: i32,
-        action: i32,
-        pose: Pose,
-        scale: Vector3,
-        color: ColorRgba,
-        lifetime: Duration,
-        frame_locked: bool,
-        points: Vec<Point>,
-        colors: Vec<ColorRgba>,
-        texture_resource: String,
-        texture: CompressedImage,
-        uv_coordinates: Vec<UvCoordinate>,
-        text: String,
-        mesh_resource: String,
-        mesh_file: MeshFile,
-        mesh_use_embedded_materials: bool,
+    TfMessage = "tf2_msgs/msg/TFMessage"
+        hash "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087" {
+        transforms: Vec<TransformStamped>,
     }
-    MarkerArray = "visualization_msgs/msg/MarkerArray" { markers: Vec<Marker> }
 
-    Trigger = "std_srvs/srv/Trigger" { structure_needs_at_least_one_member: u8 } => Done
-    SetBool = "std_srvs/srv/SetBool" { data: bool } => Done
+    Trigger = "std_srvs/srv/Trigger"
+        hash "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f" {
+        structure_needs_at_least_one_member: u8,
+    } => Done
+    SetBool = "std_srvs/srv/SetBool"
+        hash "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a" {
+        data: bool,
+    } => Done
     Done = "" { success: bool, message: String }
 
     Announcement = "ppnpack_msgs/msg/Announcement" {
@@ -109,7 +115,8 @@ messages! {
         is_inside: bool,
         is_found: bool,
     }
-    CellState = "ppnpack_msgs/msg/CellState" {
+    CellState = "ppnpack_msgs/msg/CellState"
+        hash "8e084bd6a3c4107d13391630081b7f287a37eee69a6f39e1388b390dc7ff00fe" {
         header: Header,
         state_number: u64,
         executing_placement_id: String,
@@ -125,21 +132,8 @@ messages! {
         container: String,
         pose: Pose,
     }
-    Outcome = "ppnpack_msgs/msg/Outcome" {
-        header: Header,
-        placement_id: String,
-        item_id: String,
-        kind: u8,
-        failure: String,
-        has_pose: bool,
-        pose: Pose,
-        is_found: bool,
-        is_inside: bool,
-        slide_m: f64,
-        tilt_rad: f64,
-        state_number: u64,
-    }
-    Session = "ppnpack_msgs/msg/Session" {
+    Session = "ppnpack_msgs/msg/Session"
+        hash "5fc6bbce1b8e7cef99ebcf5e19ce491501cfa28dcba6f2dec135c25e679c2d12" {
         header: Header,
         session_id: String,
         items: Vec<Item>,
@@ -151,16 +145,30 @@ messages! {
         failure: String,
     }
 
-    Announce = "ppnpack_msgs/srv/Announce" { items: Vec<Announcement> } => Done
-    Begin = "ppnpack_msgs/srv/Begin" {
+    Announce = "ppnpack_msgs/srv/Announce"
+        hash "1cecc98ba34d3fabc4ccf1fbeac51d8fe7324564172075f53e5ca771e05961f7" {
+        items: Vec<Announcement>,
+    } => Done
+    Begin = "ppnpack_msgs/srv/Begin"
+        hash "cd4791f645e66c1b32c23295c1356d8af03faf83be594a63bd92ba4881592289" {
         session_id: String,
         is_automatic: bool,
         least_state_number: u64,
         gives_up_pending: bool,
     } => Done
-    Changed = "ppnpack_msgs/srv/Changed" { removed_item_ids: Vec<String> } => Done
-    Hold = "ppnpack_msgs/srv/Hold" { reason: String, is_aborting: bool } => Done
-    Withdraw = "ppnpack_msgs/srv/Withdraw" { item_id: String } => Done
+    Changed = "ppnpack_msgs/srv/Changed"
+        hash "79cb6a0b7cd505e1479b55c7931c9c6da42349bac5a65e531cef6639b33b1e2e" {
+        removed_item_ids: Vec<String>,
+    } => Done
+    Hold = "ppnpack_msgs/srv/Hold"
+        hash "bfcf16c0ed18f07835a3f64df81a5757b443ea78b46c4d804c23c1926db69016" {
+        reason: String,
+        is_aborting: bool,
+    } => Done
+    Withdraw = "ppnpack_msgs/srv/Withdraw"
+        hash "e798d5c39a374482ac12c1875311e2ef6033f55463698a181d6a80ab2d3060c3" {
+        item_id: String,
+    } => Done
 }
 
 impl Time {
@@ -194,4 +202,82 @@ impl Quaternion {
 pub(super) fn now_ns() -> i64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |now| i64::try_from(now.as_nanos()).unwrap_or(i64::MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A field's type as interface files of the package write it.
+    fn of_ros(of: &str) -> String {
+        let element = of.strip_prefix("Vec<").and_then(|of| of.strip_suffix('>'));
+        if let Some(element) = element {
+            return of_ros(element) + "[]";
+        }
+        let known = match of {
+            "u8" => "uint8",
+            "u32" => "uint32",
+            "u64" => "uint64",
+            "f64" => "float64",
+            "String" => "string",
+            "Header" => "std_msgs/Header",
+            "Pose" => "geometry_msgs/Pose",
+            same => same,
+        };
+        known.to_owned()
+    }
+
+    /// The fields of a struct, one a line, as an interface file of the package writes them.
+    fn written<M: Message>() -> String {
+        let fields = M::FIELDS.iter();
+        fields
+            .map(|(name, of)| format!("{} {name}\n", of_ros(of)))
+            .collect()
+    }
+
+    fn message<M: Message>() -> (&'static str, String) {
+        (M::NAME, written::<M>())
+    }
+
+    fn service<S: Service>() -> (&'static str, String) {
+        let parts = written::<S>() + "---\n" + &written::<S::Response>();
+        (S::NAME, parts)
+    }
+
+    /// ROS makes its types of the interface files. Where one changes, so does a hash.
+    #[test]
+    fn interface_files_and_structs_agree() {
+        let types = [
+            message::<Announcement>(),
+            message::<Body>(),
+            message::<CellState>(),
+            message::<Item>(),
+            message::<Session>(),
+            service::<Announce>(),
+            service::<Begin>(),
+            service::<Changed>(),
+            service::<Hold>(),
+            service::<Withdraw>(),
+        ];
+        let package = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../ros/ppnpack_msgs");
+        let package = std::path::Path::new(package);
+        let listed = std::fs::read_to_string(package.join("CMakeLists.txt")).unwrap();
+        let listed = listed
+            .lines()
+            .filter(|line| line.trim().starts_with('"'))
+            .count();
+        let there = ["msg", "srv"].map(|of| package.join(of).read_dir().unwrap().count());
+        assert_eq!((listed, there.iter().sum()), (types.len(), types.len()));
+        for (name, written) in types {
+            let path = name.strip_prefix("ppnpack_msgs/").unwrap();
+            let of = path.split('/').next().unwrap();
+            let text = std::fs::read_to_string(package.join(format!("{path}.{of}"))).unwrap();
+            let is_field = |line: &&str| !(line.is_empty() || line.contains(['#', '=']));
+            let fields = text
+                .lines()
+                .filter(is_field)
+                .map(|line| format!("{line}\n"));
+            assert_eq!(fields.collect::<String>(), written, "{name}");
+        }
+    }
 }

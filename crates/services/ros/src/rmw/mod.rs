@@ -1,9 +1,8 @@
 //! A node of ROS 2 over Zenoh, as `rmw_zenoh` has them, without ROS.
 //!
 //! A [`Node`] publishes topics and answers services on any Zenoh session. Others find it by the liveliness tokens that it
-//! declares ([`keys`]). Messages are structs ([`messages`]) whose type hash is made of their own fields ([`description`]), so
-//! that what is announced and what is sent cannot differ. They are put into bytes as plain CDR ([`cdr`]). The protocol is that
-//! of Jazzy and later: <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
+//! declares ([`keys`]). Messages are structs ([`messages`]), put into bytes as plain CDR ([`cdr`]). The protocol is that of Jazzy
+//! and later: <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 //!
 //! Two crates have this protocol, and neither serves in place of this module:
 //!
@@ -13,7 +12,6 @@
 //!   which no subscriber of `rmw_zenoh` matches, and publishers keep nothing for who comes later.
 
 pub(crate) mod cdr;
-pub(crate) mod description;
 pub(crate) mod keys;
 pub(crate) mod messages;
 mod node;

@@ -13,8 +13,8 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::cdr;
-use super::description::{self, Message};
 use super::keys::{self, Name, NodeKey, Qos};
+use super::messages::Typed;
 use super::service::Attachment;
 use crate::error::RosError;
 
@@ -58,12 +58,12 @@ impl Node {
     ///
     /// # Errors
     /// [`RosError::Zenoh`] where the session is closed.
-    pub(crate) fn publisher<M: Message>(
+    pub(crate) fn publisher<M: Typed>(
         &self,
         topic: &Name,
         qos: Qos,
     ) -> Result<Publisher<M>, RosError> {
-        let of = description::message_key::<M>();
+        let of = M::key();
         let key = keys::data(self.key.domain, topic, &of);
         let publisher = self
             .session
@@ -117,7 +117,7 @@ pub(crate) struct Publisher<M> {
     message: PhantomData<fn(M)>,
 }
 
-impl<M: Message> Publisher<M> {
+impl<M: Typed> Publisher<M> {
     /// Publishes a message.
     ///
     /// # Errors

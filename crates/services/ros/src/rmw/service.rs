@@ -5,9 +5,8 @@ use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 
 use super::cdr;
-use super::description::{self, Service};
 use super::keys::{self, Name, Qos};
-use super::messages::now_ns;
+use super::messages::{Service, now_ns};
 use super::node::{Endpoint, Node};
 use crate::error::RosError;
 
@@ -94,7 +93,7 @@ impl Node {
         name: &Name,
         on_request: impl Fn(Request<S>) + Send + Sync + 'static,
     ) -> Result<Server, RosError> {
-        let of = description::service_key::<S>();
+        let of = S::key();
         let key = keys::data(self.key.domain, name, &of);
         let answered = key.clone();
         let callback = move |query: Query| match read(&query) {
@@ -114,7 +113,7 @@ impl Node {
         let declared = declared.callback(callback).wait();
         Ok(Server {
             _queryable: declared.map_err(|error| RosError::zenoh(&key, &error))?,
-            _endpoint: self.endpoint(keys::SERVER, name, &of, Qos::Events)?,
+            _endpoint: self.endpoint(keys::SERVER, name, &of, Qos::Services)?,
         })
     }
 }

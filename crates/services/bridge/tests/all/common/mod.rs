@@ -142,15 +142,17 @@ impl Controller {
     }
 }
 
-pub(crate) fn point(time_s: f64) -> JointPoint {
-    JointPoint {
+/// A motion that takes so long, besides that of the cup to the item and its waits.
+pub(crate) fn cycle(cycle_s: f64) -> Cycle {
+    let point = |time_s| JointPoint {
         time_s,
         position_rad: [0.1, -0.2, time_s, 3.0, -6.0, 12.5],
-    }
-}
-
-/// A motion that takes so long.
-pub(crate) fn cycle(cycle_s: f64) -> Cycle {
+    };
+    let leg = |kind, leg_s| Leg {
+        kind,
+        points: [0.0, leg_s].map(point).into(),
+    };
+    let third_s = cycle_s / 3.0;
     Cycle {
         arm: "an arm".to_owned(),
         cycle_s,
@@ -158,10 +160,12 @@ pub(crate) fn cycle(cycle_s: f64) -> Cycle {
         grasp_yaw_rad: 0.75,
         grip_s: 0.2,
         release_s: 0.15,
-        legs: vec![Leg {
-            kind: LegKind::Descend,
-            points: vec![point(0.0), point(0.5)],
-        }],
+        legs: vec![
+            leg(LegKind::Descend, 0.01),
+            leg(LegKind::Lift, third_s),
+            leg(LegKind::Insert, third_s),
+            leg(LegKind::Return, third_s),
+        ],
     }
 }
 
@@ -319,12 +323,9 @@ impl Robot for ScriptedRobot {
             is_inside: true,
         });
         Ok(Finding {
-            ending: Ending::Placed,
-            failure: String::new(),
             container_from_item: Some(KnownPose::Assumed(placement.container_from_item)),
             is_inside: true,
-            slide_m: 0.0,
-            tilt_rad: 0.0,
+            ..Finding::failed(Ending::Placed, "")
         })
     }
 

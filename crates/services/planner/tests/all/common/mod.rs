@@ -95,6 +95,15 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
+    fn nothing(state_number: u64, is_stuck: bool) -> Arc<Mutex<Self>> {
+        Arc::new(Mutex::new(Self {
+            state_number,
+            is_stuck,
+            surface: None,
+            hidden: "none",
+        }))
+    }
+
     /// Shows so many cells, from this one on, in another state, as high as this.
     pub(crate) fn raise(&mut self, (x, y): (usize, usize), cells: usize, height_m: f32) {
         self.state_number += 1;
@@ -161,12 +170,7 @@ impl Rig {
 
     /// A planner with these objects, and a perception that sees each container, empty at first.
     pub(crate) fn with_objects(cell: CellSettings, catalogues: &[Arc<Catalogue>]) -> Self {
-        let seen = Arc::new(Mutex::new(Seen {
-            state_number: 2,
-            is_stuck: false,
-            surface: None,
-            hidden: "none",
-        }));
+        let seen = Seen::nothing(2, false);
         let (grid, containers) = (cell.grid, cell.containers.clone());
         let shown = Arc::clone(&seen);
         let show = move |incoming: Incoming<v1::HeightmapRequest>| {
@@ -200,12 +204,7 @@ impl Rig {
             planner: Some(start(&hub, &settings, catalogues)),
             settings,
             client: Client::new(&embedded::session(&hub).unwrap()),
-            seen: Arc::new(Mutex::new(Seen {
-                state_number: 0,
-                is_stuck: true,
-                surface: None,
-                hidden: "none",
-            })),
+            seen: Seen::nothing(0, true),
             services,
             hub,
             _folder: folder,

@@ -1,7 +1,5 @@
 //! `ppnpack replay`: the decisions of a recording, planned again and compared.
 
-mod shapes;
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -10,12 +8,12 @@ use clap::Args;
 use ppnpack_planner::replay::{Replayer, what_follows};
 use ppnpack_recording::{Difference, Reader, RecordedMessage, Topic, difference};
 use ppnpack_wire::keys::Stream;
+use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use serde::Serialize;
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output;
-use shapes::RecordedShapes;
 
 /// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with 1 where a step goes otherwise.
 #[derive(Debug, Args)]
@@ -83,7 +81,7 @@ fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
         replayer: Replayer::new(cores)
             .map_err(|error| anyhow!(error))
             .or_run()?,
-        shapes: RecordedShapes::default(),
+        shapes: ShapeStore::default(),
         is_any_version,
         replayed: Replayed::default(),
     };
@@ -115,7 +113,7 @@ fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
 /// Replaying, message after message.
 struct Replay {
     replayer: Replayer,
-    shapes: RecordedShapes,
+    shapes: ShapeStore,
     is_any_version: bool,
     replayed: Replayed,
 }
@@ -123,7 +121,12 @@ struct Replay {
 impl Replay {
     fn take(&mut self, message: &RecordedMessage) -> Outcome {
         match Topic::parse(&message.topic) {
-            Some(Topic::Shape(_)) => self.shapes.add(&message.payload),
+            Some(Topic::Shape(_)) => {
+                // One that cannot be read is not there for the steps that name it.
+                if let Ok(shape) = decode::<v1::Shape>(&message.payload, MAX_MESSAGE_BYTES) {
+                    self.shapes.add(shape);
+                }
+            }
             Some(Topic::Stream(_, Stream::Record)) => {
                 match decode::<v1::PlanningRecord>(&message.payload, MAX_MESSAGE_BYTES) {
                     Ok(record) => self.step(&record)?,
@@ -148,7 +151,7 @@ impl Replay {
             ));
             return Ok(());
         }
-        let replayed = match self.replayer.replay(record, &mut self.shapes) {
+        let replayed = match self.replayer.replay(record, &self.shapes) {
             Ok(replayed) => replayed,
             Err(error) => {
                 self.leave_out(error.to_string());

@@ -1,34 +1,19 @@
 //! Clouds of ROS 2 in, heightmaps out, over a real session.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
-
-#[path = "../../../wire/tests/support/payload.rs"]
-mod payload;
-
 use std::time::{Duration, Instant};
 
+use crate::payload;
+use crate::rig::{PATIENCE, Rig};
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception::extrinsics::Extrinsics;
-use ppnpack_perception_service::{Fate, Perception, RosCamera, Settings};
+use ppnpack_perception_service::{Fate, RosCamera, Settings};
 use ppnpack_service::configuration::ServiceSettings;
-use ppnpack_service::embedded::{self, Hub};
-use ppnpack_service::process::Process;
-use ppnpack_service::rpc::Client;
 use ppnpack_wire::convert::scene;
-use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype};
 use ppnpack_wire::v1;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
-
-/// Far more than anything here takes.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Where `rmw_zenoh` publishes the clouds of the first camera.
 const RMW_KEY: &str = "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/\
@@ -129,60 +114,37 @@ fn flat(sec: i32) -> Vec<u8> {
     payload(PLAIN, sec, |_, _| Some(0.0))
 }
 
-/// A perception service, and somebody who publishes as drivers do and asks.
-struct Rig {
-    perception: Perception,
-    driver: Process,
-    client: Client,
-    _hub: Hub,
+/// A perception service with the two cameras. What is published arrives.
+fn rig() -> Rig {
+    settings().validate().unwrap();
+    let rig = Rig::with(&settings(), Stream::Cloud, |_| None);
+    for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
+        let cell = Cell::new(cell).unwrap();
+        let until = Instant::now() + PATIENCE;
+        while rig.ask_for(&cell, 0, Duration::from_millis(200)).is_err() {
+            assert!(Instant::now() < until, "no cloud arrives on {key}");
+            rig.publish(key, flat(1));
+        }
+    }
+    rig
 }
 
 impl Rig {
-    fn new() -> Self {
-        settings().validate().unwrap();
-        let hub = embedded::hub().unwrap();
-        let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-        let perception = ppnpack_perception_service::start(&process, &settings(), None).unwrap();
-        let driver = embedded::process(&hub, Service::Bridge, "driver").unwrap();
-        let rig = Self {
-            perception,
-            client: Client::new(driver.session()),
-            driver,
-            _hub: hub,
-        };
-        // From then on what is published arrives.
-        for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
-            let until = Instant::now() + PATIENCE;
-            while rig.ask(cell, Duration::from_millis(200)).is_none() {
-                assert!(Instant::now() < until, "no cloud arrives on {key}");
-                rig.put(key, flat(1));
-            }
-        }
-        rig
-    }
-
-    /// Publishes, and waits where the network is busy.
-    fn put(&self, key: &str, payload: Vec<u8>) {
-        let session = self.driver.session();
-        let put = session.put(key, payload);
+    /// Publishes as drivers do, and waits where the network is busy.
+    fn publish(&self, key: &str, payload: Vec<u8>) {
+        let put = self.sensor.session().put(key, payload);
         put.congestion_control(CongestionControl::Block)
             .wait()
             .unwrap();
     }
 
-    fn ask(&self, cell: &str, span: Duration) -> Option<v1::Heightmap> {
-        let cell = Cell::new(cell).unwrap();
-        let request = v1::HeightmapRequest::default();
-        let reply = self.client.call(&cell, request, Instant::now() + span);
-        reply.ok().map(|reply| reply.heightmap.unwrap())
-    }
-
     /// The heightmap of the cloud that was captured in this second.
     fn heightmap(&self, cell: &str, sec: i32) -> v1::Heightmap {
+        let cell = Cell::new(cell).unwrap();
         let captured_at_ns = i64::from(sec) * 1_000_000_000 + 5;
         let until = Instant::now() + PATIENCE;
         while Instant::now() < until {
-            if let Some(heightmap) = self.ask(cell, PATIENCE)
+            if let Ok(heightmap) = self.ask_for(&cell, 0, PATIENCE)
                 && heightmap.captured_at_ns == captured_at_ns
             {
                 return heightmap;
@@ -192,15 +154,8 @@ impl Rig {
     }
 
     /// Publishes what is refused, and waits until it was.
-    fn put_refused(&self, key: &str, payload: Vec<u8>) {
-        let before = self.perception.clouds(Fate::Malformed);
-        self.put(key, payload);
-        let until = Instant::now() + PATIENCE;
-        while self.perception.clouds(Fate::Malformed) == before {
-            assert!(Instant::now() < until, "what came on {key} is not counted");
-            std::thread::yield_now();
-        }
-        assert_eq!(self.perception.clouds(Fate::Malformed), before + 1);
+    fn publish_refused(&self, key: &str, payload: Vec<u8>) {
+        self.meets(Fate::Malformed, || self.publish(key, payload));
     }
 }
 
@@ -221,7 +176,7 @@ fn expected() -> Scene {
 
 #[test]
 fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
-    let rig = Rig::new();
+    let rig = rig();
     let layouts = [false, true].into_iter().flat_map(|is_big_endian| {
         [
             (false, 12, 0),
@@ -238,7 +193,7 @@ fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
     });
     for (sec, layout) in (2..).zip(layouts) {
         for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
-            rig.put(key, payload(layout, sec, height_m));
+            rig.publish(key, payload(layout, sec, height_m));
             let heightmap = rig.heightmap(cell, sec);
             let (grid, found) = scene::read(heightmap.scene.as_ref().unwrap()).unwrap();
             assert_eq!(grid, Grid::reference());
@@ -266,46 +221,17 @@ fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
 
 #[test]
 fn malformed_clouds_and_other_types_are_refused_and_counted() {
-    let rig = Rig::new();
-    let changed = |change: fn(&mut Vec<u8>)| {
-        let mut payload = flat(2);
-        change(&mut payload);
-        payload
-    };
-    for payload in [
-        Vec::new(),
-        b"hello".to_vec(),
-        changed(|payload| payload.truncate(payload.len() / 2)),
-        // PL_CDR.
-        changed(|payload| payload[1] = 3),
-        // The length of frame_id.
-        changed(|payload| payload[15] = 0xff),
-        // A rest of more than a second.
-        changed(|payload| payload[8..12].fill(0xff)),
-    ] {
-        rig.put_refused(RMW_KEY, payload.clone());
-        rig.put_refused(BRIDGE_KEY, payload);
+    let rig = rig();
+    let half = flat(2).len() / 2;
+    for payload in [b"hello".to_vec(), flat(2)[..half].to_vec()] {
+        rig.publish_refused(RMW_KEY, payload.clone());
+        rig.publish_refused(BRIDGE_KEY, payload);
     }
     // Another type under the same topic, though the payload would do.
     let image = RMW_KEY.replace("PointCloud2_", "Image_");
-    rig.put_refused(&image, flat(2));
+    rig.publish_refused(&image, flat(2));
 
     assert_eq!(rig.heightmap("cell-1", 1).captured_at_ns, 1_000_000_005);
-    rig.put(RMW_KEY, flat(3));
+    rig.publish(RMW_KEY, flat(3));
     rig.heightmap("cell-1", 3);
-}
-
-#[test]
-fn impossible_cameras_are_refused_before_anything_is_subscribed() {
-    let hub = embedded::hub().unwrap();
-    let process = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
-    let settings = Settings {
-        ros: vec![camera("/camera/points", "cell-1")],
-        ..Settings::default()
-    };
-    let reason = settings.validate().unwrap_err();
-    assert!(reason.starts_with("ros[0]: key: "), "{reason}");
-    let started = ppnpack_perception_service::start(&process, &settings, None);
-    let reason = started.err().unwrap().to_string();
-    assert!(reason.starts_with("ros: "), "{reason}");
 }

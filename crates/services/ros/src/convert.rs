@@ -1,4 +1,4 @@
-//! States, outcomes and sessions, and where containers and items are.
+//! From messages of the stack to those of ROS: states and sessions, and where containers and items are.
 
 use nalgebra::Isometry3;
 use ppnpack_wire::convert;
@@ -6,8 +6,8 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
 use crate::rmw::messages::{
-    Announcement, Body, CellState, Header, Item, Outcome, Point, Pose, Quaternion, Session, Time,
-    Transform, TransformStamped, Vector3,
+    Announcement, Body, CellState, Header, Item, Point, Pose, Quaternion, Session, Time, Transform,
+    TransformStamped, Vector3,
 };
 
 /// Names the frame of a container, in which all coordinates are.
@@ -88,23 +88,6 @@ pub(crate) fn state(cell: &Cell, state: &v1::CellState) -> CellState {
         is_simulated: state.is_simulated,
         is_held: hold.is_some(),
         hold_reason: hold.unwrap_or_default().reason,
-    }
-}
-
-pub(crate) fn outcome(cell: &Cell, outcome: &v1::Outcome) -> Outcome {
-    Outcome {
-        header: header(&container_frame(cell.as_str())),
-        placement_id: outcome.placement_id.clone(),
-        item_id: outcome.item_id.clone(),
-        kind: number(outcome.kind),
-        failure: outcome.failure.clone(),
-        has_pose: outcome.container_from_item.is_some(),
-        pose: pose(outcome.container_from_item.as_ref()),
-        is_found: outcome.is_found,
-        is_inside: outcome.is_inside,
-        slide_m: outcome.slide_m,
-        tilt_rad: outcome.tilt_rad,
-        state_number: outcome.state_number,
     }
 }
 
