@@ -30,7 +30,6 @@ mod runs;
 mod sheet;
 mod statistics;
 mod stream;
-mod table3;
 mod tables;
 mod train;
 mod value;
