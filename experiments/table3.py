@@ -8,14 +8,13 @@ test split. A training that was killed goes on, and one that is finished is not 
 """
 
 import argparse
-import datetime
 import json
 import math
 import pathlib
-import platform
-import shlex
 import subprocess
 import sys
+
+from pages import publish, row, table
 
 SHARES = [1, 5, 8, 10, 20]
 
@@ -47,10 +46,6 @@ QUESTIONS = {
     ),
     "among_fitting": ("Among those that fit", "among the best-scored K % of those that fit"),
 }
-
-# Everything from this line on is written by hand.
-NOTES = "<!-- Notes: what follows is kept when the experiment is run again. -->"
-
 
 def student(count):
     """The two-sided 95 % quantile of Student's t for the mean of so many values; 0 for a single one."""
@@ -91,14 +86,6 @@ def answers(networks, question):
             one = mean([answer["share"] for answer in each])
         found[str(share)] = {key: 100 * value for key, value in one.items()}
     return found
-
-
-def row(name, cells):
-    return f"| {' | '.join([name, *cells])} |\n"
-
-
-def table(heads, rows):
-    return row("network", heads) + f"|{'---|' * (len(heads) + 1)}\n" + "".join(rows)
 
 
 def shown(found, paper=None):
@@ -170,18 +157,18 @@ where there is one network. In brackets the paper's Table III, whose network is 
         rows = []
         for line in lines:
             cells = shown(line[question], line["paper"] if question == "over_all" else None)
-            rows.append(row(line["network"], [*cells, str(line["parameters"]), f"{line['training_s']['mean']:.0f} s"]))
-        text += f"## {title}\n\nThe optimum is {ranked}.\n\n{table([*heads, 'parameters', 'training'], rows)}\n"
+            rows.append(row(line["network"], *cells, line["parameters"], f"{line['training_s']['mean']:.0f} s"))
+        text += f"## {title}\n\nThe optimum is {ranked}.\n\n{table(['network', *heads, 'parameters', 'training'], rows)}\n"
     question = "over_all" if asked.loss_over == "all" else "proposed"
     rows = []
     for line in lines:
         for tried in line["tried"]:
             mark = ", chosen" if tried["cut_off"] == line["cut_off"] else ""
             name = f"{line['network']}, cut off at {tried['cut_off']:g}{mark}"
-            rows.append(row(name, shown(answers([tried["validation"]], question))))
+            rows.append(row(name, *shown(answers([tried["validation"]], question))))
     if rows:
         text += f"## What validation chose\n\nAccuracy on the validation split, {QUESTIONS[question][1]}, with the first seed. What was \
-not chosen was not tested.\n\n{table(heads, rows)}\n"
+not chosen was not tested.\n\n{table(['network', *heads], rows)}\n"
     return text
 
 
@@ -202,19 +189,8 @@ def main():
     if settings.exists() and not json.loads(settings.read_text())["has_values"]:
         parser.error(f"{asked.dataset} has no values, which the rows without ranking need: make it with `ppnpack dataset --values`")
     lines = compare(asked)
-    origin = {
-        "command": shlex.join(["python", *sys.argv]),
-        "version": lines[0]["cards"][0]["versions"]["ppnpack"],
-        "machine": f"{platform.machine()}, {platform.system()}",
-        "made": f"{datetime.datetime.now(datetime.timezone.utc):%Y-%m-%dT%H:%M:%SZ}",
-    }
-    results = {"shares_percent": SHARES, "loss_over": asked.loss_over, "lines": lines, "origin": origin}
-    (asked.out / "table3.json").write_text(json.dumps(results, indent=2, ensure_ascii=False))
-    path = asked.out / "table3.md"
-    notes = path.read_text().partition(NOTES)[2] if path.exists() else "\n"
-    made = "Made by `{command}` on {made} ({machine}), version {version}.".format(**origin)
-    path.write_text(f"{page(asked, lines).rstrip()}\n\n{made}\n\n{NOTES}{notes or chr(10)}")
-    print(path)
+    results = {"shares_percent": SHARES, "loss_over": asked.loss_over, "lines": lines}
+    publish(asked.out / "table3.md", page(asked, lines), results, lines[0]["cards"][0]["versions"]["ppnpack"])
 
 
 if __name__ == "__main__":

@@ -97,37 +97,6 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
 }
 
 #[test]
-fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
-    let folder = tempfile::tempdir().unwrap();
-    let sequences = sequences(folder.path(), [1, 6], 90);
-    let out = folder.path().join("out");
-    let figure = |length: &str| {
-        ppnpack(&[
-            "experiment",
-            "figure5",
-            "--sequences",
-            sequences.to_str().unwrap(),
-            "--length",
-            length,
-            "--out",
-            out.to_str().unwrap(),
-            "--json",
-        ])
-    };
-    let results = json(&figure("4"));
-    let lines = results["lines"].as_array().unwrap();
-    assert!(lines.len() >= 6);
-    for line in lines {
-        let items = line["items"].as_u64().unwrap();
-        let is_packed = line["floor_compactness_percent"].as_f64().unwrap() > 0.0;
-        assert!((1..=4).contains(&items) && is_packed, "{line}");
-    }
-    let png = std::fs::read(out.join("figure5.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    is_refused(&figure("7"), &["--length 7", "have 6 objects"]);
-}
-
-#[test]
 fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
     let folder = tempfile::tempdir().unwrap();
     let output = ppnpack(&[

@@ -18,7 +18,6 @@ mod comparison;
 mod dataset;
 mod document;
 mod experiment;
-mod figure5;
 mod filling;
 mod loads;
 mod network;

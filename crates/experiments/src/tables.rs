@@ -24,7 +24,7 @@ type Measured = Column<'static, Run>;
 
 /// What the tables are told alike.
 #[derive(Debug, Args)]
-pub(crate) struct TableOptions {
+struct TableOptions {
     /// The methods that pack, beside the search of all placements by SDFM, with which they are compared [default: all of the table]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = methods())]
     methods: Vec<String>,
@@ -33,7 +33,7 @@ pub(crate) struct TableOptions {
     grid: GridOptions,
 
     #[command(flatten)]
-    pub(crate) comparison: ComparisonOptions,
+    comparison: ComparisonOptions,
 }
 
 /// Random sequences of the catalogue's objects.
@@ -106,7 +106,7 @@ pub(crate) struct Table4Arguments {
 }
 
 /// A row of one of the paper's tables.
-pub(crate) struct Row {
+struct Row {
     /// What it is asked for by.
     key: &'static str,
     name: &'static str,
@@ -201,7 +201,7 @@ impl Row {
 }
 
 /// Table I of the paper: 2,000 sequences.
-pub(crate) static TABLE_1: [Row; 8] = {
+static TABLE_1: [Row; 8] = {
     use Heuristic::{Dbl, Hm};
     use Order::{Balance, BboxVolume};
     const RANDOMS: [f64; 4] = [0.05, 10_905.0, 39.9, 27.54];
@@ -239,13 +239,13 @@ fn methods() -> PossibleValuesParser {
 
 impl TableOptions {
     /// The comparison in the paper's conditions.
-    pub(crate) fn comparison<'a>(&'a self, backend: &'a dyn Backend) -> Outcome<Comparison<'a>> {
+    fn comparison<'a>(&'a self, backend: &'a dyn Backend) -> Outcome<Comparison<'a>> {
         let grid = self.grid.settings(Conditions::Reference);
         Comparison::new(&self.comparison, backend, grid)
     }
 
     /// Those rows of a table that are asked for and whose network can be used, and their methods.
-    pub(crate) fn ways(
+    fn ways(
         &self,
         rows: &'static [Row],
         comparison: &Comparison<'_>,
