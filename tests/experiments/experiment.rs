@@ -1,13 +1,12 @@
 //! The experiments end to end.
 
 use std::path::Path;
-use std::process::Stdio;
 
 use serde_json::Value;
 
-use super::ranges::{is_the_same_as_ranges, runs};
+use super::ranges::is_the_same_as_ranges;
 use super::sequences::sequences;
-use super::{is_refused, json, ppnpack, program, text};
+use super::{is_refused, json, ppnpack, text};
 
 #[test]
 fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
@@ -144,58 +143,6 @@ fn regular_and_irregular_objects_are_packed_apart() {
     }
 }
 
-#[test]
-fn ranges_are_the_single_run_also_after_a_kill() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let table = |name: &str, runs: &str, [first, cases]: [&str; 2]| {
-        let (out, runs) = (at(name), at(runs));
-        let mut arguments = vec!["experiment", "table4", "--length", "6", "--json"];
-        let (out, runs) = (out.to_str().unwrap(), runs.to_str().unwrap());
-        arguments.extend(["--out", out, "--runs", runs]);
-        arguments.extend(["--first", first, "--cases", cases]);
-        let mut command = program();
-        command.args(arguments);
-        command
-    };
-    let single = json(&table("single", "once", ["0", "4"]).output().unwrap());
-    text(&table("a", "kept", ["0", "2"]).output().unwrap());
-    let of_a = runs(&at("kept")).len();
-    // One that is killed as soon as it has kept a run goes on with the others.
-    let mut killed = table("b", "kept", ["2", "2"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let files = || {
-        std::fs::read_dir(at("kept"))
-            .unwrap()
-            .flat_map(|group| std::fs::read_dir(group.unwrap().path()).unwrap())
-    };
-    while files().count() <= of_a && killed.try_wait().unwrap().is_none() {
-        std::thread::yield_now();
-    }
-    killed.kill().unwrap();
-    killed.wait().unwrap();
-    text(&table("b", "kept", ["2", "2"]).output().unwrap());
-    assert_eq!(runs(&at("kept")), runs(&at("once")));
-    // The tables are made of what is there.
-    let whole = json(&table("whole", "kept", ["0", "4"]).output().unwrap());
-    let of = |results: &Value, name: &str| -> Vec<Value> {
-        let lines = results["lines"].as_array().unwrap().iter();
-        lines.map(|line| line[name].clone()).collect()
-    };
-    for name in [
-        "method",
-        "items",
-        "floor_compactness_percent",
-        "meshes_cm3",
-        "steps_widened",
-    ] {
-        assert_eq!(of(&whole, name), of(&single, name), "{name}");
-    }
-}
-
 /// On a coarse grid, placements pass a geometric test and are not tried.
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
@@ -210,6 +157,7 @@ fn comparisons_are_the_same_as_ranges() {
     for experiment in [&table[..], &pareto] {
         is_the_same_as_ranges(&[experiment, &packed].concat(), "--cases", [0, 3]);
     }
+    is_the_same_as_ranges(&["table4", "--length", "6"], "--cases", [0, 4]);
 }
 
 #[test]

@@ -59,7 +59,7 @@ fn timeless(results: Value) -> Value {
 }
 
 /// The runs of a folder by name, without their times.
-pub(crate) fn runs(folder: &Path) -> BTreeMap<String, Value> {
+fn runs(folder: &Path) -> BTreeMap<String, Value> {
     let files = walkdir(folder).into_iter();
     let runs = files.filter(|path| path.extension().is_some_and(|end| end == "json"));
     let named = |path: PathBuf| {

@@ -13,7 +13,6 @@ pub mod progress;
 mod quantity;
 pub mod report;
 pub mod sequence;
-pub mod simulation;
 pub mod stack;
 
 use std::io::IsTerminal;

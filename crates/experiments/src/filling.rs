@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
-use ppnpack_cli::options::{CatalogueOptions, ViewOptions};
+use ppnpack_cli::options::CatalogueOptions;
 use serde_json::json;
 
 use crate::apart::Physics;
@@ -48,9 +48,6 @@ pub(crate) struct FillingArguments {
     physics: Vec<Physics>,
 
     #[command(flatten)]
-    view: ViewOptions,
-
-    #[command(flatten)]
     runs: RunsOptions,
 
     #[command(flatten)]
@@ -58,8 +55,7 @@ pub(crate) struct FillingArguments {
 }
 
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
-    let ways = way::chosen(&arguments.methods, &arguments.only)?.into_iter();
-    let ways: Vec<Way> = ways.map(|way| way.seen_by(&arguments.view)).collect();
+    let ways = way::chosen(&arguments.methods, &arguments.only)?;
     let name = arguments.methods.file_stem().unwrap_or_default();
     let name = &*name.to_string_lossy();
     let (sequences, workers) = (&arguments.sequences, arguments.runs.workers());

@@ -11,7 +11,7 @@ use clap::Args;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
 
-use crate::apart::Physics;
+use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
 use crate::document::{OutOptions, Page};
 use crate::packer::Packer;
@@ -48,10 +48,6 @@ pub(crate) struct LoadsArguments {
     #[arg(long, value_name = "FILE")]
     method: Option<PathBuf>,
 
-    /// The physics of the cells that are packed in
-    #[arg(long, value_enum, default_value_t = Physics::Own)]
-    physics: Physics,
-
     #[command(flatten)]
     runs: RunsOptions,
 
@@ -61,7 +57,7 @@ pub(crate) struct LoadsArguments {
 
 pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     let way = Way::read_one(arguments.method.as_deref())?;
-    let mut packer = Packer::robot(way, &arguments.catalogue, arguments.physics.apart())?;
+    let mut packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
     let catalogue = Arc::clone(&packer.catalogue);
     let mut cases = arguments.sequences.read(&catalogue)?;
     for case in &mut cases {
@@ -80,7 +76,6 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
         let settings = (
             catalogue.content_hash(),
             &packer.way,
-            &packer.apart,
             &limits_kg,
             margin,
             arguments.items,

@@ -8,7 +8,6 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Network, Simulated, load};
 use ppnpack_cli::sequence::Sequence;
-use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Episode, Observer, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
@@ -110,9 +109,8 @@ impl Packer<'_> {
         })
     }
 
-    /// An empty container in which placements must pass a check more, where there is one. The seed is that of everything that
-    /// is random.
-    pub(crate) fn bench(&self, seed: u64, check: Option<BoxedCheck>) -> Outcome<Bench> {
+    /// An empty container. The seed is that of everything that is random.
+    pub(crate) fn bench(&self, seed: u64) -> Outcome<Bench> {
         let method = Method {
             seed,
             ..self.way.method.clone().for_poses(self.way.poses)
@@ -126,12 +124,8 @@ impl Packer<'_> {
         let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
         let network = self.network.as_ref();
         let network = network.map(|network| network as &dyn OpenNetwork);
-        let planner = method.build_with(
-            &self.grid,
-            method.proposer(&self.grid, network)?,
-            check.into_iter().chain(trial),
-            1,
-        )?;
+        let planner =
+            method.build_with(&self.grid, method.proposer(&self.grid, network)?, trial, 1)?;
         let (catalogue, scan) = (&self.catalogue, self.simulated.scan);
         let cell = SimulatedPackingCell::new(self.apart.cell(known), &self.grid, catalogue, scan)
             .or_input()?;
@@ -166,7 +160,7 @@ impl Packer<'_> {
         let Bench {
             mut planner,
             mut cell,
-        } = self.bench(seed, None)?;
+        } = self.bench(seed)?;
         let items = sequence.candidates(&self.catalogue);
         let episode = play(
             &self.grid,

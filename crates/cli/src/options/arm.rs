@@ -14,7 +14,7 @@ const LIST: &str = "list";
 /// The arm that has to make the placements.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Arm")]
-pub struct ArmOptions {
+pub(crate) struct ArmOptions {
     /// The arm that has to be able to make the placements: nachi-mz07l, abb-irb1200-5-90, or a TOML file of its cell,
     /// with the keys of the section `arm` in the planner's configuration, see docs/robot.md; `list` names those that
     /// are built in [default: none, placements are not checked for an arm]
@@ -27,7 +27,7 @@ impl ArmOptions {
     ///
     /// # Errors
     /// That they cannot be written.
-    pub fn listed(&self) -> Outcome<bool> {
+    pub(crate) fn listed(&self) -> Outcome<bool> {
         if self.arm.as_deref() != Some(LIST) {
             return Ok(false);
         }
@@ -41,7 +41,7 @@ impl ArmOptions {
     ///
     /// # Errors
     /// What is wrong with the name, or with the file.
-    pub fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
+    pub(crate) fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
         let Some(arm) = &self.arm else {
             return Ok(None);
         };

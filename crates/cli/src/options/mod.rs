@@ -21,7 +21,6 @@ use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use crate::failure::{OrInput, Outcome};
 use crate::length::{parse_length, parse_size};
 use crate::progress;
-pub use arm::ArmOptions;
 pub use choice::{Choice, one_of};
 pub use conditions::Conditions;
 pub(crate) use method::MethodOptions;
@@ -29,7 +28,6 @@ pub use physics::{PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, parse_device, read_model};
 pub(crate) use region::parse_region;
 pub(crate) use sensor::{Sensor, calibration_file, parse_sensor};
-pub use view::ViewOptions;
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]

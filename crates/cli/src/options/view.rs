@@ -9,7 +9,7 @@ use super::file;
 /// What sees the container of a simulated cell.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Simulated cell")]
-pub struct ViewOptions {
+pub(super) struct ViewOptions {
     /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
     /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
     /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
@@ -38,7 +38,7 @@ fn parse_view(text: &str) -> Result<View, String> {
 
 impl ViewOptions {
     /// The cameras that are asked for; without any the container is scanned.
-    pub fn camera(&self, seed: u64) -> Option<CameraSettings> {
+    pub(super) fn camera(&self, seed: u64) -> Option<CameraSettings> {
         match self.view {
             Some(View::Cameras(camera)) => Some(CameraSettings { seed, ..camera }),
             _ => None,

@@ -53,7 +53,7 @@ pub(super) struct Run {
 
 /// Packs a sequence, and measures after every placement.
 pub(super) fn pack(packer: &Packer<'_>, case: &Case) -> Outcome<Run> {
-    let Bench { mut planner, cell } = packer.bench(case.seed(0), None)?;
+    let Bench { mut planner, cell } = packer.bench(case.seed(0))?;
     let grid = &packer.grid;
     let mut cell = MeasuredCell {
         cell,

@@ -37,7 +37,7 @@ use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::length::parse_length;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Network, Simulated, positive};
+use ppnpack_cli::options::{Network, Simulated};
 use ppnpack_cli::stack::report::contents;
 use ppnpack_cli::stack::{Containers, Plan, Sensing, Stack};
 use record::RunRecord;
@@ -64,10 +64,6 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
     unseen_count: u32,
 
-    /// How many other objects a run has
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=1000))]
-    known_count: u32,
-
     /// The unseen objects are not in the recogniser's library either: they are packed as unknown items
     #[arg(long)]
     strangers: bool,
@@ -80,10 +76,6 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     runs: u32,
 
-    /// How many items wait on the tray
-    #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
-    buffer: u32,
-
     /// The edge of a grid cell
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
     cell: f64,
@@ -95,16 +87,6 @@ pub(super) struct PhysicalArguments {
     /// The arm: a name, a parameter file, or `none`
     #[arg(long, value_name = "NAME|FILE|none", default_value = "nachi-mz07l")]
     arm: String,
-
-    /// The standard deviation of where items are released, in metres along each axis; and as much in yaw as moves a
-    /// point 10 cm away by it
-    #[arg(
-        long,
-        value_name = "METRES",
-        default_value_t = 0.002,
-        allow_hyphen_values = true
-    )]
-    placement_noise: f64,
 
     /// The share of picks that miss
     #[arg(
@@ -123,10 +105,6 @@ pub(super) struct PhysicalArguments {
         allow_hyphen_values = true
     )]
     drops: f64,
-
-    /// The density of objects whose mass is not known, in kg/m^3
-    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
-    density: f64,
 
     #[command(flatten)]
     network: NetworkOptions,
@@ -206,7 +184,7 @@ fn pools(
     let (unseen, others): (Vec<usize>, Vec<usize>) =
         held.into_iter().partition(|index| *index < unseen);
     let is_enough = unseen.len() >= arguments.unseen_count as usize
-        && others.len() >= arguments.known_count as usize;
+        && others.len() >= setup::KNOWN_COUNT as usize;
     if !is_enough {
         return Err(Failure::input(format_args!(
             "the arm can hold {} objects of --unseen and {} of --known: too few for a run",

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::{OrInput, Outcome};
-use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
+use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
 
-use crate::apart::Physics;
+use crate::apart::Apart;
 use crate::comparison::WIDENED;
 use crate::document::{OutOptions, Page};
 use crate::packer::Packer;
@@ -67,16 +67,6 @@ pub(crate) struct StreamArguments {
     /// A JSON file with the method, in place of placements that are tried on 5 mm and 8 yaws
     #[arg(long, value_name = "FILE")]
     method: Option<PathBuf>,
-
-    #[command(flatten)]
-    arm: ArmOptions,
-
-    /// The physics of the cells that are packed in
-    #[arg(long, value_enum, default_value_t = Physics::Own)]
-    physics: Physics,
-
-    #[command(flatten)]
-    view: ViewOptions,
 
     #[command(flatten)]
     runs: RunsOptions,
@@ -135,22 +125,17 @@ impl StreamArguments {
 }
 
 pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
-    if arguments.arm.listed()? {
-        return Ok(());
-    }
-    let way = Way::read_one(arguments.method.as_deref())?.seen_by(&arguments.view);
-    let packer = Packer::robot(way, &arguments.catalogue, arguments.physics.apart())?;
+    let way = Way::read_one(arguments.method.as_deref())?;
+    let packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
     let streams = arguments
         .source
         .streams(&packer.catalogue, arguments.wanted())?;
-    let (arm, station) = arguments.arm.station()?.unzip();
     let settings = arguments.settings();
     let has_orders = arguments.source.has_orders();
     let folder = arguments.runs.folder(&arguments.out, "stream");
     let pack = |setting: &Setting| {
         let packing = Packing {
             packer: &packer,
-            station: station.as_ref(),
             rules: arguments.rules(setting.sharing),
             how: StreamPlay {
                 open: usize::from(setting.open),
@@ -166,7 +151,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let settings = (
             packer.catalogue.content_hash(),
             &packer.way,
-            (&packer.apart, &arm),
             &packing.rules,
             packing.how.closing,
             setting.open,
@@ -182,20 +166,13 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let packed = runs.make(&folder, &settings, &streams, name, is_right, make)?;
         Ok((setting.shown(has_orders), packed))
     };
-    let packed: Vec<(String, Vec<Run>)> = settings.iter().map(pack).collect::<Outcome<_>>()?;
-    let mut runs = packed.iter().flat_map(|(_, runs)| runs);
-    let has_arm = runs.any(|run| !run.cycle_s.is_empty());
+    let packed = settings.iter().map(pack).collect::<Outcome<_>>()?;
     let mut lines = Lines::new("name", packed);
     lines.keep("setting", settings);
-    publish(arguments, &packer.way, lines, has_arm)
+    publish(arguments, &packer.way, lines)
 }
 
-fn publish(
-    arguments: &StreamArguments,
-    way: &Way,
-    mut lines: Lines<Run>,
-    has_arm: bool,
-) -> Outcome {
+fn publish(arguments: &StreamArguments, way: &Way, mut lines: Lines<Run>) -> Outcome {
     let (workers, source) = (
         arguments.runs.workers(),
         arguments.source.said(arguments.wanted()),
@@ -223,14 +200,8 @@ fn publish(
             lines.table("open", &columns::orders())
         ));
     }
-    if has_arm {
-        page.say(&format!(
-            "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n{}",
-            lines.table("open", &columns::cycles())
-        ));
-    }
     page.say(&format!(
-        "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n{}",
+        "\nWhy containers were closed, and how much of their volume was filled:\n\n{}",
         lines.table("open", &columns::closings())
     ));
     page.keep("workers", workers);

@@ -27,18 +27,9 @@ impl RecordedShapes {
         }
     }
 
-    fn shape(&self, what: &'static str, id: &[u8]) -> Result<v1::shape::Shape, Unreadable> {
-        let digits = id.iter().take(8).map(|byte| format!("{byte:02x}"));
-        let lacks = || Unreadable::Lacks {
-            what,
-            id: digits.collect(),
-        };
-        let shape = self.encoded.get(id);
-        let shape = shape.and_then(|shape| decode::<v1::Shape>(shape, MAX_MESSAGE_BYTES).ok());
-        shape
-            .and_then(|shape| shape.shape)
-            .filter(|shape| is_named(shape, id))
-            .ok_or_else(lacks)
+    fn shape(&self, id: &[u8]) -> Option<v1::shape::Shape> {
+        let shape = decode::<v1::Shape>(self.encoded.get(id)?, MAX_MESSAGE_BYTES).ok()?;
+        shape.shape.filter(|shape| is_named(shape, id))
     }
 }
 
@@ -56,10 +47,10 @@ impl ShapeSource for RecordedShapes {
         if let Some(item) = self.items.get(id) {
             return Ok(Arc::clone(item));
         }
-        let item = match self.shape("item", id)? {
-            v1::shape::Shape::Item(item) => Arc::new(convert::item::read(&item)?),
-            v1::shape::Shape::Solid(_) => return Err(not_a("item", id)),
+        let Some(v1::shape::Shape::Item(item)) = self.shape(id) else {
+            return Err(lacks("item", id));
         };
+        let item = Arc::new(convert::item::read(&item)?);
         self.items.insert(id.to_vec(), Arc::clone(&item));
         Ok(item)
     }
@@ -68,16 +59,16 @@ impl ShapeSource for RecordedShapes {
         if let Some(solid) = self.solids.get(id) {
             return Ok(Arc::clone(solid));
         }
-        let solid = match self.shape("solid", id)? {
-            v1::shape::Shape::Solid(solid) => Arc::new(convert::solid::read(&solid)?),
-            v1::shape::Shape::Item(_) => return Err(not_a("solid", id)),
+        let Some(v1::shape::Shape::Solid(solid)) = self.shape(id) else {
+            return Err(lacks("solid", id));
         };
+        let solid = Arc::new(convert::solid::read(&solid)?);
         self.solids.insert(id.to_vec(), Arc::clone(&solid));
         Ok(solid)
     }
 }
 
-fn not_a(what: &'static str, id: &[u8]) -> Unreadable {
+fn lacks(what: &'static str, id: &[u8]) -> Unreadable {
     let digits = id.iter().take(8).map(|byte| format!("{byte:02x}"));
     let id = digits.collect();
     Unreadable::Lacks { what, id }
