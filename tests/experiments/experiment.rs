@@ -244,7 +244,7 @@ fn a_line_of_orders_that_is_wrong_is_named() {
 }
 
 #[test]
-fn boxes_are_packed_beside_published_results_and_kept() {
+fn boxes_are_packed_by_every_method_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let run = || {
@@ -280,13 +280,7 @@ fn boxes_are_packed_beside_published_results_and_kept() {
     }
     assert_eq!(lines.len(), 2 * methods.len());
     let table = std::fs::read_to_string(out.join("boxes.md")).unwrap();
-    for row in [
-        "## Setting 2",
-        "| DBL | ",
-        "| *PCT & EV*, PCT, ICLR 2022, Table 2 | 85.3 | 32.8 |",
-    ] {
-        assert!(table.contains(row), "{table}");
-    }
+    assert!(table.contains("## Setting 2") && table.contains("| DBL | "));
     // Times and all: the runs are taken from the disk.
     assert_eq!(run(), results);
 }
