@@ -9,12 +9,11 @@ test split. A training that was killed goes on, and one that is finished is not 
 
 import argparse
 import json
-import math
 import pathlib
 import subprocess
 import sys
 
-from pages import publish, row, table
+from pages import mean, publish, row, student, table
 
 SHARES = [1, 5, 8, 10, 20]
 
@@ -46,33 +45,6 @@ QUESTIONS = {
     ),
     "among_fitting": ("Among those that fit", "among the best-scored K % of those that fit"),
 }
-
-def student(count):
-    """The two-sided 95 % quantile of Student's t for the mean of so many values; 0 for a single one."""
-    freedom = count - 1
-    if freedom < 1:
-        return 0.0
-    scale = math.exp(math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2)) / math.sqrt(freedom * math.pi)
-
-    def within(end, steps=500):
-        """The probability between 0 and `end`, by Simpson's rule."""
-        densities = [(1 + (end * step / steps) ** 2 / freedom) ** (-(freedom + 1) / 2) for step in range(steps + 1)]
-        return scale * end / steps / 3 * (densities[0] + 4 * sum(densities[1::2]) + 2 * sum(densities[2:-1:2]) + densities[-1])
-
-    low, high = 1.0, 13.0
-    for _ in range(50):
-        middle = (low + high) / 2
-        low, high = (middle, high) if within(middle) < 0.475 else (low, middle)
-    return low
-
-
-def mean(values):
-    """The mean of some values with half the width of its interval."""
-    middle = sum(values) / len(values)
-    squares = sum((value - middle) ** 2 for value in values)
-    error = math.sqrt(squares / max(len(values) - 1, 1) / len(values))
-    return {"mean": middle, "half_width": student(len(values)) * error}
-
 
 def answers(networks, question):
     """The accuracies of networks at the shares, in percent: with one network, the interval is over the sequences."""

@@ -212,11 +212,6 @@ impl<R: Clone> Lines<R> {
         }
     }
 
-    /// What is kept of each line.
-    pub(crate) fn kept(&self) -> &[Map<String, Value>] {
-        &self.kept
-    }
-
     /// The runs that all lines are compared with.
     pub(crate) fn compared(&self) -> &[R] {
         &self.compared
@@ -231,18 +226,6 @@ impl<R: Clone> Lines<R> {
     /// Measures columns of each line, and gives the table of those that are shown.
     pub(crate) fn table(&mut self, head: &str, columns: &[Column<'_, R>]) -> String {
         markdown(&self.measured(head, columns))
-    }
-
-    /// The same table with a row for each column and a column for each line.
-    pub(crate) fn upright(&mut self, columns: &[Column<'_, R>]) -> String {
-        let mut rows: Vec<Vec<String>> = Vec::new();
-        for line in self.measured("", columns) {
-            rows.resize(line.len(), Vec::new());
-            rows.iter_mut()
-                .zip(line)
-                .for_each(|(row, cell)| row.push(cell));
-        }
-        markdown(&rows)
     }
 
     /// The heads of what is shown, then the cells of each line, which are kept, too.
@@ -308,11 +291,6 @@ mod tests {
             text,
             "| line | mean |  | above 2 |\n|---|---|---|---|\n| one | 2.0 ± 12.7 | +0.0 % | 50.0 % (1 of 2) |\n\
              | other | 3.0 ± 12.7 | +50.0 % | 50.0 % (1 of 2) |\n"
-        );
-        let upright = lines.upright(&columns[..1]);
-        assert_eq!(
-            upright,
-            "|  | one | other |\n|---|---|---|\n| mean | 2.0 ± 12.7 | 3.0 ± 12.7 |\n"
         );
         let kept = serde_json::to_value(&lines).unwrap();
         assert_eq!(kept[1]["name"], "other");

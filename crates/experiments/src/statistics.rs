@@ -69,12 +69,6 @@ pub(crate) fn quantiles<const N: usize>(
     })
 }
 
-/// The value at the rank nearest to a share of all but the first; none where there are no values.
-pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
-    let rank = ((sorted.len() as f64 - 1.0) * share).round() as usize;
-    sorted.get(rank).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

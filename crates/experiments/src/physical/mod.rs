@@ -1,6 +1,5 @@
 //! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
 
-mod columns;
 mod contenders;
 mod held;
 mod pictures;
@@ -26,12 +25,11 @@ use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
+use serde_json::json;
 
 use crate::document::{OutOptions, Page};
 use crate::network::NetworkOptions;
 use crate::runs::Runs;
-use crate::sheet::Lines;
 use crate::workers;
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -149,29 +147,24 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         Ok((contender.name.clone(), records))
     });
     let made: Vec<(String, Vec<RunRecord>)> = made.collect::<Outcome<_>>()?;
-    let records: Vec<Vec<RunRecord>> = made.iter().map(|(_, runs)| runs.clone()).collect();
-    let mut lines = Lines::new("method", made);
-    let mut page = Page::new("physical", world.in_words());
+    let mut page = Page::new(
+        "physical",
+        format!(
+            "# The robot cell, simulated\n\n{} runs of each of {} methods: `python experiments/physical.py physical.json` says what they \
+             came to.\n",
+            arguments.runs,
+            made.len()
+        ),
+    );
     if let Err(reason) = &model {
-        page.say(&format!("Without the network: {reason}.\n\n"));
         page.keep("without_network", reason);
     }
-    page.say(&format!(
-        "{}\n## Time line\n\nMedian and what 95 % stay below, in ms; the arm's cycle in s.\n\n{}\n## Why items were refused\n\n",
-        lines.upright(&columns::came_to()),
-        lines.upright(&columns::times())
-    ));
-    for (line, contender) in lines.kept().iter().zip(&contenders) {
-        let reasons = line.get("refusals").and_then(Value::as_object);
-        for (reason, count) in reasons.into_iter().flatten() {
-            page.say(&format!("- {}: {count} x {reason}\n", contender.name));
-        }
-    }
-    lines.keep("records", records);
+    let lines = made.iter();
+    let lines = lines.map(|(method, records)| json!({ "method": method, "records": records }));
     page.keep("settings", &settings);
     page.keep("unseen_held", world.unseen.len());
     page.keep("others_held", world.others.len());
-    page.keep("lines", lines);
+    page.keep("lines", lines.collect::<Vec<_>>());
     page.publish(&arguments.out)
 }
 
@@ -213,36 +206,6 @@ impl World<'_> {
     fn known(&self, name: &str) -> Option<usize> {
         let mut objects = self.library.objects.iter();
         objects.position(|object| object.model.name == name)
-    }
-
-    /// How runs are made.
-    fn in_words(&self) -> String {
-        let settings = self.settings;
-        let strangers = match settings.strangers {
-            true => ", the unseen ones not known to the recogniser",
-            false => "",
-        };
-        format!(
-            "# The robot cell, simulated\n\n\
-             Container 30 x 30 x 16 cm, {:.1} mm cells, {} yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
-             placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
-             dropouts above container and tray. Seed {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
-             compactness and volume over the runs, of decisions over the decisions.\n\n\
-             Objects are drawn from those that fit into the empty container and that the arm can hold in at least 80 % of the cases, \
-             by the chances of their resting poses: {} unseen ones and {} others.\n\n",
-            settings.grid.cell_m * 1e3,
-            settings.grid.yaws,
-            settings.buffer,
-            settings.unseen_count,
-            settings.known_count,
-            settings.arm.as_ref().map_or("none", |arm| arm.arm.as_str()),
-            settings.simulated.release.jitter_m * 1e3,
-            settings.faults.missed_picks * 100.0,
-            settings.faults.drops * 100.0,
-            settings.seed,
-            self.unseen.len(),
-            self.others.len()
-        )
     }
 
     /// All runs of a contender: those on disk, and the others.
