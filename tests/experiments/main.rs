@@ -29,8 +29,10 @@ fn program() -> Command {
     command
 }
 
-fn ppnpack(arguments: &[&str]) -> Output {
-    program().args(arguments).output().unwrap()
+/// Runs the program with these words behind its name.
+fn ppnpack(words: &str) -> Output {
+    let mut command = program();
+    command.args(words.split_whitespace()).output().unwrap()
 }
 
 fn error(output: &Output) -> String {
