@@ -52,12 +52,6 @@ pub(crate) struct Packer<'a> {
     pub(crate) network: Option<Network<'a>>,
 }
 
-/// An empty container, who plans for it, and its cell.
-pub(crate) struct Bench {
-    pub(crate) planner: Planner,
-    pub(crate) cell: SimulatedPackingCell,
-}
-
 /// A packed sequence: a row of an experiment's runs.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Run {
@@ -109,8 +103,8 @@ impl Packer<'_> {
         })
     }
 
-    /// An empty container. The seed is that of everything that is random.
-    pub(crate) fn bench(&self, seed: u64) -> Outcome<Bench> {
+    /// Gives who plans for an empty container, and its cell. The seed is that of everything that is random.
+    pub(crate) fn bench(&self, seed: u64) -> Outcome<(Planner, SimulatedPackingCell)> {
         let method = Method {
             seed,
             ..self.way.method.clone().for_poses(self.way.poses)
@@ -139,7 +133,7 @@ impl Packer<'_> {
         if !method.stability.reads_surface() && !method.trial.is_on() {
             cell = cell.without_surface();
         }
-        Ok(Bench { planner, cell })
+        Ok((planner, cell))
     }
 
     /// How episodes are played.
@@ -157,10 +151,7 @@ impl Packer<'_> {
         seed: u64,
         observer: &mut dyn Observer,
     ) -> Outcome<(Episode, SimulatedPackingCell)> {
-        let Bench {
-            mut planner,
-            mut cell,
-        } = self.bench(seed)?;
+        let (mut planner, mut cell) = self.bench(seed)?;
         let items = sequence.candidates(&self.catalogue);
         let episode = play(
             &self.grid,

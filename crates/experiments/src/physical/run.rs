@@ -88,7 +88,7 @@ struct Run<'a> {
 pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done> {
     let controller = Controller::new(stack.client(), super::cell()?);
     controller.renew()?;
-    controller.begin(&case.session_id, &[])?;
+    controller.begin(&case.session_id, &[], None)?;
     let models = case.objects.iter().filter_map(|index| {
         let object = world.catalogue.get(*index)?;
         Some(Arc::clone(&object.model))

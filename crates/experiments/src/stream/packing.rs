@@ -14,7 +14,7 @@ use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
 use super::source::Arrivals;
-use crate::packer::{Bench, Packer, unsteady};
+use crate::packer::{Packer, unsteady};
 
 /// A packed stream.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -135,8 +135,7 @@ impl ContainerSupply for Supply<'_> {
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
         let bench = self.packing.packer.bench(seed);
-        let Bench { planner, cell } = bench.map_err(|failure| failure.to_string())?;
-        Ok((planner, cell))
+        Ok(bench.map_err(|failure| failure.to_string())?)
     }
 }
 
