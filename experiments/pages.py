@@ -81,7 +81,9 @@ def publish(path, text, results, version=None):
     path = pathlib.Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.with_suffix(".json").write_text(json.dumps(results, indent=2, ensure_ascii=False))
-    made = "Made by `{command}` on {made} ({machine}), version {version}.".format(**results["origin"])
+    origin = results["origin"]
+    program = f", program {origin['program_blake3'][:16]}" if "program_blake3" in origin else ""
+    made = "Made by `{command}` on {made} ({machine}), version {version}".format(**origin) + f"{program}."
     notes = path.read_text().partition(NOTES)[2] if path.exists() else ""
     path.write_text(f"{text.rstrip()}\n\n{made}\n\n{NOTES}{notes or chr(10)}")
     print(path)

@@ -43,7 +43,6 @@ impl NetworkOptions {
             head: self.head,
             fusion: self.fusion,
             resting_heights: !self.no_resting_heights,
-            ..Architecture::default()
         };
         architecture.validate().or_input()?;
         Ok(architecture)
