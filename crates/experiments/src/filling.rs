@@ -10,7 +10,7 @@ use serde_json::json;
 use crate::apart::Physics;
 use crate::cases::SequenceOptions;
 use crate::comparison::WIDENED;
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::{Packer, Run};
 use crate::runs::RunsOptions;
 use crate::sheet::{Column, Lines};
@@ -49,9 +49,6 @@ pub(crate) struct FillingArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
@@ -75,14 +72,13 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     page.keep("first_case", sequences.first);
     page.keep("cases", sequences.cases);
     page.keep("ways", &ways);
-    let kept = &arguments.runs.folder(&arguments.out, name);
     let mut tables = Vec::new();
     for physics in &arguments.physics {
         let apart = physics.apart();
         let pack = |way: &Way| {
             let packer = Packer::robot(way.clone(), &arguments.catalogue, apart)?;
             let cases = sequences.read(&packer.catalogue)?;
-            let runs = packer.pack_all(&cases, 0, (&arguments.runs, kept))?;
+            let runs = packer.pack_all(&cases, 0, &arguments.runs, name)?;
             Ok((way.name.clone(), runs))
         };
         let runs = ways.iter().map(pack).collect::<Outcome<_>>()?;
@@ -95,7 +91,7 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         tables.push(json!({ "apart": apart, "lines": lines }));
     }
     page.keep("tables", tables);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 fn columns() -> Vec<Measured> {

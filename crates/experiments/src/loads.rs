@@ -13,7 +13,7 @@ use ppnpack_cli::options::CatalogueOptions;
 
 use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::Packer;
 use crate::runs::RunsOptions;
 use crate::sheet::Lines;
@@ -50,9 +50,6 @@ pub(crate) struct LoadsArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
@@ -64,7 +61,6 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
         case.sequence.objects.truncate(arguments.items as usize);
     }
     let limits_kg = limits::draw(&catalogue);
-    let folder = arguments.runs.folder(&arguments.out, "loads");
     let margins = arguments.margins.iter().copied().map(Some);
     let margins: Vec<Option<f64>> = std::iter::once(None).chain(margins).collect();
     let usual = packer.way.method.loads.margin;
@@ -83,7 +79,7 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
         let is_right = |case: &Case, run: &Run| run.objects == case.sequence.objects;
         let pack = |case: &Case| packing::pack(&packer, case);
         let runs = &arguments.runs;
-        let runs = runs.make(&folder, &settings, &cases, Case::name, is_right, pack)?;
+        let runs = runs.make("loads", &settings, &cases, Case::name, is_right, pack)?;
         let name = margin.map_or("no limits".to_owned(), |margin| format!("margin {margin}"));
         packed.push((name, runs));
     }
@@ -117,5 +113,5 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
     page.keep("factors", FACTORS);
     page.keep("way", &packer.way);
     page.keep("lines", lines);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }

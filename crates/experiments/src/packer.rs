@@ -1,6 +1,5 @@
 //! Sequences packed by a way: what all experiments have in common.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -180,7 +179,8 @@ impl Packer<'_> {
         &self,
         cases: &[Case],
         seed: u64,
-        (runs, kept): (&RunsOptions, &Path),
+        runs: &RunsOptions,
+        experiment: &str,
     ) -> Outcome<Vec<Run>> {
         let settings = (
             self.catalogue.content_hash(),
@@ -190,7 +190,7 @@ impl Packer<'_> {
             seed,
         );
         runs.make(
-            kept,
+            experiment,
             &settings,
             cases,
             Case::name,

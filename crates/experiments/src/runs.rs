@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use crate::document::OutOptions;
 use crate::workers;
 
-/// Where finished runs are kept, and how many are made at once.
+/// Where results and finished runs are kept, and how many runs are made at once.
 #[derive(Debug, Args)]
 pub(crate) struct RunsOptions {
     /// Where finished runs are kept, so that a killed experiment goes on, and one over a whole range takes over what was made of its
@@ -22,32 +22,31 @@ pub(crate) struct RunsOptions {
     /// Runs made at once; one per core at most, so that decision times stay those of a free core [default: one per core]
     #[arg(long, value_name = "COUNT")]
     workers: Option<usize>,
+
+    #[command(flatten)]
+    pub(crate) out: OutOptions,
 }
 
 impl RunsOptions {
-    /// The folder of an experiment's runs.
-    pub(crate) fn folder(&self, out: &OutOptions, name: &str) -> PathBuf {
-        let usual = || out.folder(name).join("runs");
-        self.runs.clone().unwrap_or_else(usual)
-    }
-
     /// How many are made at once.
     pub(crate) fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
     }
 
-    /// Makes all runs, but those that are kept under these settings and are right, and gives them in their order.
+    /// Makes all runs of an experiment, but those that are kept under these settings and are right, and gives them in their order.
     pub(crate) fn make<J: Sync, R: Serialize + DeserializeOwned + Send + Sync>(
         &self,
-        folder: &Path,
+        experiment: &str,
         settings: &impl Serialize,
         all: &[J],
         name: impl Fn(&J) -> String + Sync,
         is_right: impl Fn(&J, &R) -> bool + Sync,
         make: impl Fn(&J) -> Outcome<R> + Sync,
     ) -> Outcome<Vec<R>> {
-        let kept = Runs::new(folder, settings)?;
+        let usual = || self.out.folder(experiment).join("runs");
+        let folder = self.runs.clone().unwrap_or_else(usual);
+        let kept = Runs::new(&folder, settings)?;
         workers::map("Packing", all, self.workers(), |job| {
             kept.finish(&name(job), |run| is_right(job, run), || make(job))
         })

@@ -303,7 +303,7 @@ pub(crate) fn table1(arguments: &Table1Arguments, backend: &dyn Backend) -> Outc
         bounded(arguments, backend, lines.compared(), &mut page)?;
     }
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 /// Adds the bounded search on other grids, against the search of all placements on the table's.
@@ -383,7 +383,7 @@ pub(crate) fn table2(arguments: &Table2Arguments, backend: &dyn Backend) -> Outc
     }
     page.keep("classes", classes);
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 pub(crate) fn table4(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
@@ -402,7 +402,7 @@ pub(crate) fn table4(arguments: &Table4Arguments, backend: &dyn Backend) -> Outc
     let mut page = comparison.page("table4", &head);
     page.say(&text);
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 fn name_of(class: ShapeClass) -> &'static str {

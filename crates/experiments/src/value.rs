@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::Packer;
 use crate::runs::RunsOptions;
 use crate::way::Way;
@@ -39,9 +39,6 @@ pub(crate) struct ValueArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 /// What was seen of a packed sequence.
@@ -84,7 +81,6 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     way.method.validate().or_input()?;
     let packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
     let cases = arguments.sequences.read(&packer.catalogue)?;
-    let folder = arguments.runs.folder(&arguments.out, "value");
     let settings = (packer.catalogue.content_hash(), &packer.way);
     let is_right = |case: &Case, seen: &Seen| seen.objects == case.sequence.objects;
     let see = |case: &Case| {
@@ -97,7 +93,7 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
         })
     };
     let runs = &arguments.runs;
-    let seen = runs.make(&folder, &settings, &cases, Case::name, is_right, see)?;
+    let seen = runs.make("value", &settings, &cases, Case::name, is_right, see)?;
     let (sequences, way) = (&arguments.sequences, &packer.way);
     let mut page = Page::new(
         "value",
@@ -119,7 +115,7 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     page.keep("way", way);
     page.keep("figures_of_items", FIGURES_OF_ITEMS);
     page.keep("sequences", seen);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 /// As `ppnpack pack` packs.

@@ -13,7 +13,7 @@ mod surface;
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::runs::RunsOptions;
 use crate::sheet::{Cell, Column, Lines};
 use crate::statistics::Mean;
@@ -68,9 +68,6 @@ pub(crate) struct BoxesArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
@@ -112,7 +109,7 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     page.keep("rollouts", arguments.rollouts);
     page.keep("workers", arguments.runs.workers());
     page.keep("lines", lines);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 /// All instances, packed by a method.
@@ -126,7 +123,7 @@ fn packed(arguments: &BoxesArguments, setting: Setting, method: Method) -> Outco
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
     let rollouts = (method == Method::LookAhead).then_some(arguments.rollouts);
     let runs = arguments.runs.make(
-        &arguments.runs.folder(&arguments.out, "boxes"),
+        "boxes",
         &(setting, method, rollouts, arguments.seed),
         &together,
         |together| {

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use crate::apart::Apart;
 use crate::comparison::WIDENED;
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::Packer;
 use crate::runs::{self, RunsOptions};
 use crate::sheet::Lines;
@@ -70,9 +70,6 @@ pub(crate) struct StreamArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 /// How a line of the table is packed.
@@ -132,7 +129,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         .streams(&packer.catalogue, arguments.wanted())?;
     let settings = arguments.settings();
     let has_orders = arguments.source.has_orders();
-    let folder = arguments.runs.folder(&arguments.out, "stream");
     let pack = |setting: &Setting| {
         let packing = Packing {
             packer: &packer,
@@ -163,7 +159,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;
         let make = |stream: &Arrivals| packing.pack(stream);
         let runs = &arguments.runs;
-        let packed = runs.make(&folder, &settings, &streams, name, is_right, make)?;
+        let packed = runs.make("stream", &settings, &streams, name, is_right, make)?;
         Ok((setting.shown(has_orders), packed))
     };
     let packed = settings.iter().map(pack).collect::<Outcome<_>>()?;
@@ -210,7 +206,7 @@ fn publish(arguments: &StreamArguments, way: &Way, mut lines: Lines<Run>) -> Out
     page.keep("source", source);
     page.keep("way", way);
     page.keep("lines", lines);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {
