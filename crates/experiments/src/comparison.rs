@@ -26,7 +26,7 @@ use crate::statistics::Mean;
 use crate::way::Way;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// What all comparisons are told.
 #[derive(Debug, Args)]

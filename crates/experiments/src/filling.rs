@@ -17,7 +17,7 @@ use crate::sheet::{Column, Lines};
 use crate::way::{self, Way};
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
 #[derive(Debug, Args)]

@@ -189,9 +189,7 @@ impl Packer<'_> {
             &self.apart,
             seed,
         );
-        runs.make(
-            experiment,
-            &settings,
+        runs.kept(experiment, &settings)?.make(
             cases,
             Case::name,
             |case, run: &Run| run.objects == case.sequence.objects,

@@ -20,7 +20,7 @@ use crate::sheet::{Column, Lines};
 use crate::way::Way;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// What the tables are told alike.
 #[derive(Debug, Args)]

@@ -92,8 +92,8 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
             ..seen
         })
     };
-    let runs = &arguments.runs;
-    let seen = runs.make("value", &settings, &cases, Case::name, is_right, see)?;
+    let runs = arguments.runs.kept("value", &settings)?;
+    let seen = runs.make(&cases, Case::name, is_right, see)?;
     let (sequences, way) = (&arguments.sequences, &packer.way);
     let mut page = Page::new(
         "value",

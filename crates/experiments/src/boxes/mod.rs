@@ -22,7 +22,7 @@ use rules::Setting;
 use source::Instance;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// How many instances are a run, which is kept in a file.
 const KEPT_TOGETHER: usize = 20;
@@ -122,9 +122,8 @@ fn packed(arguments: &BoxesArguments, setting: Setting, method: Method) -> Outco
     let instances: Vec<Instance> = instances.collect();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
     let rollouts = (method == Method::LookAhead).then_some(arguments.rollouts);
-    let runs = arguments.runs.make(
-        "boxes",
-        &(setting, method, rollouts, arguments.seed),
+    let settings = (setting, method, rollouts, arguments.seed);
+    let runs = arguments.runs.kept("boxes", &settings)?.make(
         &together,
         |together| {
             let first = together.first().map_or(0, |instance| instance.number);

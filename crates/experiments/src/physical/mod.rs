@@ -30,7 +30,6 @@ use serde_json::json;
 use crate::document::{OutOptions, Page};
 use crate::network::NetworkOptions;
 use crate::runs::Runs;
-use crate::workers;
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
@@ -215,14 +214,17 @@ impl World<'_> {
         contender: &Contender,
     ) -> Outcome<Vec<RunRecord>> {
         let folder = arguments.out.folder("physical").join("runs");
-        let kept = Runs::new(&folder, &(self.settings, &contender.method))?;
+        // One after another: each has a stack of its own.
+        let kept = Runs::new(&folder, &(self.settings, &contender.method), 1)?;
         let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
         let numbers: Vec<u32> = numbers.collect();
-        // One after another: each has a stack of its own.
-        workers::map("Runs", &numbers, 1, |number| {
-            let make = || self.make(arguments, contender, *number);
-            kept.finish(&format!("{number:05}"), |_| true, make)
-        })
+        let name = |number: &u32| format!("{number:05}");
+        kept.make(
+            &numbers,
+            name,
+            |_, _| true,
+            |number| self.make(arguments, contender, *number),
+        )
     }
 
     /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made before it. The first one is drawn.

@@ -7,7 +7,7 @@ use crate::sheet::{Cell, Column};
 use crate::statistics::Mean;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 impl Run {
     /// The mean over the closed containers; over the others that were begun where none was closed.

@@ -158,8 +158,8 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         };
         let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;
         let make = |stream: &Arrivals| packing.pack(stream);
-        let runs = &arguments.runs;
-        let packed = runs.make("stream", &settings, &streams, name, is_right, make)?;
+        let runs = arguments.runs.kept("stream", &settings)?;
+        let packed = runs.make(&streams, name, is_right, make)?;
         Ok((setting.shown(has_orders), packed))
     };
     let packed = settings.iter().map(pack).collect::<Outcome<_>>()?;
