@@ -150,15 +150,22 @@ fn the_test_split_is_looked_at_when_validation_has_chosen() {
     assert_eq!(tested["test"]["over_all"].as_array().unwrap().len(), 5);
 }
 
+/// The table of ablations, by the program that trains.
+fn table_3(dataset: &Path, out: &Path, more: &[&str]) -> Output {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/table3.py");
+    let mut command = Command::new("python3");
+    command.arg(script);
+    command.args(["--program", env!("CARGO_BIN_EXE_ppnpack-torch")]);
+    command.arg("--dataset").arg(dataset).arg("--out").arg(out);
+    command.args(more).output().unwrap()
+}
+
 #[test]
 fn table_3_refuses_a_dataset_without_values_before_it_trains() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = recorded(folder.path(), &[]);
     let out = folder.path().join("table3");
-    let mut arguments = vec!["experiment", "table3"];
-    arguments.extend(["--dataset", dataset.to_str().unwrap()]);
-    arguments.extend(["--out", out.to_str().unwrap()]);
-    let refused = run(&arguments);
+    let refused = table_3(&dataset, &out, &[]);
     assert_eq!(refused.status.code(), Some(2));
     let message = String::from_utf8_lossy(&refused.stderr);
     assert!(message.contains("ppnpack dataset --values"), "{message}");
@@ -170,13 +177,13 @@ fn table_3_tests_what_validation_chose() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = dataset(folder.path());
     let out = folder.path().join("table3");
-    let mut arguments = vec!["experiment", "table3", "--json", "--seeds", "2"];
-    arguments.extend([
-        "--epochs", "1", "--widths", "4,4", "--head", "4", "--batch", "8",
-    ]);
-    arguments.extend(["--cut-off", "10,40", "--dataset", dataset.to_str().unwrap()]);
-    arguments.extend(["--out", out.to_str().unwrap()]);
-    let results: Value = serde_json::from_slice(&succeed(&arguments).stdout).unwrap();
+    let small = ["--epochs", "1", "--widths", "4,4", "--head", "4", "--batch", "8"];
+    let asked = [&["--seeds", "2", "--cut-off", "10,40"], &small[..]].concat();
+    let made = table_3(&dataset, &out, &asked);
+    let message = String::from_utf8_lossy(&made.stderr);
+    assert!(made.status.success(), "{message}");
+    let results = std::fs::read(out.join("table3.json")).unwrap();
+    let results: Value = serde_json::from_slice(&results).unwrap();
     let lines = results["lines"].as_array().unwrap();
     assert_eq!(lines.len(), 4);
     for line in lines {
@@ -206,8 +213,7 @@ fn table_3_tests_what_validation_chose() {
         assert!(recipes == 1 || found.first() == Some(&1));
     }
 
-    arguments.extend(["--validation", "0"]);
-    let refused = run(&arguments);
+    let refused = table_3(&dataset, &out, &["--validation", "0"]);
     let message = String::from_utf8_lossy(&refused.stderr);
     assert!(message.contains("no validation split"), "{message}");
     assert_eq!(refused.status.code(), Some(2));

@@ -11,6 +11,8 @@ mod cube;
 mod inputs;
 mod pack;
 mod perceive;
+#[path = "../printed.rs"]
+mod printed;
 mod recording;
 mod report;
 mod support;

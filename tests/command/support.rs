@@ -9,6 +9,9 @@ use nix::unistd::Pid;
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::printed::is_refused;
+pub(crate) use crate::printed::{errors, json, text};
+
 /// The program with these words behind its name. All tests share a cache: the objects are prepared once.
 pub(crate) fn command(words: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
@@ -36,31 +39,7 @@ pub(crate) fn alone(folder: &TempDir, words: &str) -> Output {
 
 /// Runs a command that must be refused with exit code 2 and a message that has all of these parts.
 pub(crate) fn refused(words: &str, parts: &[&str]) {
-    let output = ppnpack(words);
-    let error = errors(&output);
-    assert_eq!(output.status.code(), Some(2), "{words}: {error}");
-    for part in parts {
-        assert!(error.contains(part), "{words}: '{part}' is not in: {error}");
-    }
-    assert!(!error.contains("panicked"), "{error}");
-    // The command's own errors take one line; those of the command line's parser come with a hint.
-    if error.starts_with("ppnpack: ") {
-        assert_eq!(error.trim_end().lines().count(), 1, "{error}");
-    }
-}
-
-/// What a command that succeeded printed.
-pub(crate) fn text(output: &Output) -> String {
-    assert!(output.status.success(), "{}", errors(output));
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-pub(crate) fn json(output: &Output) -> Value {
-    serde_json::from_str(&text(output)).unwrap()
-}
-
-pub(crate) fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    is_refused(&ppnpack(words), parts);
 }
 
 /// What packing left.

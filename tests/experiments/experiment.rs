@@ -1,31 +1,30 @@
 //! The experiments end to end.
 
 use std::path::Path;
-use std::process::Stdio;
 
 use serde_json::Value;
 
-use super::ranges::{is_the_same_as_ranges, runs};
+use super::ranges::is_the_same_as_ranges;
 use super::sequences::sequences;
-use super::{is_refused, json, ppnpack, program, text};
+use super::{is_refused, json, ppnpack, text};
 
 #[test]
 fn the_experiments_and_the_commands_of_ppnpack_are_listed() {
-    let help = text(&ppnpack(&["experiment", "--help"]));
+    let help = text(&ppnpack("experiment --help"));
     for name in ["table1", "pareto", "physical"] {
         assert!(help.contains(name), "{help}");
     }
     assert!(help.contains("Usage: ppnpack experiment"), "{help}");
-    assert!(text(&ppnpack(&["--help"])).contains("  pack "));
+    assert!(text(&ppnpack("--help")).contains("  pack "));
 }
 
 #[test]
 fn files_that_are_not_there_are_named() {
     for (command, file) in [
-        (&["experiment", "table1", "--sequences"][..], "/nowhere.npy"),
-        (&["train", "--dataset"], "/nowhere"),
+        ("experiment table1 --sequences", "/nowhere.npy"),
+        ("train --dataset", "/nowhere"),
     ] {
-        is_refused(&ppnpack(&[command, &[file]].concat()), &[file]);
+        is_refused(&ppnpack(&format!("{command} {file}")), &[file]);
     }
 }
 
@@ -34,21 +33,12 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [2, 6], 90);
     let out = folder.path().join("out");
-    let table = |chosen: &[&str]| {
-        let asked = [
-            "experiment",
-            "table1",
-            "--sequences",
-            sequences.to_str().unwrap(),
-            "--cases",
-            "2",
-            "--out",
-            out.to_str().unwrap(),
-            "--json",
-        ];
-        ppnpack(&[&asked, chosen].concat())
+    let table = |chosen: &str| {
+        let (sequences, out) = (sequences.display(), out.display());
+        let asked = format!("table1 --sequences {sequences} --cases 2 --out {out} --json");
+        ppnpack(&format!("experiment {asked} {chosen}"))
     };
-    let run = || json(&table(&["--grids", "coarse"]));
+    let run = || json(&table("--grids coarse"));
     // Beside a build with libtorch there is a row for the network too.
     let line = |results: &Value, method: &str| {
         let lines = results["lines"].as_array().unwrap();
@@ -88,56 +78,21 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     );
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
     // One method beside the search that all are compared with.
-    let one = json(&table(&["--methods", "hm-bbox"]));
+    let one = json(&table("--methods hm-bbox"));
     assert_eq!(one["lines"].as_array().unwrap().len(), 2);
     for method in ["HM (BBox)", "SDFM"] {
         assert_eq!(line(&one, method), line(&second, method));
     }
-    is_refused(&table(&["--methods", "hm"]), &["hm-bbox"]);
-}
-
-#[test]
-fn the_methods_are_drawn_side_by_side_on_the_same_objects() {
-    let folder = tempfile::tempdir().unwrap();
-    let sequences = sequences(folder.path(), [1, 6], 90);
-    let out = folder.path().join("out");
-    let figure = |length: &str| {
-        ppnpack(&[
-            "experiment",
-            "figure5",
-            "--sequences",
-            sequences.to_str().unwrap(),
-            "--length",
-            length,
-            "--out",
-            out.to_str().unwrap(),
-            "--json",
-        ])
-    };
-    let results = json(&figure("4"));
-    let lines = results["lines"].as_array().unwrap();
-    assert!(lines.len() >= 6);
-    for line in lines {
-        let items = line["items"].as_u64().unwrap();
-        let is_packed = line["floor_compactness_percent"].as_f64().unwrap() > 0.0;
-        assert!((1..=4).contains(&items) && is_packed, "{line}");
-    }
-    let png = std::fs::read(out.join("figure5.png")).unwrap();
-    assert!(png.starts_with(b"\x89PNG") && png.len() > 10_000);
-    is_refused(&figure("7"), &["--length 7", "have 6 objects"]);
+    is_refused(&table("--methods hm"), &["hm-bbox"]);
 }
 
 #[test]
 fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
     let folder = tempfile::tempdir().unwrap();
-    let output = ppnpack(&[
-        "experiment",
-        "table2",
-        "--irregular-model",
-        "/nowhere.safetensors",
-        "--out",
-        folder.path().to_str().unwrap(),
-    ]);
+    let out = folder.path().display();
+    let output = ppnpack(&format!(
+        "experiment table2 --irregular-model /nowhere.safetensors --out {out}"
+    ));
     is_refused(&output, &["/nowhere"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
@@ -145,17 +100,10 @@ fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
 #[test]
 fn regular_and_irregular_objects_are_packed_apart() {
     let folder = tempfile::tempdir().unwrap();
-    let results = json(&ppnpack(&[
-        "experiment",
-        "table2",
-        "--cases",
-        "2",
-        "--length",
-        "5",
-        "--out",
-        folder.path().to_str().unwrap(),
-        "--json",
-    ]));
+    let out = folder.path().display();
+    let results = json(&ppnpack(&format!(
+        "experiment table2 --cases 2 --length 5 --out {out} --json"
+    )));
     let classes = results["classes"].as_array().unwrap();
     assert_eq!(classes.len(), 2);
     let names = |class: &Value| -> Vec<String> {
@@ -175,58 +123,6 @@ fn regular_and_irregular_objects_are_packed_apart() {
     }
 }
 
-#[test]
-fn ranges_are_the_single_run_also_after_a_kill() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let table = |name: &str, runs: &str, [first, cases]: [&str; 2]| {
-        let (out, runs) = (at(name), at(runs));
-        let mut arguments = vec!["experiment", "table4", "--length", "6", "--json"];
-        let (out, runs) = (out.to_str().unwrap(), runs.to_str().unwrap());
-        arguments.extend(["--out", out, "--runs", runs]);
-        arguments.extend(["--first", first, "--cases", cases]);
-        let mut command = program();
-        command.args(arguments);
-        command
-    };
-    let single = json(&table("single", "once", ["0", "4"]).output().unwrap());
-    text(&table("a", "kept", ["0", "2"]).output().unwrap());
-    let of_a = runs(&at("kept")).len();
-    // One that is killed as soon as it has kept a run goes on with the others.
-    let mut killed = table("b", "kept", ["2", "2"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    let files = || {
-        std::fs::read_dir(at("kept"))
-            .unwrap()
-            .flat_map(|group| std::fs::read_dir(group.unwrap().path()).unwrap())
-    };
-    while files().count() <= of_a && killed.try_wait().unwrap().is_none() {
-        std::thread::yield_now();
-    }
-    killed.kill().unwrap();
-    killed.wait().unwrap();
-    text(&table("b", "kept", ["2", "2"]).output().unwrap());
-    assert_eq!(runs(&at("kept")), runs(&at("once")));
-    // The tables are made of what is there.
-    let whole = json(&table("whole", "kept", ["0", "4"]).output().unwrap());
-    let of = |results: &Value, name: &str| -> Vec<Value> {
-        let lines = results["lines"].as_array().unwrap().iter();
-        lines.map(|line| line[name].clone()).collect()
-    };
-    for name in [
-        "method",
-        "items",
-        "floor_compactness_percent",
-        "meshes_cm3",
-        "steps_widened",
-    ] {
-        assert_eq!(of(&whole, name), of(&single, name), "{name}");
-    }
-}
-
 /// On a coarse grid, placements pass a geometric test and are not tried.
 const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4},
     "method": {"proposals": {"from": "bounded"}, "stability": "physical", "trial": {"tries_per_item": 0}}}]"#;
@@ -235,12 +131,15 @@ const UNTRIED: &str = r#"[{"name": "untried", "grid": {"cell_m": 0.01, "yaws": 4
 fn comparisons_are_the_same_as_ranges() {
     let folder = tempfile::tempdir().unwrap();
     let sequences = sequences(folder.path(), [3, 5], 90);
-    let packed = ["--sequences", sequences.to_str().unwrap()];
-    let table = ["table1", "--methods", "dbl-bbox", "--grids", "coarse"];
-    let pareto = ["pareto", "--grids", "coarse", "--shares", "5"];
-    for experiment in [&table[..], &pareto] {
-        is_the_same_as_ranges(&[experiment, &packed].concat(), "--cases", [0, 3]);
+    let sequences = sequences.display();
+    for experiment in [
+        "table1 --methods dbl-bbox --grids coarse",
+        "pareto --grids coarse --shares 5",
+    ] {
+        let packed = format!("{experiment} --sequences {sequences}");
+        is_the_same_as_ranges(&packed, "--cases", [0, 3]);
     }
+    is_the_same_as_ranges("table4 --length 6", "--cases", [0, 4]);
 }
 
 #[test]
@@ -248,9 +147,11 @@ fn a_value_is_the_same_as_learned_by_ranges() {
     let folder = tempfile::tempdir().unwrap();
     // The first hundred sequences are the tests', of which nothing may be learned.
     let sequences = sequences(folder.path(), [110, 3], 90);
-    let value = ["value", "--cell", "1cm", "--yaws", "4"];
-    let packed = ["--sequences", sequences.to_str().unwrap()];
-    is_the_same_as_ranges(&[&value[..], &packed].concat(), "--cases", [100, 10]);
+    let value = format!(
+        "value --cell 1cm --yaws 4 --sequences {}",
+        sequences.display()
+    );
+    is_the_same_as_ranges(&value, "--cases", [100, 10]);
 }
 
 #[test]
@@ -261,20 +162,16 @@ fn fillings_loads_streams_and_boxes_are_the_same_as_ranges() {
     let method = folder.path().join("filling.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let orders = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/orders.csv");
-    let [sequences, method, orders] =
-        [&sequences, &method, &orders].map(|path| path.to_str().unwrap());
-    let packed = ["--sequences", sequences];
-    let filling = ["filling", "--physics", "own,apart", "--methods", method];
-    is_the_same_as_ranges(&[&filling[..], &packed].concat(), "--cases", [0, 3]);
-    let loads = ["loads", "--margins", "1.5", "--method", method];
-    is_the_same_as_ranges(&[&loads[..], &packed].concat(), "--cases", [0, 3]);
-    let streams = [
-        "stream", "--open", "1", "--method", method, "--orders", orders,
-    ];
+    let (packed, orders) = (sequences.display(), orders.display());
+    let method = method.display();
+    let filling = format!("filling --physics own,apart --methods {method} --sequences {packed}");
+    is_the_same_as_ranges(&filling, "--cases", [0, 3]);
+    let loads = format!("loads --margins 1.5 --method {method} --sequences {packed}");
+    is_the_same_as_ranges(&loads, "--cases", [0, 3]);
+    let streams = format!("stream --open 1 --method {method} --orders {orders}");
     is_the_same_as_ranges(&streams, "--streams", [0, 2]);
     // Twenty instances are a run.
-    let boxes = ["boxes", "--methods", "dbl,snug"];
-    is_the_same_as_ranges(&boxes, "--instances", [0, 40]);
+    is_the_same_as_ranges("boxes --methods dbl,snug", "--instances", [0, 40]);
 }
 
 #[test]
@@ -287,21 +184,11 @@ fn orders_are_packed_one_at_a_time_and_together() {
     let method = folder.path().join("method.json");
     std::fs::write(&method, UNTRIED).unwrap();
     let out = folder.path().join("out");
-    let results = json(&ppnpack(&[
-        "experiment",
-        "stream",
-        "--orders",
-        orders.to_str().unwrap(),
-        "--streams",
-        "1",
-        "--open",
-        "1",
-        "--method",
-        method.to_str().unwrap(),
-        "--out",
-        out.to_str().unwrap(),
-        "--json",
-    ]));
+    let (orders, method) = (orders.display(), method.display());
+    let results = json(&ppnpack(&format!(
+        "experiment stream --orders {orders} --streams 1 --open 1 --method {method} --out {} --json",
+        out.display()
+    )));
     let [apart, together] = [0, 1].map(|line| &results["lines"][line]);
     assert_eq!(apart["closed_by"]["order complete"], 3);
     // One of them has more items than come.
@@ -322,26 +209,19 @@ fn a_line_of_orders_that_is_wrong_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let orders = folder.path().join("orders.csv");
     std::fs::write(&orders, "order,item\na,mug\na,samovar\n").unwrap();
-    let output = ppnpack(&["experiment", "stream", "--orders", orders.to_str().unwrap()]);
+    let output = ppnpack(&format!("experiment stream --orders {}", orders.display()));
     is_refused(&output, &["line 3", "samovar"]);
 }
 
 #[test]
-fn boxes_are_packed_beside_published_results_and_kept() {
+fn boxes_are_packed_by_every_method_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let run = || {
-        let mut results = json(&ppnpack(&[
-            "experiment",
-            "boxes",
-            "--instances",
-            "3",
-            "--rollouts",
-            "6",
-            "--out",
-            out.to_str().unwrap(),
-            "--json",
-        ]));
+        let mut results = json(&ppnpack(&format!(
+            "experiment boxes --instances 3 --rollouts 6 --out {} --json",
+            out.display()
+        )));
         // That says when.
         let origin = results.as_object_mut().unwrap().remove("origin");
         assert!(
@@ -363,13 +243,7 @@ fn boxes_are_packed_beside_published_results_and_kept() {
     }
     assert_eq!(lines.len(), 2 * methods.len());
     let table = std::fs::read_to_string(out.join("boxes.md")).unwrap();
-    for row in [
-        "## Setting 2",
-        "| DBL | ",
-        "| *PCT & EV*, PCT, ICLR 2022, Table 2 | 85.3 | 32.8 |",
-    ] {
-        assert!(table.contains(row), "{table}");
-    }
+    assert!(table.contains("## Setting 2") && table.contains("| DBL | "));
     // Times and all: the runs are taken from the disk.
     assert_eq!(run(), results);
 }

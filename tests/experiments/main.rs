@@ -12,6 +12,8 @@ mod dataset;
 mod documents;
 mod experiment;
 mod physical;
+#[path = "../printed.rs"]
+mod printed;
 mod ranges;
 #[path = "../sequences.rs"]
 mod sequences;
@@ -19,7 +21,7 @@ mod sequences;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use serde_json::Value;
+use printed::{errors, is_refused, json, text};
 
 /// The program, with one cache for all tests: the objects are prepared once.
 fn program() -> Command {
@@ -29,30 +31,10 @@ fn program() -> Command {
     command
 }
 
-fn ppnpack(arguments: &[&str]) -> Output {
-    program().args(arguments).output().unwrap()
-}
-
-fn error(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn text(output: &Output) -> String {
-    assert!(output.status.success(), "{}", error(output));
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_str(&text(output)).unwrap()
-}
-
-/// Whether a command is refused as wrong input, with all of these parts in its message.
-fn is_refused(output: &Output, parts: &[&str]) {
-    let error = error(output);
-    assert_eq!(output.status.code(), Some(2), "{error}");
-    for part in parts {
-        assert!(error.contains(part), "'{part}' is not in: {error}");
-    }
+/// Runs the program with these words behind its name.
+fn ppnpack(words: &str) -> Output {
+    let mut command = program();
+    command.args(words.split_whitespace()).output().unwrap()
 }
 
 /// Writes a box of these sides, in metres, as a mesh file.

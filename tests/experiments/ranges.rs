@@ -9,39 +9,31 @@ use super::{json, ppnpack};
 
 /// Makes an experiment at once, and as two ranges that keep their runs in one folder: the whole made of those has the same runs, and
 /// results, bit for bit. `count` names the option of how many there are, of which there are 0 to `all` from `first` on.
-pub(crate) fn is_the_same_as_ranges(experiment: &[&str], count: &str, [first, all]: [u32; 2]) {
+pub(crate) fn is_the_same_as_ranges(experiment: &str, count: &str, [first, all]: [u32; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let kept = at("kept");
-    let make = |name: &str, [first, all]: [u32; 2], more: &[&str]| {
-        let [out, first, all] = [
-            at(name).display().to_string(),
-            first.to_string(),
-            all.to_string(),
-        ];
-        let range = ["--json", "--out", &out, "--first", &first, count, &all];
-        let arguments = [&["experiment"][..], experiment, &range, more].concat();
-        let printed = json(&ppnpack(&arguments));
+    let named = experiment.split(' ').next().unwrap();
+    let make = |name: &str, [first, all]: [u32; 2], more: &str| {
+        let out = at(name).display().to_string();
+        let range = format!("--json --out {out} --first {first} {count} {all}");
+        let printed = json(&ppnpack(&format!("experiment {experiment} {range} {more}")));
         // What is printed is kept beside the document.
-        let kept = std::fs::read(at(name).join(experiment[0]).with_extension("json")).unwrap();
+        let kept = std::fs::read(at(name).join(named).with_extension("json")).unwrap();
         let kept: Value = serde_json::from_slice(&kept).unwrap();
-        assert_eq!(kept, printed, "{experiment:?}");
+        assert_eq!(kept, printed, "{experiment}");
         timeless(printed)
     };
-    let single = make("single", [first, all], &[]);
+    let single = make("single", [first, all], "");
     let once = runs(&at("single").join("runs"));
-    let together = ["--runs", kept.to_str().unwrap()];
+    let together = format!("--runs {}", kept.display());
     let half = all.div_ceil(2);
     make("a", [first, half], &together);
     let of_a = runs(&kept);
-    assert!(of_a.len() < once.len(), "{experiment:?}");
+    assert!(of_a.len() < once.len(), "{experiment}");
     make("b", [first + half, all - half], &together);
-    assert_eq!(runs(&kept), once, "{experiment:?}");
-    assert_eq!(
-        make("all", [first, all], &together),
-        single,
-        "{experiment:?}"
-    );
+    assert_eq!(runs(&kept), once, "{experiment}");
+    assert_eq!(make("all", [first, all], &together), single, "{experiment}");
 }
 
 /// Results without times, at any depth, and without what made them: those are the machine's.
@@ -59,7 +51,7 @@ fn timeless(results: Value) -> Value {
 }
 
 /// The runs of a folder by name, without their times.
-pub(crate) fn runs(folder: &Path) -> BTreeMap<String, Value> {
+fn runs(folder: &Path) -> BTreeMap<String, Value> {
     let files = walkdir(folder).into_iter();
     let runs = files.filter(|path| path.extension().is_some_and(|end| end == "json"));
     let named = |path: PathBuf| {

@@ -3,8 +3,8 @@
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_picture::{
-    Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, TriangleMesh,
-    bare_heightmap, heightmap, render,
+    Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, TriangleMesh, heightmap,
+    render,
 };
 
 use crate::report::Content;
@@ -21,38 +21,23 @@ pub fn heights(
     map: &Heightmap,
     unknown: Option<Units>,
 ) -> anyhow::Result<Vec<u8>> {
-    let heights_m = heights_m(grid, map, unknown);
-    Ok(heightmap(title, &field(grid, map, &heights_m))?.to_png()?)
-}
-
-/// A heightmap as a picture without axes, `edge_px` pixels wide and high at most.
-///
-/// # Errors
-/// [`PictureError`] where the picture would be empty or too large.
-pub fn bare_heights(grid: &Grid, map: &Heightmap, edge_px: u32) -> Result<Image, PictureError> {
-    bare_heightmap(&field(grid, map, &heights_m(grid, map, None)), edge_px)
-}
-
-fn heights_m(grid: &Grid, map: &Heightmap, unknown: Option<Units>) -> Vec<f64> {
     let unit_m = grid.resolution().height_unit_m();
-    let height_m = |height: &Units| {
+    let heights_m = map.heights().iter().map(|height| {
         if Some(*height) == unknown {
             f64::NAN
         } else {
             f64::from(*height) * unit_m
         }
-    };
-    map.heights().iter().map(height_m).collect()
-}
-
-fn field<'a>(grid: &Grid, map: &Heightmap, heights_m: &'a [f64]) -> HeightField<'a> {
-    HeightField {
+    });
+    let heights_m: Vec<f64> = heights_m.collect();
+    let field = HeightField {
         nx: map.nx(),
         ny: map.ny(),
         cell_m: grid.resolution().cell_m(),
-        heights_m,
+        heights_m: &heights_m,
         scale_top_m: Some(grid.container().z_m),
-    }
+    };
+    Ok(heightmap(title, &field)?.to_png()?)
 }
 
 /// A packed container; colours go by the order of arrivals.

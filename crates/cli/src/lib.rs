@@ -5,15 +5,13 @@ mod commands;
 pub mod drawing;
 pub mod failure;
 pub mod launcher;
-pub mod length;
 pub mod network;
 pub mod options;
 pub mod output;
 pub mod progress;
-mod quantity;
+pub mod quantity;
 pub mod report;
 pub mod sequence;
-pub mod simulation;
 pub mod stack;
 
 use std::io::IsTerminal;

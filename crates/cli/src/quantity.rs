@@ -1,8 +1,86 @@
-//! Times and sizes on the command line: a number with a unit.
+//! Lengths, times and sizes on the command line: a number with a unit; lengths without one are in metres.
 
 use std::time::Duration;
 
-use crate::length::split_unit;
+use ppnpack_packing::grid::ContainerSize;
+
+/// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn parse_length(text: &str) -> Result<f64, String> {
+    let metres = parse_coordinate(text)?;
+    if metres > 0.0 {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' must be above 0"))
+    }
+}
+
+/// Parses a length of at least 0; gives metres.
+///
+/// # Errors
+/// What is wrong with it, in words.
+pub fn parse_distance(text: &str) -> Result<f64, String> {
+    let metres = parse_coordinate(text)?;
+    if metres >= 0.0 {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' must not be negative"))
+    }
+}
+
+/// Parses the three inner lengths of a container, such as `32x32x30cm`.
+pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
+    let (digits, unit) = split_unit(text);
+    let sides: Vec<f64> = digits
+        .split(['x', 'X'])
+        .map(|side| parse_length(&format!("{side}{unit}")))
+        .collect::<Result<_, _>>()?;
+    let [x_m, y_m, z_m] = sides
+        .try_into()
+        .map_err(|_| format!("'{text}' must be three lengths with one unit, such as 32x32x30cm"))?;
+    Ok(ContainerSize { x_m, y_m, z_m })
+}
+
+/// Three lengths for people.
+pub(crate) fn centimetres(lengths_m: [f64; 3]) -> String {
+    let [x, y, z] = lengths_m.map(|length_m| 100.0 * length_m);
+    format!("{x:.1} x {y:.1} x {z:.1} cm")
+}
+
+/// Parses a length of either sign; gives metres.
+pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
+    let (number, unit) = split_unit(text);
+    let metres = match unit {
+        "" | "m" => 1.0,
+        "cm" => 0.01,
+        "mm" => 0.001,
+        "in" => 0.0254,
+        unit => {
+            return Err(format!(
+                "'{unit}' is no unit of length: use m, cm, mm or in"
+            ));
+        }
+    };
+    let number: f64 = number
+        .parse()
+        .map_err(|_| format!("'{text}' is no length: write it like 1cm, 2.5mm or 0.01m"))?;
+    // Rounding to a picometre keeps 0.1 mm steps exact: 0.2 cm is 0.002 m and not 0.0020000000000000003 m.
+    let metres = (number * metres * 1e12).round() / 1e12;
+    if metres.is_finite() {
+        Ok(metres)
+    } else {
+        Err(format!("'{text}' is not finite"))
+    }
+}
+
+/// A number and the letters of its unit, which may be none; neither is checked.
+pub(crate) fn split_unit(text: &str) -> (&str, &str) {
+    let text = text.trim();
+    let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    (number, text.get(number.len()..).unwrap_or_default())
+}
 
 /// The units of sizes, in bytes.
 const SIZES: [(&str, f64); 7] = [
@@ -31,7 +109,7 @@ pub(crate) fn parse_time(text: &str) -> Result<Duration, String> {
 ///
 /// # Errors
 /// What is wrong with it, in words.
-pub(crate) fn parse_size(text: &str) -> Result<u64, String> {
+pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = split_unit(text);
     let (_, factor) = SIZES
         .iter()
@@ -51,15 +129,37 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lengths_have_units() {
+        assert_eq!(parse_length("2.5mm"), Ok(0.0025));
+        assert_eq!(parse_length(" 1cm "), Ok(0.01));
+        assert_eq!(parse_coordinate("-35cm"), Ok(-0.35));
+        assert_eq!(parse_length("0.2cm"), Ok(0.002));
+        assert_eq!(parse_length("0.3"), Ok(0.3));
+        assert_eq!(parse_size("32x32x30cm"), Ok(ContainerSize::REFERENCE));
+        let unitless = parse_size("0.3x0.3x0.16").unwrap();
+        assert_eq!([unitless.x_m, unitless.y_m, unitless.z_m], [0.3, 0.3, 0.16]);
+    }
+
+    #[test]
+    fn wrong_lengths_are_refused() {
+        for text in ["", "-1cm", "0", "1 furlong", "1km", "nan", "inf", "1e999"] {
+            assert!(parse_length(text).is_err(), "{text}");
+        }
+        for text in ["32x32cm", "32x32x-30cm", "32", "axbxc", "1x2x3x4"] {
+            assert!(parse_size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
     fn times_and_sizes_are_read_with_their_units() {
         assert_eq!(parse_time("10min"), Ok(Duration::from_secs(600)));
-        assert_eq!(parse_size("500MB"), Ok(500_000_000));
-        assert_eq!(parse_size("1GiB"), Ok(1 << 30));
+        assert_eq!(parse_bytes("500MB"), Ok(500_000_000));
+        assert_eq!(parse_bytes("1GiB"), Ok(1 << 30));
         for text in ["0s", "-1h", "5", "5 parsecs", ""] {
             assert!(parse_time(text).is_err(), "{text}");
         }
         for text in ["0B", "12", "1e99GB", "1 GiB", "xMB"] {
-            assert!(parse_size(text).is_err(), "{text}");
+            assert!(parse_bytes(text).is_err(), "{text}");
         }
     }
 }

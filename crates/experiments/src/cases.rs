@@ -121,18 +121,4 @@ mod tests {
             );
         }
     }
-
-    #[test]
-    fn sequences_differ_by_seed_and_number_and_repeat() {
-        let all = |seed| draw(seed, 0..3, 50, 77).into_iter();
-        let objects = |seed| all(seed).map(|drawn| drawn.sequence.objects);
-        let [first, second, third]: [Vec<usize>; 3] =
-            objects(1).collect::<Vec<_>>().try_into().unwrap();
-        assert!(first != second && second != third && first != third);
-        assert!(objects(1).next() == Some(first.clone()));
-        assert!(objects(2).next() != Some(first));
-        // A range is a part of the whole.
-        let part = draw(1, 1..2, 50, 77);
-        assert_eq!(part[0].sequence.objects, second);
-    }
 }

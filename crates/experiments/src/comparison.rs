@@ -17,7 +17,7 @@ use ppnpack_physics::view::CameraSettings;
 
 use crate::apart::Apart;
 use crate::cases::Case;
-use crate::document::{self, OutOptions, Page};
+use crate::document::{self, Page};
 use crate::network::NetworkOptions;
 use crate::packer::{Packer, Run, sdfm};
 use crate::runs::RunsOptions;
@@ -26,7 +26,7 @@ use crate::statistics::Mean;
 use crate::way::Way;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// What all comparisons are told.
 #[derive(Debug, Args)]
@@ -50,9 +50,6 @@ pub(crate) struct ComparisonOptions {
 
     #[command(flatten)]
     pub(crate) runs: RunsOptions,
-
-    #[command(flatten)]
-    pub(crate) out: OutOptions,
 }
 
 /// A grid over the reference container.
@@ -189,12 +186,9 @@ impl<'a> Comparison<'a> {
         ways: &[Way],
         cases: &[Case],
     ) -> Outcome<Vec<(String, Vec<Run>)>> {
-        let runs = &self.options.runs;
-        let kept = runs.folder(&self.options.out, name);
+        let ComparisonOptions { seed, runs, .. } = self.options;
         let pack = |way: &Way| {
-            let packed = self
-                .packer(way)
-                .pack_all(cases, self.options.seed, (runs, &kept))?;
+            let packed = self.packer(way).pack_all(cases, *seed, runs, name)?;
             Ok((way.name.clone(), packed))
         };
         ways.iter().map(pack).collect()

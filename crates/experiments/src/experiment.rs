@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 
-use crate::{boxes, figure5, filling, loads, pareto, physical, stream, table3, tables, value};
+use crate::{boxes, filling, loads, pareto, physical, stream, tables, value};
 
 /// Reproduce the paper's tables and test the engine's models.
 #[derive(Debug, Args)]
@@ -19,10 +19,6 @@ enum Experiment {
     Table1(tables::Table1Arguments),
     /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not published)
     Table2(tables::Table2Arguments),
-    /// How often the network finds the optimum, and what that owes to (Table III of the paper)
-    Table3(table3::Table3Arguments),
-    /// The same objects packed by each heuristic, as pictures side by side (Figure 5 of the paper)
-    Figure5(figure5::Figure5Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
     Table4(tables::Table4Arguments),
     /// Boxes packed one by one into a bin of 10 x 10 x 10, beside published results
@@ -49,8 +45,6 @@ pub(crate) fn run(arguments: &ExperimentArguments, backend: &dyn Backend) -> Out
     match &arguments.experiment {
         Experiment::Table1(arguments) => tables::table1(arguments, prepared()),
         Experiment::Table2(arguments) => tables::table2(arguments, prepared()),
-        Experiment::Table3(arguments) => table3::run(arguments, prepared()),
-        Experiment::Figure5(arguments) => figure5::run(arguments, prepared()),
         Experiment::Table4(arguments) => tables::table4(arguments, prepared()),
         Experiment::Boxes(arguments) => boxes::run(arguments),
         Experiment::Pareto(arguments) => pareto::run(arguments, prepared()),

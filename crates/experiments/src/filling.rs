@@ -4,20 +4,20 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
-use ppnpack_cli::options::{CatalogueOptions, ViewOptions};
+use ppnpack_cli::options::CatalogueOptions;
 use serde_json::json;
 
 use crate::apart::Physics;
 use crate::cases::SequenceOptions;
 use crate::comparison::WIDENED;
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::{Packer, Run};
 use crate::runs::RunsOptions;
 use crate::sheet::{Column, Lines};
 use crate::way::{self, Way};
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
 #[derive(Debug, Args)]
@@ -48,18 +48,11 @@ pub(crate) struct FillingArguments {
     physics: Vec<Physics>,
 
     #[command(flatten)]
-    view: ViewOptions,
-
-    #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
-    let ways = way::chosen(&arguments.methods, &arguments.only)?.into_iter();
-    let ways: Vec<Way> = ways.map(|way| way.seen_by(&arguments.view)).collect();
+    let ways = way::chosen(&arguments.methods, &arguments.only)?;
     let name = arguments.methods.file_stem().unwrap_or_default();
     let name = &*name.to_string_lossy();
     let (sequences, workers) = (&arguments.sequences, arguments.runs.workers());
@@ -79,14 +72,13 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
     page.keep("first_case", sequences.first);
     page.keep("cases", sequences.cases);
     page.keep("ways", &ways);
-    let kept = &arguments.runs.folder(&arguments.out, name);
     let mut tables = Vec::new();
     for physics in &arguments.physics {
         let apart = physics.apart();
         let pack = |way: &Way| {
             let packer = Packer::robot(way.clone(), &arguments.catalogue, apart)?;
             let cases = sequences.read(&packer.catalogue)?;
-            let runs = packer.pack_all(&cases, 0, (&arguments.runs, kept))?;
+            let runs = packer.pack_all(&cases, 0, &arguments.runs, name)?;
             Ok((way.name.clone(), runs))
         };
         let runs = ways.iter().map(pack).collect::<Outcome<_>>()?;
@@ -99,7 +91,7 @@ pub(crate) fn run(arguments: &FillingArguments) -> Outcome {
         tables.push(json!({ "apart": apart, "lines": lines }));
     }
     page.keep("tables", tables);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 fn columns() -> Vec<Measured> {

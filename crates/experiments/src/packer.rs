@@ -1,6 +1,5 @@
 //! Sequences packed by a way: what all experiments have in common.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -8,7 +7,6 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_cli::failure::{OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Network, Simulated, load};
 use ppnpack_cli::sequence::Sequence;
-use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Episode, Observer, Play, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::{Method, OpenNetwork, ProposalSource, Stability};
@@ -51,12 +49,6 @@ pub(crate) struct Packer<'a> {
     pub(crate) simulated: Simulated,
     pub(crate) apart: Apart,
     pub(crate) network: Option<Network<'a>>,
-}
-
-/// An empty container, who plans for it, and its cell.
-pub(crate) struct Bench {
-    pub(crate) planner: Planner,
-    pub(crate) cell: SimulatedPackingCell,
 }
 
 /// A packed sequence: a row of an experiment's runs.
@@ -110,9 +102,8 @@ impl Packer<'_> {
         })
     }
 
-    /// An empty container in which placements must pass a check more, where there is one. The seed is that of everything that
-    /// is random.
-    pub(crate) fn bench(&self, seed: u64, check: Option<BoxedCheck>) -> Outcome<Bench> {
+    /// Gives who plans for an empty container, and its cell. The seed is that of everything that is random.
+    pub(crate) fn bench(&self, seed: u64) -> Outcome<(Planner, SimulatedPackingCell)> {
         let method = Method {
             seed,
             ..self.way.method.clone().for_poses(self.way.poses)
@@ -126,12 +117,8 @@ impl Packer<'_> {
         let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
         let network = self.network.as_ref();
         let network = network.map(|network| network as &dyn OpenNetwork);
-        let planner = method.build_with(
-            &self.grid,
-            method.proposer(&self.grid, network)?,
-            check.into_iter().chain(trial),
-            1,
-        )?;
+        let planner =
+            method.build_with(&self.grid, method.proposer(&self.grid, network)?, trial, 1)?;
         let (catalogue, scan) = (&self.catalogue, self.simulated.scan);
         let cell = SimulatedPackingCell::new(self.apart.cell(known), &self.grid, catalogue, scan)
             .or_input()?;
@@ -145,7 +132,7 @@ impl Packer<'_> {
         if !method.stability.reads_surface() && !method.trial.is_on() {
             cell = cell.without_surface();
         }
-        Ok(Bench { planner, cell })
+        Ok((planner, cell))
     }
 
     /// How episodes are played.
@@ -163,10 +150,7 @@ impl Packer<'_> {
         seed: u64,
         observer: &mut dyn Observer,
     ) -> Outcome<(Episode, SimulatedPackingCell)> {
-        let Bench {
-            mut planner,
-            mut cell,
-        } = self.bench(seed, None)?;
+        let (mut planner, mut cell) = self.bench(seed)?;
         let items = sequence.candidates(&self.catalogue);
         let episode = play(
             &self.grid,
@@ -195,7 +179,8 @@ impl Packer<'_> {
         &self,
         cases: &[Case],
         seed: u64,
-        (runs, kept): (&RunsOptions, &Path),
+        runs: &RunsOptions,
+        experiment: &str,
     ) -> Outcome<Vec<Run>> {
         let settings = (
             self.catalogue.content_hash(),
@@ -204,9 +189,7 @@ impl Packer<'_> {
             &self.apart,
             seed,
         );
-        runs.make(
-            kept,
-            &settings,
+        runs.kept(experiment, &settings)?.make(
             cases,
             Case::name,
             |case, run: &Run| run.objects == case.sequence.objects,

@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
         return Ok(());
     };
     page.keep("grids", grids);
-    page.publish(&arguments.comparison.out)
+    page.publish(&arguments.comparison.runs.out)
 }
 
 /// The exhaustive search first.

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 use crate::document::OutOptions;
 use crate::workers;
 
-/// Where finished runs are kept, and how many are made at once.
+/// Where results and finished runs are kept, and how many runs are made at once.
 #[derive(Debug, Args)]
 pub(crate) struct RunsOptions {
     /// Where finished runs are kept, so that a killed experiment goes on, and one over a whole range takes over what was made of its
@@ -22,35 +22,23 @@ pub(crate) struct RunsOptions {
     /// Runs made at once; one per core at most, so that decision times stay those of a free core [default: one per core]
     #[arg(long, value_name = "COUNT")]
     workers: Option<usize>,
+
+    #[command(flatten)]
+    pub(crate) out: OutOptions,
 }
 
 impl RunsOptions {
-    /// The folder of an experiment's runs.
-    pub(crate) fn folder(&self, out: &OutOptions, name: &str) -> PathBuf {
-        let usual = || out.folder(name).join("runs");
-        self.runs.clone().unwrap_or_else(usual)
-    }
-
     /// How many are made at once.
     pub(crate) fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
     }
 
-    /// Makes all runs, but those that are kept under these settings and are right, and gives them in their order.
-    pub(crate) fn make<J: Sync, R: Serialize + DeserializeOwned + Send + Sync>(
-        &self,
-        folder: &Path,
-        settings: &impl Serialize,
-        all: &[J],
-        name: impl Fn(&J) -> String + Sync,
-        is_right: impl Fn(&J, &R) -> bool + Sync,
-        make: impl Fn(&J) -> Outcome<R> + Sync,
-    ) -> Outcome<Vec<R>> {
-        let kept = Runs::new(folder, settings)?;
-        workers::map("Packing", all, self.workers(), |job| {
-            kept.finish(&name(job), |run| is_right(job, run), || make(job))
-        })
+    /// The runs of an experiment that are kept under these settings.
+    pub(crate) fn kept(&self, experiment: &str, settings: &impl Serialize) -> Outcome<Runs> {
+        let usual = || self.out.folder(experiment).join("runs");
+        let folder = self.runs.clone().unwrap_or_else(usual);
+        Runs::new(&folder, settings, self.workers())
     }
 }
 
@@ -58,6 +46,8 @@ impl RunsOptions {
 #[derive(Debug)]
 pub(crate) struct Runs {
     folder: PathBuf,
+    /// How many are made at once.
+    workers: usize,
 }
 
 /// What a folder of runs is named by.
@@ -70,7 +60,7 @@ struct Key<'a, S> {
 
 impl Runs {
     /// The runs made with these settings by this program: a change of any of them starts anew, in a folder of its own.
-    pub(crate) fn new(folder: &Path, settings: &impl Serialize) -> Outcome<Self> {
+    pub(crate) fn new(folder: &Path, settings: &impl Serialize, workers: usize) -> Outcome<Self> {
         let program = program().or_run()?;
         let key = Key {
             program: &program,
@@ -79,12 +69,31 @@ impl Runs {
         let key = serde_json::to_vec(&key).or_run()?;
         let folder = folder.join(hash(&key, 16));
         write_whole(&folder.join("settings.json"), &key)?;
-        Ok(Self { folder })
+        Ok(Self { folder, workers })
+    }
+
+    /// The name of their folder.
+    pub(crate) fn name(&self) -> String {
+        let name = self.folder.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
+    /// Makes all, but those that are there and right, and gives them in their order.
+    pub(crate) fn make<J: Sync, R: Serialize + DeserializeOwned + Send + Sync>(
+        &self,
+        all: &[J],
+        name: impl Fn(&J) -> String + Sync,
+        is_right: impl Fn(&J, &R) -> bool + Sync,
+        make: impl Fn(&J) -> Outcome<R> + Sync,
+    ) -> Outcome<Vec<R>> {
+        workers::map("Packing", all, self.workers, |job| {
+            self.finish(&name(job), |run| is_right(job, run), || make(job))
+        })
     }
 
     /// A finished run, or what `make` gives, which is then finished. One that cannot be read counts as not finished, as
     /// does one that is not `right`.
-    pub(crate) fn finish<R: Serialize + DeserializeOwned>(
+    fn finish<R: Serialize + DeserializeOwned>(
         &self,
         name: &str,
         right: impl FnOnce(&R) -> bool,
@@ -128,7 +137,7 @@ mod tests {
     #[test]
     fn runs_are_found_again_under_the_same_settings_alone() {
         let folder = tempfile::tempdir().unwrap();
-        let runs = |settings: u32| Runs::new(folder.path(), &settings).unwrap();
+        let runs = |settings: u32| Runs::new(folder.path(), &settings, 1).unwrap();
         assert_eq!(finish(&runs(1), 5), 5);
         assert_eq!(finish(&runs(1), 6), 5);
         assert_eq!(finish(&runs(2), 7), 7);
@@ -137,7 +146,7 @@ mod tests {
     #[test]
     fn a_truncated_run_counts_as_not_finished_as_does_a_wrong_one() {
         let folder = tempfile::tempdir().unwrap();
-        let runs = Runs::new(folder.path(), &1).unwrap();
+        let runs = Runs::new(folder.path(), &1, 1).unwrap();
         assert_eq!(finish(&runs, 5), 5);
         std::fs::write(runs.folder.join("a.json"), b"\"").unwrap();
         assert_eq!(finish(&runs, 6), 6);

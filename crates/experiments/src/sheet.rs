@@ -27,10 +27,6 @@ impl Cell {
         Self::new(count.to_string(), count)
     }
 
-    pub(crate) fn number(number: f64, decimals: usize) -> Self {
-        Self::new(format!("{number:.decimals$}"), number)
-    }
-
     /// A part of a whole, kept in percent.
     pub(crate) fn share([part, whole]: [usize; 2]) -> Self {
         let percent = percentage(part, whole);
@@ -42,23 +38,23 @@ impl Cell {
 }
 
 /// Says what a column has of the runs of a line, and of those that all lines are compared with.
-type Measure<'a, R> = Box<dyn Fn(&[R], &[R]) -> Cell + 'a>;
+type Measure<R> = Box<dyn Fn(&[R], &[R]) -> Cell>;
 
 /// A column of a table.
-pub(crate) struct Column<'a, R> {
+pub(crate) struct Column<R> {
     /// What it is kept by; with a `/` it is a part of what is before it.
     key: &'static str,
     head: &'static str,
     is_shown: bool,
-    measure: Measure<'a, R>,
+    measure: Measure<R>,
 }
 
-impl<'a, R> Column<'a, R> {
+impl<R> Column<R> {
     /// A column of the runs of a line and of those that they are compared with.
     pub(crate) fn compared(
         key: &'static str,
         head: &'static str,
-        measure: impl Fn(&[R], &[R]) -> Cell + 'a,
+        measure: impl Fn(&[R], &[R]) -> Cell + 'static,
     ) -> Self {
         Self {
             key,
@@ -72,7 +68,7 @@ impl<'a, R> Column<'a, R> {
     pub(crate) fn new(
         key: &'static str,
         head: &'static str,
-        measure: impl Fn(&[R]) -> Cell + 'a,
+        measure: impl Fn(&[R]) -> Cell + 'static,
     ) -> Self {
         Self::compared(key, head, move |runs, _| measure(runs))
     }
@@ -90,7 +86,7 @@ impl<'a, R> Column<'a, R> {
         key: &'static str,
         head: &'static str,
         decimals: usize,
-        value: impl Fn(&R) -> f64 + 'a,
+        value: impl Fn(&R) -> f64 + 'static,
     ) -> Self {
         Self::new(key, head, move |runs| {
             Cell::mean(Mean::of(runs.iter().map(&value)), decimals)
@@ -101,7 +97,7 @@ impl<'a, R> Column<'a, R> {
     pub(crate) fn mean_ms(
         key: &'static str,
         head: &'static str,
-        seconds: impl Fn(&R) -> f64 + 'a,
+        seconds: impl Fn(&R) -> f64 + 'static,
     ) -> Self {
         Self::new(key, head, move |runs| {
             let mean = Mean::of(runs.iter().map(&seconds));
@@ -114,7 +110,7 @@ impl<'a, R> Column<'a, R> {
         key: &'static str,
         head: &'static str,
         decimals: usize,
-        value: impl Fn(&R) -> f64 + 'a,
+        value: impl Fn(&R) -> f64 + 'static,
     ) -> Self {
         Self::compared(key, head, move |runs, others| {
             Cell::mean(paired(runs, others, &value), decimals)
@@ -122,7 +118,7 @@ impl<'a, R> Column<'a, R> {
     }
 
     /// That mean by the others' mean.
-    pub(crate) fn change(key: &'static str, value: impl Fn(&R) -> f64 + 'a) -> Self {
+    pub(crate) fn change(key: &'static str, value: impl Fn(&R) -> f64 + 'static) -> Self {
         Self::compared(key, "", move |runs, others| {
             let compared = Mean::of(others.iter().map(&value)).mean;
             let percent = 100.0 * paired(runs, others, &value).mean / compared;
@@ -134,7 +130,7 @@ impl<'a, R> Column<'a, R> {
     pub(crate) fn sum(
         key: &'static str,
         head: &'static str,
-        value: impl Fn(&R) -> usize + 'a,
+        value: impl Fn(&R) -> usize + 'static,
     ) -> Self {
         Self::new(key, head, move |runs| {
             Cell::count(runs.iter().map(&value).sum())
@@ -145,7 +141,7 @@ impl<'a, R> Column<'a, R> {
     pub(crate) fn share(
         key: &'static str,
         head: &'static str,
-        of_run: impl Fn(&R) -> [usize; 2] + 'a,
+        of_run: impl Fn(&R) -> [usize; 2] + 'static,
     ) -> Self {
         Self::new(key, head, move |runs| {
             let counts = runs.iter().map(&of_run);
@@ -158,7 +154,7 @@ impl<'a, R> Column<'a, R> {
         key: &'static str,
         head: &'static str,
         (share, decimals): (f64, usize),
-        seconds: impl Fn(&R) -> &[f64] + 'a,
+        seconds: impl Fn(&R) -> &[f64] + 'static,
     ) -> Self {
         Self::new(key, head, move |runs| {
             let all = runs.iter().flat_map(|run| seconds(run).iter().copied());
@@ -212,11 +208,6 @@ impl<R: Clone> Lines<R> {
         }
     }
 
-    /// What is kept of each line.
-    pub(crate) fn kept(&self) -> &[Map<String, Value>] {
-        &self.kept
-    }
-
     /// The runs that all lines are compared with.
     pub(crate) fn compared(&self) -> &[R] {
         &self.compared
@@ -229,24 +220,12 @@ impl<R: Clone> Lines<R> {
     }
 
     /// Measures columns of each line, and gives the table of those that are shown.
-    pub(crate) fn table(&mut self, head: &str, columns: &[Column<'_, R>]) -> String {
+    pub(crate) fn table(&mut self, head: &str, columns: &[Column<R>]) -> String {
         markdown(&self.measured(head, columns))
     }
 
-    /// The same table with a row for each column and a column for each line.
-    pub(crate) fn upright(&mut self, columns: &[Column<'_, R>]) -> String {
-        let mut rows: Vec<Vec<String>> = Vec::new();
-        for line in self.measured("", columns) {
-            rows.resize(line.len(), Vec::new());
-            rows.iter_mut()
-                .zip(line)
-                .for_each(|(row, cell)| row.push(cell));
-        }
-        markdown(&rows)
-    }
-
     /// The heads of what is shown, then the cells of each line, which are kept, too.
-    fn measured(&mut self, head: &str, columns: &[Column<'_, R>]) -> Vec<Vec<String>> {
+    fn measured(&mut self, head: &str, columns: &[Column<R>]) -> Vec<Vec<String>> {
         let shown = columns.iter().filter(|column| column.is_shown);
         let heads = shown.map(|column| column.head.to_owned());
         let mut rows = vec![std::iter::once(head.to_owned()).chain(heads).collect()];
@@ -308,11 +287,6 @@ mod tests {
             text,
             "| line | mean |  | above 2 |\n|---|---|---|---|\n| one | 2.0 ± 12.7 | +0.0 % | 50.0 % (1 of 2) |\n\
              | other | 3.0 ± 12.7 | +50.0 % | 50.0 % (1 of 2) |\n"
-        );
-        let upright = lines.upright(&columns[..1]);
-        assert_eq!(
-            upright,
-            "|  | one | other |\n|---|---|---|\n| mean | 2.0 ± 12.7 | 3.0 ± 12.7 |\n"
         );
         let kept = serde_json::to_value(&lines).unwrap();
         assert_eq!(kept[1]["name"], "other");

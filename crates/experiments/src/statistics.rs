@@ -27,14 +27,6 @@ impl Mean {
         }
     }
 
-    /// A mean over cases that are alike within clusters, from its standard error by clusters.
-    pub(crate) fn clustered(mean: f64, standard_error: f64, clusters: usize) -> Self {
-        Self {
-            mean,
-            half_width: quantile_95(clusters) * standard_error,
-        }
-    }
-
     /// The mean and its interval with so many decimals.
     pub(crate) fn shown(&self, decimals: usize) -> String {
         let size = format!("{:.decimals$}", self.mean.abs());
@@ -77,12 +69,6 @@ pub(crate) fn quantiles<const N: usize>(
     })
 }
 
-/// The value at the rank nearest to a share of all but the first; none where there are no values.
-pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
-    let rank = ((sorted.len() as f64 - 1.0) * share).round() as usize;
-    sorted.get(rank).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,13 +95,6 @@ mod tests {
         assert!((mean.half_width - expected).abs() < 1e-6);
         assert_eq!(Mean::of(std::iter::empty()), Mean::default());
         assert_eq!(Mean::of(std::iter::once(2.0)).half_width, 0.0);
-    }
-
-    #[test]
-    fn an_interval_by_clusters_has_as_many_degrees_of_freedom_as_there_are_clusters_but_one() {
-        let of_clusters = Mean::clustered(0.25, 0.1, 5);
-        assert!((of_clusters.half_width - 0.2776445).abs() < 1e-6);
-        assert_eq!(Mean::clustered(0.25, 0.1, 1).half_width, 0.0);
     }
 
     #[test]

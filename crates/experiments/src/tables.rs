@@ -20,11 +20,11 @@ use crate::sheet::{Column, Lines};
 use crate::way::Way;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// What the tables are told alike.
 #[derive(Debug, Args)]
-pub(crate) struct TableOptions {
+struct TableOptions {
     /// The methods that pack, beside the search of all placements by SDFM, with which they are compared [default: all of the table]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = methods())]
     methods: Vec<String>,
@@ -33,7 +33,7 @@ pub(crate) struct TableOptions {
     grid: GridOptions,
 
     #[command(flatten)]
-    pub(crate) comparison: ComparisonOptions,
+    comparison: ComparisonOptions,
 }
 
 /// Random sequences of the catalogue's objects.
@@ -106,7 +106,7 @@ pub(crate) struct Table4Arguments {
 }
 
 /// A row of one of the paper's tables.
-pub(crate) struct Row {
+struct Row {
     /// What it is asked for by.
     key: &'static str,
     name: &'static str,
@@ -201,7 +201,7 @@ impl Row {
 }
 
 /// Table I of the paper: 2,000 sequences.
-pub(crate) static TABLE_1: [Row; 8] = {
+static TABLE_1: [Row; 8] = {
     use Heuristic::{Dbl, Hm};
     use Order::{Balance, BboxVolume};
     const RANDOMS: [f64; 4] = [0.05, 10_905.0, 39.9, 27.54];
@@ -239,13 +239,13 @@ fn methods() -> PossibleValuesParser {
 
 impl TableOptions {
     /// The comparison in the paper's conditions.
-    pub(crate) fn comparison<'a>(&'a self, backend: &'a dyn Backend) -> Outcome<Comparison<'a>> {
+    fn comparison<'a>(&'a self, backend: &'a dyn Backend) -> Outcome<Comparison<'a>> {
         let grid = self.grid.settings(Conditions::Reference);
         Comparison::new(&self.comparison, backend, grid)
     }
 
     /// Those rows of a table that are asked for and whose network can be used, and their methods.
-    pub(crate) fn ways(
+    fn ways(
         &self,
         rows: &'static [Row],
         comparison: &Comparison<'_>,
@@ -303,7 +303,7 @@ pub(crate) fn table1(arguments: &Table1Arguments, backend: &dyn Backend) -> Outc
         bounded(arguments, backend, lines.compared(), &mut page)?;
     }
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 /// Adds the bounded search on other grids, against the search of all placements on the table's.
@@ -383,7 +383,7 @@ pub(crate) fn table2(arguments: &Table2Arguments, backend: &dyn Backend) -> Outc
     }
     page.keep("classes", classes);
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 pub(crate) fn table4(arguments: &Table4Arguments, backend: &dyn Backend) -> Outcome {
@@ -402,7 +402,7 @@ pub(crate) fn table4(arguments: &Table4Arguments, backend: &dyn Backend) -> Outc
     let mut page = comparison.page("table4", &head);
     page.say(&text);
     page.keep("lines", lines);
-    page.publish(&table.comparison.out)
+    page.publish(&table.comparison.runs.out)
 }
 
 fn name_of(class: ShapeClass) -> &'static str {

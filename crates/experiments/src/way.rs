@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use ppnpack_cli::failure::{Failure, Outcome};
-use ppnpack_cli::options::ViewOptions;
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::method::{Method, SET_ASIDE};
 use ppnpack_physics::view::CameraSettings;
@@ -44,14 +43,6 @@ impl Default for Way {
 }
 
 impl Way {
-    /// The same way behind the cameras that are asked for, where it has none of its own.
-    pub(crate) fn seen_by(self, view: &ViewOptions) -> Self {
-        Self {
-            camera: self.camera.or_else(|| view.camera(0)),
-            ..self
-        }
-    }
-
     /// The only one of a file; without a file the default.
     pub(crate) fn read_one(path: Option<&Path>) -> Outcome<Self> {
         let Some(path) = path else {

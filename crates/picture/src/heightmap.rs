@@ -57,12 +57,6 @@ impl HeightField<'_> {
         }
     }
 
-    /// The edge of a cell in pixels where the longer side has so many at most. Cells are squares of whole pixels: blurred cells
-    /// would suggest heights that nobody measured.
-    fn cell_px(&self, edge_px: usize) -> i64 {
-        (edge_px / self.nx.max(self.ny)).max(1) as i64
-    }
-
     /// The height at the upper end of the colour scale.
     fn top_m(&self) -> f64 {
         let heights = self.heights_m.iter().copied();
@@ -72,8 +66,8 @@ impl HeightField<'_> {
         sound_length(self.scale_top_m.unwrap_or(highest))
     }
 
-    /// Draws the cells with the upper left corner of the field there.
-    fn draw_cells(&self, image: &mut Image, left: i64, top: i64, cell: i64) {
+    /// Draws the cells, squares of so many pixels.
+    fn draw_cells(&self, image: &mut Image, cell: i64) {
         let top_m = self.top_m();
         for (x, column) in (0..).zip(self.heights_m.chunks_exact(self.ny)) {
             for (y, height_m) in (0..).zip(column) {
@@ -83,25 +77,10 @@ impl HeightField<'_> {
                     Colour::FAINT
                 };
                 let row = self.ny as i64 - 1 - y;
-                image.fill(left + x * cell, top + row * cell, cell, cell, colour);
+                image.fill(LEFT + x * cell, TOP + row * cell, cell, cell, colour);
             }
         }
     }
-}
-
-/// Draws a height field without axes, with x to the right and y up, its longer side `edge_px` pixels at most; where it has more
-/// cells than that, a pixel each.
-///
-/// # Errors
-/// As [`heightmap`].
-pub fn bare_heightmap(field: &HeightField<'_>, edge_px: u32) -> Result<Image, PictureError> {
-    field.check()?;
-    let cell = field.cell_px(edge_px as usize);
-    let side = |cells: usize| u32::try_from(cell * cells as i64).map_err(|_| field.too_large());
-    let size = Size::new(side(field.nx)?, side(field.ny)?)?;
-    let mut image = Image::filled(size, Colour::WHITE);
-    field.draw_cells(&mut image, 0, 0, cell);
-    Ok(image)
 }
 
 /// Draws a height field with x to the right and y up.
@@ -112,7 +91,8 @@ pub fn bare_heightmap(field: &HeightField<'_>, edge_px: u32) -> Result<Image, Pi
 pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureError> {
     field.check()?;
     let (nx, ny) = (field.nx, field.ny);
-    let cell = field.cell_px(MAP);
+    // Cells are squares of whole pixels: blurred cells would suggest heights that nobody measured.
+    let cell = (MAP / nx.max(ny)).max(1) as i64;
     let (width, height) = (cell * nx as i64, cell * ny as i64);
     // Narrow fields still need room for the title, flat ones for the colour bar.
     let side = |pixels: i64| u32::try_from(pixels).map_err(|_| field.too_large());
@@ -122,7 +102,7 @@ pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureE
 
     let top_m = field.top_m();
     image.fill(LEFT - 1, TOP - 1, width + 2, height + 2, Colour::LINE);
-    field.draw_cells(&mut image, LEFT, TOP, cell);
+    field.draw_cells(&mut image, cell);
 
     let heading = TextStyle::new(22.0, Colour::INK).bold();
     let fitted = heading.fitted(title, f64::from(frame_width) - LEFT as f64 - 16.0);

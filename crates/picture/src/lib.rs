@@ -21,7 +21,6 @@
 
 mod colour;
 mod error;
-mod gallery;
 mod heightmap;
 mod image;
 mod scene3d;
@@ -31,8 +30,7 @@ mod ticks;
 
 pub use colour::Colour;
 pub use error::PictureError;
-pub use gallery::{Column, gallery};
-pub use heightmap::{HeightField, bare_heightmap, heightmap};
+pub use heightmap::{HeightField, heightmap};
 pub use image::{Image, Size};
 pub use scene3d::{Camera, Item, Scene3d, TriangleMesh, render};
 pub use sheet::{Tile, contact_sheet};

@@ -9,8 +9,8 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_picture::{
-    Camera, Colour, Column, HeightField, Image, Item, PictureError, Scene3d, Size, Tile,
-    TriangleMesh, bare_heightmap, contact_sheet, gallery, heightmap, render,
+    Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, Tile, TriangleMesh,
+    contact_sheet, heightmap, render,
 };
 
 const RED: Colour = Colour {
@@ -187,44 +187,6 @@ fn oversized_scenes_are_refused() {
     };
     let result = render(&scene, &Camera::overlooking(&scene), small());
     assert!(matches!(result, Err(PictureError::SceneTooLarge { .. })));
-}
-
-#[test]
-fn galleries_hold_every_picture_where_it_belongs() {
-    let of = |width, height, colour| Image::filled(Size::new(width, height).unwrap(), colour);
-    let column = |pictures| Column {
-        name: "one".to_owned(),
-        detail: "60 %".to_owned(),
-        pictures,
-    };
-    let columns = [
-        column(vec![of(100, 50, RED), of(60, 40, BLUE)]),
-        column(vec![of(100, 30, BLUE)]),
-    ];
-    let sheet = gallery("Two", &columns).unwrap();
-    let (red, blue) = red_and_blue(&sheet);
-    assert_eq!((red, blue), (100 * 50, 60 * 40 + 100 * 30));
-    // The first row is as high as its highest picture: the second begins below that.
-    assert_eq!(sheet.size().height(), 56 + 56 + 50 + 24 + 40 + 24 + 24);
-    assert!(gallery("", &[]).is_ok());
-}
-
-#[test]
-fn a_bare_heightmap_has_its_cells_alone() {
-    let field = HeightField {
-        nx: 2,
-        ny: 3,
-        cell_m: 0.01,
-        heights_m: &[0.0, 0.1, 0.2, 0.3, f64::NAN, 0.1],
-        scale_top_m: None,
-    };
-    let image = bare_heightmap(&field, 32).unwrap();
-    assert_eq!((image.size().width(), image.size().height()), (20, 30));
-    // The first cell is at the lower left.
-    assert_eq!(image.colour(0, 29), Some(Colour::of_share(0.0)));
-    assert_eq!(image.colour(19, 29), Some(Colour::of_share(1.0)));
-    assert_ne!(image.colour(0, 0), image.colour(19, 0));
-    assert!(bare_heightmap(&HeightField { nx: 4, ..field }, 32).is_err());
 }
 
 #[test]

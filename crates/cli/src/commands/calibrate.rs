@@ -10,9 +10,9 @@ use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::length::parse_size;
 use crate::options::{calibration_file, file};
 use crate::output;
+use crate::quantity::parse_size;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
 ///

@@ -14,9 +14,9 @@ use ppnpack_picture::{Colour, Tile, TriangleMesh, contact_sheet};
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::length::centimetres;
 use crate::options::{CatalogueOptions, Conditions, GridOptions};
 use crate::output::{self, print_line};
+use crate::quantity::centimetres;
 
 /// Look at the objects of a folder or of the built-in set.
 #[derive(Debug, Args)]

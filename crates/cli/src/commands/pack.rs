@@ -5,10 +5,10 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{Observer, Play, Step};
+use ppnpack_packing::episode::{Observer, Play, Step, play};
 use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::step::StepInput;
-use ppnpack_physics::packing_cell::Placed;
+use ppnpack_physics::packing_cell::{Placed, SimulatedPackingCell};
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 
@@ -17,7 +17,6 @@ use crate::failure::{OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::progress;
 use crate::report::{ArmAsked, EndingSummary, Packing, Settled, Unplaceable};
-use crate::simulation::{empty_cell, simulate};
 
 /// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with pictures.
 #[derive(Debug, Args)]
@@ -54,19 +53,19 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let mut planner = method.build_with(grid, proposer, checks, 1)?;
     let objects = settings.sequence.objects.len() as u64;
     let mut watch = Watch(progress::bar("Packing", objects));
-    let (episode, done) = simulate(
-        &catalogue,
-        grid,
-        &settings.sequence,
-        empty_cell(&catalogue, grid, simulated)?,
-        &mut planner,
-        Play {
-            buffer: method.buffer,
-            set_aside: settings.set_aside,
-            alternatives: ALTERNATIVES.into(),
-        },
-        &mut watch,
-    )?;
+    let known = simulated.cell.clone();
+    let done = SimulatedPackingCell::new(known, grid, &catalogue, simulated.scan).or_input()?;
+    let mut done = match &simulated.camera {
+        Some(camera) => done.with_cameras(camera).or_input()?,
+        None => done,
+    };
+    let how = Play {
+        buffer: method.buffer,
+        set_aside: settings.set_aside,
+        alternatives: ALTERNATIVES.into(),
+    };
+    let arriving = settings.sequence.candidates(&catalogue);
+    let episode = play(grid, &mut planner, &mut done, arriving, how, &mut watch).or_run()?;
     watch.0.finish_and_clear();
     if let Some(arm) = &mut arm {
         arm.asked = Some(ArmAsked::of(&episode));

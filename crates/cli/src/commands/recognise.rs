@@ -18,9 +18,9 @@ use ppnpack_recognition::unknown_item::unknown_item;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::length::parse_distance;
 use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor};
 use crate::output;
+use crate::quantity::parse_distance;
 
 /// How far beyond the cloud its own region reaches, in metres.
 const MARGIN_M: f64 = 0.001;

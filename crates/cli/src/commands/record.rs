@@ -12,7 +12,7 @@ use ppnpack_wire::keys::{Cell, Stream};
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output::print_line;
-use crate::quantity::{parse_size, parse_time};
+use crate::quantity::{parse_bytes, parse_time};
 use crate::stack::connect::ConnectOptions;
 
 /// How often it is looked whether the recording still goes on.
@@ -35,7 +35,7 @@ pub(crate) struct RecordArguments {
     without: Vec<String>,
 
     /// Go on in another file where one has this size
-    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = parse_size)]
+    #[arg(long, value_name = "SIZE", default_value = "1GiB", value_parser = parse_bytes)]
     rotate_size: u64,
 
     /// Go on in another file where one was begun so long ago, such as 1h
@@ -47,7 +47,7 @@ pub(crate) struct RecordArguments {
     keep: Option<u32>,
 
     /// What may wait to be written; more is dropped and counted
-    #[arg(long, value_name = "SIZE", default_value = "256MiB", value_parser = parse_size)]
+    #[arg(long, value_name = "SIZE", default_value = "256MiB", value_parser = parse_bytes)]
     queue: u64,
 
     /// End after so long [default: with Ctrl-C]

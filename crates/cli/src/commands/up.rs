@@ -28,7 +28,7 @@ use crate::options::{Simulated, parse_region};
 use crate::output::print_line;
 use crate::progress;
 use crate::report::{ArmWork, Packing, Settings};
-use crate::stack::controller::{Controller, Job};
+use crate::stack::controller::Controller;
 use crate::stack::{self, Containers, Stack, connect};
 
 /// Where the operator's page is if nothing else is said: on this machine alone.
@@ -293,15 +293,11 @@ fn packed(
             ..v1::Announcement::default()
         })
     });
-    let job = Job {
-        session_id: format!("pack-{:032x}", rand::random::<u128>()),
-        items: arrivals.collect(),
-        alternatives: ALTERNATIVES.into(),
-        set_aside: u32::try_from(settings.set_aside).unwrap_or(u32::MAX),
-    };
-    let bar = progress::bar("Packing", job.items.len() as u64);
+    let items: Vec<v1::Announcement> = arrivals.collect();
+    let set_aside = u32::try_from(settings.set_aside).unwrap_or(u32::MAX);
+    let bar = progress::bar("Packing", items.len() as u64);
     let started = Instant::now();
-    let packed = controller.pack(&job, &mut |_| bar.inc(1))?;
+    let packed = controller.pack(&items, set_aside, ALTERNATIVES.into(), &mut || bar.inc(1))?;
     bar.finish_and_clear();
     stack::report::packing(settings, catalogue, &packed, arm, started.elapsed()).or_run()
 }

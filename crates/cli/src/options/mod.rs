@@ -1,17 +1,13 @@
 //! Options that several commands share, and what they stand for.
 
-mod arm;
-mod choice;
-mod conditions;
 pub(crate) mod file;
 mod method;
 mod physics;
 mod proposals;
-mod region;
 mod sensor;
-mod view;
 
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ppnpack_catalogue::build::Pose;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
@@ -19,17 +15,12 @@ use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 
 use crate::failure::{OrInput, Outcome};
-use crate::length::{parse_length, parse_size};
 use crate::progress;
-pub use arm::ArmOptions;
-pub use choice::{Choice, one_of};
-pub use conditions::Conditions;
+use crate::quantity::{parse_length, parse_size};
 pub(crate) use method::MethodOptions;
-pub use physics::{PhysicsOptions, Simulated};
+pub use physics::{Conditions, PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, parse_device, read_model};
-pub(crate) use region::parse_region;
-pub(crate) use sensor::{Sensor, calibration_file, parse_sensor};
-pub use view::ViewOptions;
+pub(crate) use sensor::{Sensor, calibration_file, parse_region, parse_sensor};
 
 /// Which objects there are.
 #[derive(Debug, Clone, Args)]
@@ -162,4 +153,23 @@ pub fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("must be a number above 0".to_owned()),
     }
+}
+
+/// A value: its name on the command line, itself, and what it is.
+pub type Choice<T> = (&'static str, T, &'static str);
+
+/// Parses the name of one of these values.
+pub fn one_of<T: Copy + Send + Sync>(
+    choices: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = T> {
+    let named = choices
+        .iter()
+        .map(|(name, _, what)| PossibleValue::new(*name).help(*what));
+    PossibleValuesParser::new(named).try_map(|given| {
+        let mut choices = choices.iter();
+        let found = choices.find(|(name, ..)| *name == given);
+        found
+            .map(|(_, value, _)| *value)
+            .ok_or("there is no such value")
+    })
 }

@@ -1,17 +1,52 @@
-//! Options of the simulated cell.
+//! Options of the simulated cell: its conditions, and what is usual under them; its physics; what sees it.
 
-use clap::Args;
-use ppnpack_packing::grid::Grid;
+use clap::{Args, ValueEnum};
+use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::method::{Method, SET_ASIDE};
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::conditions::Conditions;
 use super::file;
-use super::view::ViewOptions;
 use crate::failure::{OrInput, Outcome};
+
+/// How items are released and seen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Conditions {
+    /// Laid down from 1 cm, given 2 s to settle, every cell seen exactly
+    Robot,
+    /// The reference's: dropped from 12 cm, given the 0.375 s of the published code (the paper says 0.25 s), seen by a camera
+    /// with one pixel per cell
+    Reference,
+}
+
+impl Conditions {
+    /// The grid where nothing is said.
+    pub(crate) fn grid(self) -> GridSettings {
+        match self {
+            Self::Robot => GridSettings::default(),
+            Self::Reference => GridSettings::from(&Grid::reference()),
+        }
+    }
+
+    /// The method where nothing is said.
+    pub(crate) fn method(self) -> Method {
+        match self {
+            Self::Robot => Method::default(),
+            Self::Reference => Method::published(),
+        }
+    }
+
+    /// How many items may be set aside where nothing is said.
+    pub(crate) fn set_aside(self) -> usize {
+        match self {
+            Self::Robot => SET_ASIDE,
+            Self::Reference => 0,
+        }
+    }
+}
 
 /// The simulated cell.
 #[derive(Debug, Clone, Args)]
@@ -80,5 +115,53 @@ impl PhysicsOptions {
             camera,
             cell,
         })
+    }
+}
+
+/// What sees the container of a simulated cell.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Simulated cell")]
+struct ViewOptions {
+    /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
+    /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
+    /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
+    /// `noise = { sigma_m, dropout, step_m }` [default: that of the conditions]
+    #[arg(long, value_name = "VIEW|FILE", value_parser = parse_view)]
+    view: Option<View>,
+}
+
+/// What sees the container.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum View {
+    Scan(Sampling),
+    Cameras(CameraSettings),
+}
+
+fn parse_view(text: &str) -> Result<View, String> {
+    Ok(match text {
+        "exact" => View::Scan(Sampling::Greatest),
+        "middles" => View::Scan(Sampling::Middle),
+        "camera" => View::Cameras(CameraSettings::default()),
+        file => View::Cameras(file::settings(file).map_err(|error| {
+            format!("none of exact, middles and camera, and no file of cameras: {error}")
+        })?),
+    })
+}
+
+impl ViewOptions {
+    /// The cameras that are asked for; without any the container is scanned.
+    fn camera(&self, seed: u64) -> Option<CameraSettings> {
+        match self.view {
+            Some(View::Cameras(camera)) => Some(CameraSettings { seed, ..camera }),
+            _ => None,
+        }
+    }
+
+    /// The scan that is asked for.
+    fn scan(&self) -> Option<Sampling> {
+        match self.view {
+            Some(View::Scan(scan)) => Some(scan),
+            _ => None,
+        }
     }
 }

@@ -13,7 +13,7 @@ use ppnpack_packing::method::{OpenNetwork, ProposalSource};
 use ppnpack_packing::proposals::{Percent, Proposer};
 use ppnpack_packing::step::StageError;
 
-use super::choice::{Choice, one_of};
+use super::{Choice, one_of};
 use crate::failure::{OrInput, Outcome};
 use crate::launcher::TORCH_FOLDER;
 use crate::network::{Backend, Proposing};

@@ -14,7 +14,7 @@ use super::playback::{self, Playback};
 use super::summary::{EndingSummary, Unplaceable};
 use super::table::{duration, figures, percent};
 use super::{Packing, Settled, Summary, words};
-use crate::length::centimetres;
+use crate::quantity::centimetres;
 
 /// What the page is made of. The name has markup escaped in all that is filled in.
 const TEMPLATE: (&str, &str) = ("report.html", include_str!("report.html"));

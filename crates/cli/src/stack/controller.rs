@@ -33,16 +33,6 @@ pub(crate) struct Done {
     pub(crate) moves: Moves,
 }
 
-/// What is to be packed.
-pub(crate) struct Job {
-    pub(crate) session_id: String,
-    pub(crate) items: Vec<v1::Announcement>,
-    /// Valid placements that are wanted beside each choice.
-    pub(crate) alternatives: u32,
-    /// How many items that fit nowhere may be set aside.
-    pub(crate) set_aside: u32,
-}
-
 /// How a packing ended.
 #[derive(Debug, Clone)]
 pub(crate) struct Packed {
@@ -72,14 +62,22 @@ impl Controller {
         Ok(())
     }
 
-    /// Packs items into the container as it is, in one session; `on_step` is called after each placement.
-    pub(crate) fn pack(&self, job: &Job, on_step: &mut dyn FnMut(&Done)) -> Outcome<Packed> {
-        self.begin(&job.session_id, &job.items, job.set_aside)?;
+    /// Packs items into the container as it is, in one session, in which so many may be set aside. Beside each choice so many
+    /// alternatives are asked for; `on_step` is called after each placement.
+    pub(crate) fn pack(
+        &self,
+        items: &[v1::Announcement],
+        set_aside: u32,
+        alternatives: u32,
+        on_step: &mut dyn FnMut(),
+    ) -> Outcome<Packed> {
+        let session_id = format!("pack-{:032x}", rand::random::<u128>());
+        self.begin(&session_id, items, set_aside)?;
         let mut done = Vec::new();
         let mut last_poses = LastPoses::default();
         let reasons = loop {
             let request = v1::PlanRequest {
-                alternatives: job.alternatives,
+                alternatives,
                 ..v1::PlanRequest::default()
             };
             let reply = self.ask("planner", request, REQUEST_LIMIT)?;
@@ -88,13 +86,12 @@ impl Controller {
                     let outcome = self.place(v1::PlaceRequest::from(&decision))?;
                     self.report(&decision.decision_id, outcome.clone())?;
                     let poses = report::poses(&self.state()?).or_run()?;
-                    let step = Done {
+                    done.push(Done {
                         decision,
                         outcome,
                         moves: last_poses.changed(poses),
-                    };
-                    on_step(&step);
-                    done.push(step);
+                    });
+                    on_step();
                 }
                 (PlanResult::NothingFits, _) => break reply.reasons,
                 (PlanResult::NothingWaits, _) => break Vec::new(),

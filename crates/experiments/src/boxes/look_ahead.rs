@@ -15,10 +15,10 @@ use super::source::Boxes;
 use super::surface::{BIN_VOLUME, Placed, Sides};
 
 /// How many of the policy's best placements are followed.
-pub(super) const PLACEMENTS: usize = 8;
+const PLACEMENTS: usize = 8;
 
 /// By how many standard errors of the mean difference a placement has to pack more than the policy's choice.
-pub(super) const MARGIN: f64 = 1.0;
+const MARGIN: f64 = 1.0;
 
 /// A decision by roll-outs: about so many.
 #[derive(Debug, Clone, Copy)]

@@ -13,17 +13,16 @@ mod surface;
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::runs::RunsOptions;
 use crate::sheet::{Cell, Column, Lines};
 use crate::statistics::Mean;
-use look_ahead::{MARGIN, PLACEMENTS};
 use methods::{Method, Run};
 use rules::Setting;
 use source::Instance;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 /// How many instances are a run, which is kept in a file.
 const KEPT_TOGETHER: usize = 20;
@@ -69,9 +68,6 @@ pub(crate) struct BoxesArguments {
 
     #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
@@ -81,8 +77,7 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
             "# Online box packing\n\n\
              A bin of 10 x 10 x 10, boxes with whole sides drawn uniformly from 1 to 5, one known at a time; an episode ends \
              with the first box that fits nowhere. {} instances from {} on, seed {}; means with 95 % confidence \
-             intervals. {} at once.\n\n\
-             Rows in italics are of others, on other draws of the same distribution.\n",
+             intervals. {} at once.\n",
             arguments.instances,
             arguments.first,
             arguments.seed,
@@ -106,19 +101,15 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
             setting.in_words(),
             table.table("method", &columns())
         ));
-        for (_, name, percent, boxes) in PUBLISHED.iter().filter(|of| of.0 == *setting) {
-            page.say(&format!("| {name} | {percent:.1} | {boxes} | | |\n"));
-        }
         lines.append(table);
     }
-    page.say(&explanation(arguments.rollouts));
     page.keep("first", arguments.first);
     page.keep("instances", arguments.instances);
     page.keep("seed", arguments.seed);
     page.keep("rollouts", arguments.rollouts);
     page.keep("workers", arguments.runs.workers());
     page.keep("lines", lines);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 /// All instances, packed by a method.
@@ -131,9 +122,8 @@ fn packed(arguments: &BoxesArguments, setting: Setting, method: Method) -> Outco
     let instances: Vec<Instance> = instances.collect();
     let together: Vec<&[Instance]> = instances.chunks(KEPT_TOGETHER).collect();
     let rollouts = (method == Method::LookAhead).then_some(arguments.rollouts);
-    let runs = arguments.runs.make(
-        &arguments.runs.folder(&arguments.out, "boxes"),
-        &(setting, method, rollouts, arguments.seed),
+    let settings = (setting, method, rollouts, arguments.seed);
+    let runs = arguments.runs.kept("boxes", &settings)?.make(
         &together,
         |together| {
             let first = together.first().map_or(0, |instance| instance.number);
@@ -174,59 +164,4 @@ fn columns() -> Vec<Measured> {
         }),
         Measured::sum("decisions", "", |run: &Run| run.decision_s.len()).hidden(),
     ]
-}
-
-/// Figures of others: the setting, whose, utilisation in percent, boxes where they are told. The reference environment is the published
-/// code of PCT, whose heuristics were run as they are: 60 to 300 episodes. PCT: Zhao, Yu and Xu, *Learning Efficient Online 3D Bin
-/// Packing on Packing Configuration Trees*, ICLR 2022, 2,000 instances.
-const PUBLISHED: [(Setting, &str, f64, &str); 14] = {
-    use Setting::{Free, Stable};
-    [
-        (Stable, "*PCT & EV*, PCT, ICLR 2022, Table 2", 76.0, "29.4"),
-        (
-            Stable,
-            "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it",
-            75.8,
-            "",
-        ),
-        (Stable, "*DBL*, reference environment's own", 59.8, ""),
-        (Stable, "*HM*, reference environment's own", 57.8, ""),
-        (Stable, "*LSAH*, reference environment's own", 52.6, ""),
-        (Stable, "*OnlineBPH*, reference environment's own", 50.2, ""),
-        (Stable, "*BR*, reference environment's own", 49.3, ""),
-        (
-            Free,
-            "*PCT & EMS*, PCT, ICLR 2022, Table 1 as others quote it",
-            86.0,
-            "",
-        ),
-        (Free, "*PCT & EV*, PCT, ICLR 2022, Table 2", 85.3, "32.8"),
-        (Free, "*DBL*, reference environment's own", 69.7, ""),
-        (Free, "*LSAH*, reference environment's own", 64.3, ""),
-        (Free, "*HM*, reference environment's own", 63.8, ""),
-        (Free, "*OnlineBPH*, reference environment's own", 59.6, ""),
-        (Free, "*BR*, reference environment's own", 57.1, ""),
-    ]
-};
-
-/// What is compared.
-fn explanation(rollouts: u32) -> String {
-    format!(
-        "\n## What is compared\n\n\
-             - *Stability (setting 1).* All boxes have one density. Whenever a box is placed, the load of every box in the bin is \
-             found anew: its own weight and what rests on it. That has to act inside the convex hull of the cells that the box \
-             rests on; what is passed on is spread over them as that of a stiff body on soft ground. The paper's environment \
-             follows loads down a stacking tree (Zhao et al., *Learning Practically Feasible Policies for Online 3D Bin Packing*, \
-             2022). Both forbid boxes that topple or tip others; how loads are spread over more than two boxes below differs, as \
-             may what happens right on an edge, where a box topples here.\n\
-             - *DBL, HM, SDFM, MTA* are the packing engine's, with the weights that the project has for one pose in setting 1 and \
-             for several in setting 2. *snug* is this experiment's: it lays a box low, \
-             with little volume lost below it, many faces that touch boxes or walls at its sides, and its top level with those \
-             beside it or at the rim. Its weights were found by hill climbing on sequences of another generator, by the rule \
-             that each box stands by itself.\n\
-             - *look-ahead* follows the {PLACEMENTS} best placements by snug to the end of the episode by roll-outs of it, all through the \
-             same futures drawn from the known distribution, about {rollouts} roll-outs a decision by sequential halving. The \
-             policy's own choice is left only where another one packs more by {MARGIN} standard errors of the mean difference.\n\
-             - The boxes and the futures are different streams of one generator.\n",
-    )
 }

@@ -54,20 +54,3 @@ impl Setting {
         all
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_box_lies_in_two_or_six_ways_and_a_cube_in_one() {
-        let count = |setting: Setting, (x, y, z)| setting.orientations(Sides { x, y, z }).len();
-        assert_eq!(count(Setting::Stable, (1, 2, 3)), 2);
-        assert_eq!(count(Setting::Free, (1, 2, 3)), 6);
-        assert_eq!(count(Setting::Free, (1, 2, 2)), 3);
-        assert_eq!(count(Setting::Stable, (2, 2, 3)), 1);
-        assert_eq!(count(Setting::Free, (2, 2, 2)), 1);
-        let stand = Setting::Stable.orientations(Sides { x: 1, y: 2, z: 3 });
-        assert!(stand.iter().all(|sides| sides.z == 3));
-    }
-}

@@ -42,23 +42,3 @@ impl Iterator for Boxes {
         Some(Sides { x, y, z })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_instance_is_the_same_each_time_and_no_two_streams_are() {
-        let first = |boxes: Boxes| boxes.take(40).collect::<Vec<_>>();
-        let mut known = Vec::new();
-        for number in 0..20 {
-            let instance = Instance { seed: 7, number };
-            assert_eq!(first(instance.boxes()), first(instance.boxes()));
-            for boxes in [instance.boxes(), instance.futures()] {
-                let boxes = first(boxes);
-                assert!(!known.contains(&boxes));
-                known.push(boxes);
-            }
-        }
-    }
-}

@@ -119,24 +119,3 @@ impl Surface {
         (greatest, sum)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_box_raises_the_cells_below_it_alone() {
-        let mut surface = Surface::empty();
-        let sides = Sides { x: 2, y: 5, z: 3 };
-        let (x, y, z) = (8, 5, 4);
-        let placed = Placed { sides, x, y, z };
-        surface.place(&placed);
-        let cells = (0..SIDE).flat_map(|x| (0..SIDE).map(move |y| (x, y)));
-        let raised: Vec<_> = cells.filter(|(x, y)| surface.height(*x, *y) == 7).collect();
-        assert_eq!(raised, placed.cells().collect::<Vec<_>>());
-        assert_eq!(raised.len(), 10);
-        assert_eq!(surface.heights().filter(|height| *height > 0).count(), 10);
-        // One of its cells and five beside it.
-        assert_eq!(surface.below(Sides { x: 2, y: 3, z: 1 }, 7, 3), (7, 7));
-    }
-}

@@ -12,7 +12,7 @@ use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
 use crate::cases::Case;
-use crate::packer::{Bench, Packer, unsteady};
+use crate::packer::{Packer, unsteady};
 
 /// What carries less than this is not kept, in kilograms.
 const LEAST_KG: f64 = 1e-4;
@@ -53,7 +53,7 @@ pub(super) struct Run {
 
 /// Packs a sequence, and measures after every placement.
 pub(super) fn pack(packer: &Packer<'_>, case: &Case) -> Outcome<Run> {
-    let Bench { mut planner, cell } = packer.bench(case.seed(0), None)?;
+    let (mut planner, cell) = packer.bench(case.seed(0))?;
     let grid = &packer.grid;
     let mut cell = MeasuredCell {
         cell,

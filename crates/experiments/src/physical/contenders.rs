@@ -59,24 +59,3 @@ pub(super) fn contenders(
     }
     contenders
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn all_but_the_first_try_placements_and_none_is_like_another() {
-        let network = ProposalSource::Random { percent: 20.0 };
-        let all = contenders(3, 7, Some(network));
-        let tries: Vec<bool> = all.iter().map(|one| one.method.trial.is_on()).collect();
-        assert_eq!(tries, [false, true, true, true, true]);
-        for (index, contender) in all.iter().enumerate() {
-            let others = || all.iter().skip(index + 1);
-            assert!(others().all(|other| other.key != contender.key));
-            assert!(others().all(|other| other.method != contender.method));
-            contender.method.validate().unwrap();
-            assert_eq!((contender.method.buffer, contender.method.seed), (3, 7));
-        }
-        assert_eq!(contenders(3, 7, None).len(), 4);
-    }
-}

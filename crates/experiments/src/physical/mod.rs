@@ -1,6 +1,5 @@
 //! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
 
-mod columns;
 mod contenders;
 mod held;
 mod pictures;
@@ -26,18 +25,16 @@ use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::Value;
+use serde_json::json;
 
 use crate::document::{OutOptions, Page};
 use crate::network::NetworkOptions;
 use crate::runs::Runs;
-use crate::sheet::Lines;
-use crate::workers;
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
-use ppnpack_cli::length::parse_length;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{Network, Simulated, positive};
+use ppnpack_cli::options::{Network, Simulated};
+use ppnpack_cli::quantity::parse_length;
 use ppnpack_cli::stack::report::contents;
 use ppnpack_cli::stack::{Containers, Plan, Sensing, Stack};
 use record::RunRecord;
@@ -64,10 +61,6 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
     unseen_count: u32,
 
-    /// How many other objects a run has
-    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=1000))]
-    known_count: u32,
-
     /// The unseen objects are not in the recogniser's library either: they are packed as unknown items
     #[arg(long)]
     strangers: bool,
@@ -80,10 +73,6 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     runs: u32,
 
-    /// How many items wait on the tray
-    #[arg(long, value_name = "COUNT", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=16))]
-    buffer: u32,
-
     /// The edge of a grid cell
     #[arg(long, value_name = "LENGTH", default_value = "5mm", value_parser = parse_length, allow_hyphen_values = true)]
     cell: f64,
@@ -95,16 +84,6 @@ pub(super) struct PhysicalArguments {
     /// The arm: a name, a parameter file, or `none`
     #[arg(long, value_name = "NAME|FILE|none", default_value = "nachi-mz07l")]
     arm: String,
-
-    /// The standard deviation of where items are released, in metres along each axis; and as much in yaw as moves a
-    /// point 10 cm away by it
-    #[arg(
-        long,
-        value_name = "METRES",
-        default_value_t = 0.002,
-        allow_hyphen_values = true
-    )]
-    placement_noise: f64,
 
     /// The share of picks that miss
     #[arg(
@@ -123,10 +102,6 @@ pub(super) struct PhysicalArguments {
         allow_hyphen_values = true
     )]
     drops: f64,
-
-    /// The density of objects whose mass is not known, in kg/m^3
-    #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
-    density: f64,
 
     #[command(flatten)]
     network: NetworkOptions,
@@ -171,29 +146,24 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         Ok((contender.name.clone(), records))
     });
     let made: Vec<(String, Vec<RunRecord>)> = made.collect::<Outcome<_>>()?;
-    let records: Vec<Vec<RunRecord>> = made.iter().map(|(_, runs)| runs.clone()).collect();
-    let mut lines = Lines::new("method", made);
-    let mut page = Page::new("physical", world.in_words());
+    let mut page = Page::new(
+        "physical",
+        format!(
+            "# The robot cell, simulated\n\n{} runs of each of {} methods: `python experiments/physical.py physical.json` says what they \
+             came to.\n",
+            arguments.runs,
+            made.len()
+        ),
+    );
     if let Err(reason) = &model {
-        page.say(&format!("Without the network: {reason}.\n\n"));
         page.keep("without_network", reason);
     }
-    page.say(&format!(
-        "{}\n## Time line\n\nMedian and what 95 % stay below, in ms; the arm's cycle in s.\n\n{}\n## Why items were refused\n\n",
-        lines.upright(&columns::came_to()),
-        lines.upright(&columns::times())
-    ));
-    for (line, contender) in lines.kept().iter().zip(&contenders) {
-        let reasons = line.get("refusals").and_then(Value::as_object);
-        for (reason, count) in reasons.into_iter().flatten() {
-            page.say(&format!("- {}: {count} x {reason}\n", contender.name));
-        }
-    }
-    lines.keep("records", records);
+    let lines = made.iter();
+    let lines = lines.map(|(method, records)| json!({ "method": method, "records": records }));
     page.keep("settings", &settings);
     page.keep("unseen_held", world.unseen.len());
     page.keep("others_held", world.others.len());
-    page.keep("lines", lines);
+    page.keep("lines", lines.collect::<Vec<_>>());
     page.publish(&arguments.out)
 }
 
@@ -206,7 +176,7 @@ fn pools(
     let (unseen, others): (Vec<usize>, Vec<usize>) =
         held.into_iter().partition(|index| *index < unseen);
     let is_enough = unseen.len() >= arguments.unseen_count as usize
-        && others.len() >= arguments.known_count as usize;
+        && others.len() >= setup::KNOWN_COUNT as usize;
     if !is_enough {
         return Err(Failure::input(format_args!(
             "the arm can hold {} objects of --unseen and {} of --known: too few for a run",
@@ -237,36 +207,6 @@ impl World<'_> {
         objects.position(|object| object.model.name == name)
     }
 
-    /// How runs are made.
-    fn in_words(&self) -> String {
-        let settings = self.settings;
-        let strangers = match settings.strangers {
-            true => ", the unseen ones not known to the recogniser",
-            false => "",
-        };
-        format!(
-            "# The robot cell, simulated\n\n\
-             Container 30 x 30 x 16 cm, {:.1} mm cells, {} yaws, buffer {}; {} unseen objects and {} other a run{strangers}; arm {}; \
-             placement noise {:.1} mm, {:.0} % of picks miss, {:.0} % of items are dropped; depth cameras with 1 mm of noise and 5 % \
-             dropouts above container and tray. Seed {}. Intervals are 95 % confidence intervals, by Student's t: of a run's \
-             compactness and volume over the runs, of decisions over the decisions.\n\n\
-             Objects are drawn from those that fit into the empty container and that the arm can hold in at least 80 % of the cases, \
-             by the chances of their resting poses: {} unseen ones and {} others.\n\n",
-            settings.grid.cell_m * 1e3,
-            settings.grid.yaws,
-            settings.buffer,
-            settings.unseen_count,
-            settings.known_count,
-            settings.arm.as_ref().map_or("none", |arm| arm.arm.as_str()),
-            settings.simulated.release.jitter_m * 1e3,
-            settings.faults.missed_picks * 100.0,
-            settings.faults.drops * 100.0,
-            settings.seed,
-            self.unseen.len(),
-            self.others.len()
-        )
-    }
-
     /// All runs of a contender: those on disk, and the others.
     fn runs(
         &self,
@@ -274,14 +214,17 @@ impl World<'_> {
         contender: &Contender,
     ) -> Outcome<Vec<RunRecord>> {
         let folder = arguments.out.folder("physical").join("runs");
-        let kept = Runs::new(&folder, &(self.settings, &contender.method))?;
+        // One after another: each has a stack of its own.
+        let kept = Runs::new(&folder, &(self.settings, &contender.method), 1)?;
         let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
         let numbers: Vec<u32> = numbers.collect();
-        // One after another: each has a stack of its own.
-        workers::map("Runs", &numbers, 1, |number| {
-            let make = || self.make(arguments, contender, *number);
-            kept.finish(&format!("{number:05}"), |_| true, make)
-        })
+        let name = |number: &u32| format!("{number:05}");
+        kept.make(
+            &numbers,
+            name,
+            |_, _| true,
+            |number| self.make(arguments, contender, *number),
+        )
     }
 
     /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made before it. The first one is drawn.

@@ -40,12 +40,6 @@ pub(super) struct DecisionRecord {
     pub(super) is_widened: bool,
 }
 
-impl DecisionRecord {
-    pub(super) fn total_s(&self) -> f64 {
-        self.propose_s + self.evaluate_s + self.check_s
-    }
-}
-
 /// What became of an object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ItemRecord {

@@ -23,6 +23,15 @@ const CONTAINER: ContainerSize = ContainerSize {
     z_m: 0.16,
 };
 
+/// How many objects a run has beside the unseen ones.
+pub(super) const KNOWN_COUNT: u32 = 1;
+
+/// How many items wait on the tray.
+const BUFFER: usize = 2;
+
+/// The standard deviation of where items are released, along each axis; and as much in yaw as moves a point 10 cm away by it.
+const PLACEMENT_NOISE_M: f64 = 0.002;
+
 /// What all runs have in common; with another one they begin anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Settings {
@@ -58,7 +67,6 @@ pub(super) fn catalogue(
     resolution: &Resolution,
 ) -> Outcome<(Catalogue, usize)> {
     let settings = catalogue::Settings {
-        density_kg_m3: arguments.density,
         cache: CacheDir::User,
         ..catalogue::Settings::default()
     };
@@ -87,8 +95,8 @@ pub(super) fn settings(
     let mut simulated = CellSettings::robot();
     simulated.container = grid.container();
     simulated.seed = arguments.seed;
-    simulated.release.jitter_m = arguments.placement_noise;
-    simulated.release.jitter_yaw_rad = arguments.placement_noise / 0.1;
+    simulated.release.jitter_m = PLACEMENT_NOISE_M;
+    simulated.release.jitter_yaw_rad = PLACEMENT_NOISE_M / 0.1;
     simulated.validate().or_input()?;
     let camera = CameraSettings {
         seed: arguments.seed,
@@ -119,7 +127,7 @@ pub(super) fn settings(
         catalogue_hash: catalogue.content_hash(),
         unseen,
         unseen_count: arguments.unseen_count,
-        known_count: arguments.known_count,
+        known_count: KNOWN_COUNT,
         strangers: arguments.strangers,
         arm,
         simulated,
@@ -130,7 +138,7 @@ pub(super) fn settings(
         },
         camera,
         mapper,
-        buffer: arguments.buffer as usize,
+        buffer: BUFFER,
         seed: arguments.seed,
     })
 }

@@ -7,7 +7,7 @@ use crate::sheet::{Cell, Column};
 use crate::statistics::Mean;
 
 /// A column of this experiment's tables.
-type Measured = Column<'static, Run>;
+type Measured = Column<Run>;
 
 impl Run {
     /// The mean over the closed containers; over the others that were begun where none was closed.
@@ -27,18 +27,6 @@ impl Run {
     /// How many containers something was packed in.
     fn used(&self) -> f64 {
         self.all().filter(|container| container.placed > 0).count() as f64
-    }
-}
-
-impl Container {
-    /// Its size, for people.
-    fn size(&self) -> String {
-        let [x_m, y_m, z_m] = self.size_m;
-        format!("{x_m} x {y_m} x {z_m} m")
-    }
-
-    fn volume_m3(&self) -> f64 {
-        self.size_m.iter().product()
     }
 }
 
@@ -121,37 +109,15 @@ pub(super) fn orders() -> [Measured; 6] {
     ]
 }
 
-/// The arm's planned time from one pick to the next, where there is an arm.
-pub(super) fn cycles() -> [Measured; 2] {
-    fn cycle_s(runs: &[Run]) -> Mean {
-        let with_arm = runs.iter().filter(|run| !run.cycle_s.is_empty());
-        Mean::of(with_arm.map(|run| Mean::of(run.cycle_s.iter().copied()).mean))
-    }
-    [
-        Measured::new("cycle_s", "cycle (s)", |runs: &[Run]| {
-            Cell::mean(cycle_s(runs), 2)
-        }),
-        Measured::new("litres_an_hour", "litres an hour", |runs: &[Run]| {
-            let meshes_m3: f64 = all(runs).map(|container| container.meshes_m3).sum();
-            let items: usize = all(runs).map(|container| container.items).sum();
-            let litres_an_item = meshes_m3 * 1e3 / items.max(1) as f64;
-            Cell::number(litres_an_item * 3600.0 / cycle_s(runs).mean, 0)
-        }),
-    ]
-}
-
-/// Why containers were closed, of which sizes, and how much of their volume was filled.
-pub(super) fn closings() -> [Measured; 3] {
+/// Why containers were closed, and how much of their volume was filled.
+pub(super) fn closings() -> [Measured; 2] {
     [
         Measured::new("closed_by", "by", |runs: &[Run]| {
             counted(all(runs).filter_map(|container| container.closed_by.clone()))
         }),
-        Measured::new("closed_sizes", "sizes", |runs: &[Run]| {
-            counted(closed(runs).map(Container::size))
-        }),
         Measured::new("filled_percent", "filled", |runs: &[Run]| {
             let filled_m3 = closed(runs).fold(0.0, |sum, container| sum + container.meshes_m3);
-            let whole_m3: f64 = closed(runs).map(Container::volume_m3).sum();
+            let whole_m3: f64 = closed(runs).map(|container| container.volume_m3).sum();
             let percent = 100.0 * filled_m3 / whole_m3.max(f64::MIN_POSITIVE);
             Cell::new(format!("{percent:.1} %"), percent)
         }),

@@ -9,15 +9,15 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ppnpack_cli::failure::{OrInput, Outcome};
-use ppnpack_cli::options::{ArmOptions, CatalogueOptions, ViewOptions};
+use ppnpack_cli::options::CatalogueOptions;
 use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
 
-use crate::apart::Physics;
+use crate::apart::Apart;
 use crate::comparison::WIDENED;
-use crate::document::{OutOptions, Page};
+use crate::document::Page;
 use crate::packer::Packer;
 use crate::runs::{self, RunsOptions};
 use crate::sheet::Lines;
@@ -69,20 +69,7 @@ pub(crate) struct StreamArguments {
     method: Option<PathBuf>,
 
     #[command(flatten)]
-    arm: ArmOptions,
-
-    /// The physics of the cells that are packed in
-    #[arg(long, value_enum, default_value_t = Physics::Own)]
-    physics: Physics,
-
-    #[command(flatten)]
-    view: ViewOptions,
-
-    #[command(flatten)]
     runs: RunsOptions,
-
-    #[command(flatten)]
-    out: OutOptions,
 }
 
 /// How a line of the table is packed.
@@ -135,22 +122,16 @@ impl StreamArguments {
 }
 
 pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
-    if arguments.arm.listed()? {
-        return Ok(());
-    }
-    let way = Way::read_one(arguments.method.as_deref())?.seen_by(&arguments.view);
-    let packer = Packer::robot(way, &arguments.catalogue, arguments.physics.apart())?;
+    let way = Way::read_one(arguments.method.as_deref())?;
+    let packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
     let streams = arguments
         .source
         .streams(&packer.catalogue, arguments.wanted())?;
-    let (arm, station) = arguments.arm.station()?.unzip();
     let settings = arguments.settings();
     let has_orders = arguments.source.has_orders();
-    let folder = arguments.runs.folder(&arguments.out, "stream");
     let pack = |setting: &Setting| {
         let packing = Packing {
             packer: &packer,
-            station: station.as_ref(),
             rules: arguments.rules(setting.sharing),
             how: StreamPlay {
                 open: usize::from(setting.open),
@@ -166,7 +147,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         let settings = (
             packer.catalogue.content_hash(),
             &packer.way,
-            (&packer.apart, &arm),
             &packing.rules,
             packing.how.closing,
             setting.open,
@@ -178,24 +158,17 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
         };
         let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;
         let make = |stream: &Arrivals| packing.pack(stream);
-        let runs = &arguments.runs;
-        let packed = runs.make(&folder, &settings, &streams, name, is_right, make)?;
+        let runs = arguments.runs.kept("stream", &settings)?;
+        let packed = runs.make(&streams, name, is_right, make)?;
         Ok((setting.shown(has_orders), packed))
     };
-    let packed: Vec<(String, Vec<Run>)> = settings.iter().map(pack).collect::<Outcome<_>>()?;
-    let mut runs = packed.iter().flat_map(|(_, runs)| runs);
-    let has_arm = runs.any(|run| !run.cycle_s.is_empty());
+    let packed = settings.iter().map(pack).collect::<Outcome<_>>()?;
     let mut lines = Lines::new("name", packed);
     lines.keep("setting", settings);
-    publish(arguments, &packer.way, lines, has_arm)
+    publish(arguments, &packer.way, lines)
 }
 
-fn publish(
-    arguments: &StreamArguments,
-    way: &Way,
-    mut lines: Lines<Run>,
-    has_arm: bool,
-) -> Outcome {
+fn publish(arguments: &StreamArguments, way: &Way, mut lines: Lines<Run>) -> Outcome {
     let (workers, source) = (
         arguments.runs.workers(),
         arguments.source.said(arguments.wanted()),
@@ -223,14 +196,8 @@ fn publish(
             lines.table("open", &columns::orders())
         ));
     }
-    if has_arm {
-        page.say(&format!(
-            "\nThe arm's planned time from one pick to the next, the mean of each stream, then over streams:\n\n{}",
-            lines.table("open", &columns::cycles())
-        ));
-    }
     page.say(&format!(
-        "\nWhy containers were closed, of which sizes, and how much of their volume was filled:\n\n{}",
+        "\nWhy containers were closed, and how much of their volume was filled:\n\n{}",
         lines.table("open", &columns::closings())
     ));
     page.keep("workers", workers);
@@ -239,7 +206,7 @@ fn publish(
     page.keep("source", source);
     page.keep("way", way);
     page.keep("lines", lines);
-    page.publish(&arguments.out)
+    page.publish(&arguments.runs.out)
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {

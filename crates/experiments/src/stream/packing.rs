@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::closing::Closing;
 use ppnpack_packing::episode::steps_widened;
 use ppnpack_packing::grid::{ContainerSize, Grid};
@@ -12,11 +11,10 @@ use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::plan::{Planner, StageError};
 use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
-use ppnpack_robot::station::ArmStation;
 use serde::{Deserialize, Serialize};
 
 use super::source::Arrivals;
-use crate::packer::{Bench, Packer, unsteady};
+use crate::packer::{Packer, unsteady};
 
 /// A packed stream.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -35,8 +33,6 @@ pub(super) struct Run {
     pub(super) orders: usize,
     /// Of each step.
     pub(super) decision_s: Vec<f64>,
-    /// Of each step with an arm: from one pick to the next.
-    pub(super) cycle_s: Vec<f64>,
 }
 
 /// What a container came to.
@@ -45,8 +41,8 @@ pub(super) struct Container {
     pub(super) items: usize,
     pub(super) placed: usize,
     pub(super) meshes_m3: f64,
-    /// Its inner size, in metres.
-    pub(super) size_m: [f64; 3],
+    /// Its inner volume.
+    pub(super) volume_m3: f64,
     pub(super) unsteady: usize,
     /// Searched exhaustively, as none of their proposals was valid.
     pub(super) steps_widened: usize,
@@ -57,8 +53,6 @@ pub(super) struct Container {
 /// What streams are packed with.
 pub(super) struct Packing<'a> {
     pub(super) packer: &'a Packer<'a>,
-    /// The arm that makes the placements, where there is one; each container is at the same place of its cell.
-    pub(super) station: Option<&'a ArmStation>,
     pub(super) rules: ContainerRules,
     pub(super) how: StreamPlay,
 }
@@ -82,10 +76,6 @@ impl Packing<'_> {
         let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
-        let cycles = steps
-            .clone()
-            .filter_map(|step| step.evidence.cycle.as_ref());
-        let cycle_s = cycles.map(|cycle| cycle.cycle_s).collect();
         let mut decision_s: Vec<(u64, f64)> = steps
             .map(|step| (step.step, step.timings.total().as_secs_f64()))
             .collect();
@@ -100,7 +90,6 @@ impl Packing<'_> {
             complete_orders,
             orders: stream.expected.len(),
             decision_s: decision_s.into_iter().map(|(_, took_s)| took_s).collect(),
-            cycle_s,
         })
     }
 }
@@ -145,13 +134,8 @@ impl ContainerSupply for Supply<'_> {
     ) -> Result<(Planner, SimulatedPackingCell), StageError> {
         // Each container is another draw of what is random.
         let seed = (u64::from(self.stream) << 32) | number as u64;
-        let check = self
-            .packing
-            .station
-            .map(|station| Box::new(station.check()) as BoxedCheck);
-        let bench = self.packing.packer.bench(seed, check);
-        let Bench { planner, cell } = bench.map_err(|failure| failure.to_string())?;
-        Ok((planner, cell))
+        let bench = self.packing.packer.bench(seed);
+        Ok(bench.map_err(|failure| failure.to_string())?)
     }
 }
 
@@ -163,7 +147,7 @@ impl Container {
             items: packed.items,
             placed: filled.cell.placed().len(),
             meshes_m3: packed.meshes_m3,
-            size_m: [x_m, y_m, z_m],
+            volume_m3: x_m * y_m * z_m,
             unsteady: unsteady(&filled.cell),
             steps_widened: steps_widened(&filled.steps),
             closed_by: filled

@@ -48,6 +48,7 @@ pub(super) struct Wanted {
 }
 
 /// What arrives, one after another.
+#[derive(Default)]
 pub(super) struct Arrivals {
     pub(super) number: u32,
     pub(super) objects: Vec<usize>,
@@ -135,9 +136,7 @@ fn of_sequences(
         Ok(Arrivals {
             number,
             objects: objects.take(items).collect(),
-            orders: Vec::new(),
-            stops: Vec::new(),
-            expected: Vec::new(),
+            ..Arrivals::default()
         })
     };
     let numbers = wanted.first..wanted.first.saturating_add(wanted.streams);

@@ -1,6 +1,6 @@
 //! `ppnpack train`: trains a placement proposal network.
 
-pub(crate) mod options;
+mod options;
 
 use std::path::PathBuf;
 
@@ -51,13 +51,12 @@ pub struct TrainArguments {
 
 impl TrainArguments {
     fn request(&self) -> Outcome<TrainingRequest> {
-        let run = &self.training.run;
         Ok(TrainingRequest {
             dataset: self.dataset.clone(),
             folder: self.out.clone(),
             settings: self.training.settings(&self.network)?,
-            device: run.device,
-            threads: run.threads(),
+            device: self.training.device,
+            threads: self.training.threads(),
             resume: self.resume,
             look_at_test: !self.no_test,
         })
@@ -99,7 +98,7 @@ fn summary(card: &ModelCard) -> Vec<String> {
 }
 
 /// What an optimum is looked for among, in words.
-pub(crate) fn ranked(question: Question) -> &'static str {
+fn ranked(question: Question) -> &'static str {
     match question {
         Question::Proposed => "among the best-scored that fit, as many as K % of all placements",
         Question::OverAll => "among the best-scored K % of all placements",
@@ -108,7 +107,7 @@ pub(crate) fn ranked(question: Question) -> &'static str {
 }
 
 /// Trains with progress on standard error; what the epochs came to is kept after each.
-pub(crate) fn train(request: &TrainingRequest, backend: &dyn Backend) -> Outcome<ModelCard> {
+fn train(request: &TrainingRequest, backend: &dyn Backend) -> Outcome<ModelCard> {
     // What is wrong with the dataset is the fault of who names it, not of the training.
     Dataset::open(&request.dataset).or_input()?;
     let bar = progress::bar("Reading the dataset", 0);

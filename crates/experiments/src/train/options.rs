@@ -10,10 +10,10 @@ use ppnpack_model::settings::{
 
 use crate::workers;
 
-/// How large a network is.
+/// The network to train.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Network")]
-pub(crate) struct SizeOptions {
+pub(super) struct NetworkOptions {
     /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper has 64,128,256,512
     #[arg(
         long,
@@ -26,26 +26,6 @@ pub(crate) struct SizeOptions {
     /// Channels at the container's resolution
     #[arg(long, value_name = "COUNT", default_value_t = 8)]
     head: usize,
-}
-
-impl SizeOptions {
-    /// An architecture of this size.
-    pub(crate) fn architecture(&self) -> Outcome<Architecture> {
-        let architecture = Architecture {
-            widths: self.widths.clone(),
-            head: self.head,
-            ..Architecture::default()
-        };
-        architecture.validate().or_input()?;
-        Ok(architecture)
-    }
-}
-
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Network")]
-pub(super) struct NetworkOptions {
-    #[command(flatten)]
-    size: SizeOptions,
 
     /// How the features of container and item meet
     #[arg(long, value_parser = one_of(&FUSIONS), default_value = "correlation")]
@@ -58,14 +38,18 @@ pub(super) struct NetworkOptions {
 
 impl NetworkOptions {
     fn architecture(&self) -> Outcome<Architecture> {
-        Ok(Architecture {
+        let architecture = Architecture {
+            widths: self.widths.clone(),
+            head: self.head,
             fusion: self.fusion,
             resting_heights: !self.no_resting_heights,
-            ..self.size.architecture()?
-        })
+        };
+        architecture.validate().or_input()?;
+        Ok(architecture)
     }
 }
 
+/// How it is trained.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Training")]
 pub(super) struct TrainingOptions {
@@ -89,41 +73,6 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     epochs: u32,
 
-    #[command(flatten)]
-    pub(super) run: RunOptions,
-}
-
-impl TrainingOptions {
-    /// What to train, and how.
-    pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
-        if self.misfit_weight.is_some() && self.loss_over == LossOver::Fitting {
-            let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
-            return Err(Failure::input(what));
-        }
-        let usual = TrainingSettings::default();
-        Ok(TrainingSettings {
-            architecture: network.architecture()?,
-            loss: self.loss,
-            loss_over: self.loss_over,
-            misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
-            cut_off: self.cut_off.unwrap_or(usual.cut_off),
-            epochs: self.epochs as usize,
-            ..self.run.settings()
-        })
-    }
-}
-
-/// Parses what a placement that does not fit counts.
-fn misfit_weight(text: &str) -> Result<f64, String> {
-    match positive(text) {
-        Ok(weight) if weight <= 1.0 => Ok(weight),
-        _ => Err("must be a number above 0, 1 at most".to_owned()),
-    }
-}
-
-/// What every training is told.
-#[derive(Debug, Args)]
-pub(crate) struct RunOptions {
     /// Packing steps per batch
     #[arg(long, value_name = "COUNT", default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65_536))]
     batch: u32,
@@ -143,15 +92,15 @@ pub(crate) struct RunOptions {
     /// Tenths of the sequences that are held out of the training split for validation: those whose number ends in 8, in 7
     /// and so on. They choose the epoch; with 0 it is the last
     #[arg(long, value_name = "TENTHS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_VALIDATION_TENTHS)))]
-    pub(crate) validation: u32,
+    validation: u32,
 
     /// Seeds the initial weights and the order of the data
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
-    pub(crate) seed: u64,
+    seed: u64,
 
     /// Where to train
     #[arg(long, value_parser = parse_device(), default_value = "cpu")]
-    pub(crate) device: Device,
+    pub(super) device: Device,
 
     /// Threads on the processor: of its arithmetic, or, where a GPU trains, of what prepares the batches [default: one per
     /// core]
@@ -159,22 +108,41 @@ pub(crate) struct RunOptions {
     threads: Option<usize>,
 }
 
-impl RunOptions {
-    pub(crate) fn threads(&self) -> usize {
+impl TrainingOptions {
+    pub(super) fn threads(&self) -> usize {
         self.threads.unwrap_or_else(workers::default_count)
     }
 
-    /// The settings that are the same for every training that is compared with another.
-    pub(crate) fn settings(&self) -> TrainingSettings {
-        TrainingSettings {
+    /// What to train, and how.
+    pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
+        if self.misfit_weight.is_some() && self.loss_over == LossOver::Fitting {
+            let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
+            return Err(Failure::input(what));
+        }
+        let usual = TrainingSettings::default();
+        Ok(TrainingSettings {
+            architecture: network.architecture()?,
+            loss: self.loss,
+            loss_over: self.loss_over,
+            misfit_weight: self.misfit_weight.unwrap_or(usual.misfit_weight),
+            cut_off: self.cut_off.unwrap_or(usual.cut_off),
+            epochs: self.epochs as usize,
             batch: self.batch as usize,
             learning_rate: self.learning_rate,
             schedule: self.schedule,
             sequences: self.sequences,
             validation_tenths: self.validation,
             seed: self.seed,
-            ..TrainingSettings::default()
-        }
+            ..usual
+        })
+    }
+}
+
+/// Parses what a placement that does not fit counts.
+fn misfit_weight(text: &str) -> Result<f64, String> {
+    match positive(text) {
+        Ok(weight) if weight <= 1.0 => Ok(weight),
+        _ => Err("must be a number above 0, 1 at most".to_owned()),
     }
 }
 
@@ -196,7 +164,7 @@ const LOSSES: [Choice<Loss>; 2] = [
     ),
 ];
 
-pub(crate) const LOSS_OVERS: [Choice<LossOver>; 2] = [
+const LOSS_OVERS: [Choice<LossOver>; 2] = [
     (
         "all",
         LossOver::All,

@@ -17,9 +17,9 @@ use serde::Serialize;
 
 use crate::drawing;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::length::{centimetres, parse_length, parse_size};
 use crate::options::{Sensor, file, parse_sensor};
 use crate::output;
+use crate::quantity::{centimetres, parse_length, parse_size};
 
 /// Sensors may disagree on the container's size by this, in metres.
 const SIZE_TOLERANCE_M: f64 = 0.005;
