@@ -57,7 +57,7 @@ impl Default for TrialLimits {
     fn default() -> Self {
         Self {
             tilt_rad: 25.0_f64.to_radians(),
-            rolling_tilt_rad: 8.0_f64.to_radians(),
+            rolling_tilt_rad: 18.0_f64.to_radians(),
             slide_m: 0.018,
             disturbance_m: 0.02,
         }

@@ -103,6 +103,7 @@ fn a_hold_that_comes_before_the_journal_can_be_opened_is_kept() {
     assert_eq!(reason(state).as_deref(), Some("a door is open"));
 }
 
+#[test]
 fn aborting_leaves_an_item_that_was_not_touched_where_it_is() {
     let (rig, script) = Rig::scripted(false, None);
     let controller = &rig.controller;
