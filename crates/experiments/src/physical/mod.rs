@@ -28,7 +28,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
 use crate::document::{OutOptions, Page};
-use crate::network::NetworkOptions;
+use crate::network::{NetworkOptions, source};
 use crate::runs::Runs;
 use contenders::{Contender, contenders};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
     let shipped = model.as_ref().ok();
-    let proposals = shipped.map(|model| network.source(&grid, model));
+    let proposals = shipped.map(|model| source(&grid, network.percent(), model));
     let contenders = contenders(settings.buffer, settings.seed, proposals);
     let network = shipped.map(|model| network.of(backend, model, &items));
     let world = World {
