@@ -177,7 +177,9 @@ fn table_3_tests_what_validation_chose() {
     let folder = tempfile::tempdir().unwrap();
     let dataset = dataset(folder.path());
     let out = folder.path().join("table3");
-    let small = ["--epochs", "1", "--widths", "4,4", "--head", "4", "--batch", "8"];
+    let small = [
+        "--epochs", "1", "--widths", "4,4", "--head", "4", "--batch", "8",
+    ];
     let asked = [&["--seeds", "2", "--cut-off", "10,40"], &small[..]].concat();
     let made = table_3(&dataset, &out, &asked);
     let message = String::from_utf8_lossy(&made.stderr);
