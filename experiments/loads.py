@@ -10,7 +10,7 @@ import json
 import math
 import pathlib
 
-from pages import keep, mean, publish, row, share, shown, table
+from pages import keep, kept, mean, publish, row, share, shown, table
 
 # Loads below this say little of the estimate, in kilograms.
 NOTICEABLE_KG = 0.05
@@ -115,14 +115,13 @@ def measured(lines, measure, *others):
         columns = measure(runs, *others)
         # JSON has no numbers that are not finite.
         finite = lambda value: None if isinstance(value, float) and not math.isfinite(value) else value
-        keep(line, [(key, finite(kept)) for key, _, _, kept in columns])
+        keep(line, [(key, finite(value)) for key, _, _, value in columns])
         rows.append(row(line["name"], *(told for _, head, told, _ in columns if head is not None)))
     return table(["line", *(head for _, head, _, _ in columns if head is not None)], rows)
 
 
 def page(results, folder):
-    read = lambda line: [json.loads((folder / line["folder"] / f"{name}.json").read_text()) for name in results["runs"]]
-    lines = [(line, read(line)) for line in results["lines"]]
+    lines = [(line, kept(folder / line["folder"], results["runs"])) for line in results["lines"]]
     least, most = results["factors"]
     limits_kg = results["limits_kg"]
     return f"""# Loads: measured, estimated, allowed

@@ -70,6 +70,11 @@ def keep(line, columns):
         place[last] = value
 
 
+def kept(folder, names):
+    """The runs that an experiment kept in a folder."""
+    return [json.loads((folder / f"{name}.json").read_text()) for name in names]
+
+
 def publish(path, text, results, version=None):
     """Writes a page and its figures as JSON beside it, each with what made it: this script, where they do not say so."""
     results.setdefault("origin", {

@@ -13,7 +13,7 @@ import pathlib
 
 import numpy
 
-from pages import publish
+from pages import kept, publish
 
 # In standard deviations of the figures; from 30 to 1,000 what is explained differs by less than a thousandth.
 PENALTY = 100.0
@@ -61,15 +61,17 @@ def samples(seen, container_m3):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("steps", type=pathlib.Path, help="what `ppnpack experiment value` wrote")
+    parser.add_argument("results", type=pathlib.Path, help="what `ppnpack experiment value` wrote")
+    parser.add_argument("--runs", type=pathlib.Path, help="where it kept its runs [default: runs beside the file]")
     parser.add_argument("--out", type=pathlib.Path, default="out/learned", help="where what was learned is written")
     asked = parser.parse_args()
-    results = json.loads(asked.steps.read_text())
+    results = json.loads(asked.results.read_text())
     way, grid = results["way"], results["way"]["grid"]
     container_m3 = math.prod(grid["container"].values())
-    sequences = [samples(seen, container_m3) for seen in results["sequences"] if seen["packed_m3"]]
+    runs = kept((asked.runs or asked.results.with_name("runs")) / results["folder"], results["runs"])
+    sequences = [samples(seen, container_m3) for seen in runs if seen["packed_m3"]]
     if len(sequences) < PARTS:
-        parser.error(f"{asked.steps} has {len(sequences)} packed sequences: {PARTS} are needed to learn from")
+        parser.error(f"{asked.results} has {len(sequences)} packed sequences: {PARTS} are needed to learn from")
     regressors, further = joined(sequences)
     # What was packed until then is the same for all placements of a step.
     coefficients = fit(regressors, further, PENALTY)[0][:-1].tolist()

@@ -23,20 +23,21 @@ static CATALOGUE: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-fn command(out: &Path, arguments: &[&str]) -> Command {
+fn command(out: &Path, words: &str) -> Command {
+    let catalogue = CATALOGUE.path().display();
+    let asked = format!(
+        "dataset --length 3 --buffer 2 --catalogue {catalogue} --out {} {words}",
+        out.display()
+    );
     let mut command = program();
     command
-        .args(["dataset", "--length", "3", "--buffer", "2", "--catalogue"])
-        .arg(CATALOGUE.path())
-        .arg("--out")
-        .arg(out)
-        .args(arguments)
+        .args(asked.split_whitespace())
         .env("XDG_CACHE_HOME", CATALOGUE.path().join("cache"));
     command
 }
 
-fn ppnpack(out: &Path, arguments: &[&str]) -> Output {
-    command(out, arguments).output().unwrap()
+fn ppnpack(out: &Path, words: &str) -> Output {
+    command(out, words).output().unwrap()
 }
 
 /// Every file of a folder with its content, but for half-written ones.
@@ -57,13 +58,10 @@ fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 fn a_killed_run_goes_on_and_ends_with_the_same_files() {
     let folder = tempfile::tempdir().unwrap();
     let (straight, killed) = (folder.path().join("straight"), folder.path().join("killed"));
-    let arguments = ["--sequences", "25", "--values", "--json"];
-    let summary = json(&ppnpack(
-        &straight,
-        &[&arguments[..], &["--workers", "3"]].concat(),
-    ));
+    let asked = "--sequences 25 --values --json";
+    let summary = json(&ppnpack(&straight, &format!("{asked} --workers 3")));
 
-    let mut child = command(&killed, &[&arguments[..], &["--workers", "1"]].concat())
+    let mut child = command(&killed, &format!("{asked} --workers 1"))
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
@@ -81,14 +79,14 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
     assert!(!killed.join("sequence-00024.safetensors.zst").exists());
     let kept = std::fs::metadata(&first).unwrap().modified().unwrap();
 
-    let again = ppnpack(&killed, &arguments);
+    let again = ppnpack(&killed, asked);
     assert_eq!(json(&again), summary);
     assert_eq!(content(&killed), content(&straight));
     let modified = std::fs::metadata(&first).unwrap().modified().unwrap();
     assert_eq!(modified, kept, "the finished sequence is kept");
 
     std::fs::write(&first, b"half").unwrap();
-    let repaired = ppnpack(&killed, &arguments);
+    let repaired = ppnpack(&killed, asked);
     assert_eq!(json(&repaired), summary);
     assert!(
         errors(&repaired).contains("sequence-00000"),
@@ -101,17 +99,17 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
 #[test]
 fn a_dataset_of_ranges_is_that_of_a_single_run() {
     let [single, first, all] = [(); 3].map(|()| tempfile::tempdir().unwrap());
-    let asked = ["--sequences", "6", "--json"];
-    json(&ppnpack(single.path(), &asked));
-    for (folder, from, cases, played) in [(&first, "0", "4", 4), (&all, "4", "10", 2)] {
-        let range = ["--first", from, "--cases", cases];
-        let summary = json(&ppnpack(folder.path(), &[&asked[..], &range].concat()));
+    let asked = "--sequences 6 --json";
+    json(&ppnpack(single.path(), asked));
+    for (folder, from, cases, played) in [(&first, 0, 4, 4), (&all, 4, 10, 2)] {
+        let range = format!("{asked} --first {from} --cases {cases}");
+        let summary = json(&ppnpack(folder.path(), &range));
         assert_eq!(summary["played"], played);
     }
     for (name, file) in content(first.path()) {
         std::fs::write(all.path().join(name), file).unwrap();
     }
-    let summary = json(&ppnpack(all.path(), &asked));
+    let summary = json(&ppnpack(all.path(), asked));
     assert_eq!(summary["sequences"], 6);
     assert_eq!(content(all.path()), content(single.path()));
 }
@@ -120,10 +118,7 @@ fn a_dataset_of_ranges_is_that_of_a_single_run() {
 fn a_dataset_has_what_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("data");
-    let summary = json(&ppnpack(
-        &out,
-        &["--sequences", "10", "--seed", "5", "--json"],
-    ));
+    let summary = json(&ppnpack(&out, "--sequences 10 --seed 5 --json"));
     let dataset = Dataset::open(&out).unwrap();
     assert_eq!(summary["hash"], dataset.hash());
     assert_eq!(summary["sequences"], 10);
@@ -157,12 +152,10 @@ fn a_dataset_has_what_was_asked_for() {
 fn folders_and_sequences_that_must_not_be_used_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("data");
-    let refused = |arguments: &[&str], parts: &[&str]| {
-        is_refused(&ppnpack(&out, arguments), parts);
-    };
-    assert!(ppnpack(&out, &["--sequences", "1"]).status.success());
+    let refused = |words: &str, parts: &[&str]| is_refused(&ppnpack(&out, words), parts);
+    assert!(ppnpack(&out, "--sequences 1").status.success());
     refused(
-        &["--sequences", "1", "--seed", "1", "--values"],
+        "--sequences 1 --seed 1 --values",
         &[
             "other settings",
             "seed is 0 there, 1 is asked for",
@@ -178,17 +171,14 @@ fn folders_and_sequences_that_must_not_be_used_are_refused() {
     let row = known.into_iter().map(i64::from).collect();
     let rows = ndarray::Array2::from_shape_vec((1, 4), row).unwrap();
     ndarray_npy::write_npy(&file, &rows).unwrap();
-    let never = file.to_str().unwrap();
+    let never = format!("--never {}", file.display());
     refused(
-        &["--sequences", "4", "--never", never],
+        &format!("--sequences 4 {never}"),
         &["sequence 3 is sequence 0 of", "choose another seed"],
     );
-    assert!(
-        ppnpack(&out, &["--sequences", "3", "--never", never])
-            .status
-            .success()
-    );
-    refused(&["--never", "/nowhere.npy"], &["/nowhere.npy"]);
+    let drawn = ppnpack(&out, &format!("--sequences 3 {never}"));
+    assert!(drawn.status.success());
+    refused("--never /nowhere.npy", &["/nowhere.npy"]);
     std::fs::write(out.join("settings.json"), b"{").unwrap();
-    refused(&["--sequences", "3"], &["settings.json is damaged"]);
+    refused("--sequences 3", &["settings.json is damaged"]);
 }

@@ -18,7 +18,7 @@ use ppnpack_physics::view::CameraSettings;
 use crate::apart::Apart;
 use crate::cases::Case;
 use crate::document::{self, Page};
-use crate::network::NetworkOptions;
+use crate::network::{self, NetworkOptions};
 use crate::packer::{Packer, Run, sdfm};
 use crate::runs::RunsOptions;
 use crate::sheet::{Cell, Column};
@@ -88,6 +88,7 @@ impl GridOption {
 }
 
 /// A comparison that is set up: on one grid, in one cell.
+#[derive(Clone)]
 pub(crate) struct Comparison<'a> {
     pub(crate) options: &'a ComparisonOptions,
     backend: &'a dyn Backend,
@@ -132,15 +133,11 @@ impl<'a> Comparison<'a> {
         let catalogue = self.catalogue.of_class(class);
         let network = self.options.network.with_file(network);
         Ok(Self {
-            options: self.options,
-            backend: self.backend,
-            grid_settings: self.grid_settings,
-            grid: self.grid.clone(),
-            simulated: self.simulated.clone(),
             items: catalogue.items(),
             catalogue: Arc::new(catalogue),
             model: network.find(self.backend, &self.grid)?,
             network,
+            ..self.clone()
         })
     }
 
@@ -158,9 +155,9 @@ impl<'a> Comparison<'a> {
     }
 
     /// The network's proposals of so many percent, where it can be used.
-    pub(crate) fn proposals(&self) -> Option<ProposalSource> {
+    pub(crate) fn proposals(&self, percent: f64) -> Option<ProposalSource> {
         let model = self.model.as_ref().ok()?;
-        Some(self.network.source(&self.grid, model))
+        Some(network::source(&self.grid, percent, model))
     }
 
     pub(crate) fn packer(&self, way: &Way) -> Packer<'_> {

@@ -89,9 +89,10 @@ impl NetworkOptions {
             items,
         }
     }
+}
 
-    pub(crate) fn source(&self, grid: &Grid, model: &Model) -> ProposalSource {
-        let weights = &model.card().weights_blake3;
-        ProposalSource::network(grid, self.percent(), None, PROPOSAL_YAWS, weights)
-    }
+/// The proposals of a model, of so many percent of all placements.
+pub(crate) fn source(grid: &Grid, percent: f64, model: &Model) -> ProposalSource {
+    let weights = &model.card().weights_blake3;
+    ProposalSource::network(grid, percent, None, PROPOSAL_YAWS, weights)
 }

@@ -3,7 +3,6 @@
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::PROPOSAL_YAWS;
 use ppnpack_packing::method::ProposalSource;
 use serde_json::json;
 
@@ -73,21 +72,9 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
 
 /// The exhaustive search first.
 fn ways(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<Way> {
-    let model = comparison.model.as_ref().ok();
     let percents = || arguments.percents.iter().copied();
-    let network = |percent| {
-        let weights = &model?.card().weights_blake3;
-        let grid = &comparison.grid;
-        Some(ProposalSource::network(
-            grid,
-            percent,
-            None,
-            PROPOSAL_YAWS,
-            weights,
-        ))
-    };
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];
-    sources.extend(percents().filter_map(network));
+    sources.extend(percents().filter_map(|percent| comparison.proposals(percent)));
     sources.extend(percents().map(|percent| ProposalSource::Random { percent }));
     let sources = sources.into_iter();
     sources

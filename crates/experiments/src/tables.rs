@@ -191,7 +191,8 @@ impl Row {
             RowProposals::Tries => (name, ProposalSource::PUBLISHED_TRIES),
             RowProposals::Network => {
                 let percent = comparison.options.network.percent();
-                (format!("{name} (K = {percent} %)"), comparison.proposals()?)
+                let proposals = comparison.proposals(percent)?;
+                (format!("{name} (K = {percent} %)"), proposals)
             }
         };
         let mut way = comparison.way(name, proposals);

@@ -114,7 +114,8 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     page.keep("cases", sequences.cases);
     page.keep("way", way);
     page.keep("figures_of_items", FIGURES_OF_ITEMS);
-    page.keep("sequences", seen);
+    page.keep("folder", runs.name());
+    page.keep("runs", cases.iter().map(Case::name).collect::<Vec<_>>());
     page.publish(&arguments.runs.out)
 }
 

@@ -7,22 +7,13 @@ use ppnpack_packing::trial::TrialSettings;
 
 use crate::packer::sdfm;
 
-/// A way to plan.
-pub(super) struct Contender {
-    pub(super) name: String,
-    /// What files are named by.
-    pub(super) key: &'static str,
-    pub(super) method: Method,
-}
+/// A way to plan, by its name.
+pub(super) type Contender = (String, Method);
 
-impl Contender {
-    fn new(name: impl Into<String>, key: &'static str, method: Method) -> Self {
-        Self {
-            name: name.into(),
-            key,
-            method,
-        }
-    }
+/// What the files of a contender are named by: `tried-network` for `tried, network, K = 20 %`.
+pub(super) fn key(name: &str) -> String {
+    let parts: Vec<&str> = name.split(", ").take(2).collect();
+    parts.join("-").replace(' ', "-")
 }
 
 /// The physical stability test, which the others are compared with; then placements that are tried, also with other weights, with
@@ -48,14 +39,13 @@ pub(super) fn contenders(
         ..tried(ProposalSource::Bounded)
     };
     let mut contenders = vec![
-        Contender::new("physical test", "physical-test", tested),
-        Contender::new("tried", "tried", tried(ProposalSource::Bounded)),
-        Contender::new("tried, dense", "tried-dense", dense),
-        Contender::new("tried, valued", "tried-valued", valued),
+        ("physical test".to_owned(), tested),
+        ("tried".to_owned(), tried(ProposalSource::Bounded)),
+        ("tried, dense".to_owned(), dense),
+        ("tried, valued".to_owned(), valued),
     ];
     if let Some(proposals) = network {
-        let name = format!("tried, {proposals}");
-        contenders.push(Contender::new(name, "tried-network", tried(proposals)));
+        contenders.push((format!("tried, {proposals}"), tried(proposals)));
     }
     contenders
 }

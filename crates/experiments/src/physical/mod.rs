@@ -28,9 +28,9 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
 use crate::document::{OutOptions, Page};
-use crate::network::NetworkOptions;
+use crate::network::{NetworkOptions, source};
 use crate::runs::Runs;
-use contenders::{Contender, contenders};
+use contenders::{Contender, contenders, key};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, Simulated};
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     let model = network.find(backend, &grid)?;
     let items = catalogue.items();
     let shipped = model.as_ref().ok();
-    let proposals = shipped.map(|model| network.source(&grid, model));
+    let proposals = shipped.map(|model| source(&grid, network.percent(), model));
     let contenders = contenders(settings.buffer, settings.seed, proposals);
     let network = shipped.map(|model| network.of(backend, model, &items));
     let world = World {
@@ -142,8 +142,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         network,
     };
     let made = contenders.iter().map(|contender| {
-        let records = world.runs(arguments, contender)?;
-        Ok((contender.name.clone(), records))
+        let (name, _) = contender;
+        Ok((name.clone(), world.runs(arguments, contender)?))
     });
     let made: Vec<(String, Vec<RunRecord>)> = made.collect::<Outcome<_>>()?;
     let mut page = Page::new(
@@ -215,7 +215,8 @@ impl World<'_> {
     ) -> Outcome<Vec<RunRecord>> {
         let folder = arguments.out.folder("physical").join("runs");
         // One after another: each has a stack of its own.
-        let kept = Runs::new(&folder, &(self.settings, &contender.method), 1)?;
+        let (_, method) = contender;
+        let kept = Runs::new(&folder, &(self.settings, method), 1)?;
         let numbers = arguments.first..arguments.first.saturating_add(arguments.runs);
         let numbers: Vec<u32> = numbers.collect();
         let name = |number: &u32| format!("{number:05}");
@@ -240,20 +241,21 @@ impl World<'_> {
         stack.finish()?;
         self.measure(&mut done)?;
         if number == arguments.first {
-            let folder = arguments.out.folder("physical").join(contender.key);
+            let (name, _) = contender;
+            let folder = arguments.out.folder("physical").join(key(name));
             pictures::draw(&done, self.catalogue, self.grid, &folder)?;
         }
         Ok(done.record)
     }
 
-    fn start(&self, contender: &Contender, seeds: Seeds) -> Outcome<Stack> {
+    fn start(&self, (_, method): &Contender, seeds: Seeds) -> Outcome<Stack> {
         let settings = self.settings;
-        let is_network = contender.method.proposals.is_network();
+        let is_network = method.proposals.is_network();
         Stack::start(&Plan {
             cells: vec![cell()?],
             containers: Containers::ONE,
             grid: self.grid,
-            method: &contender.method,
+            method,
             poses: 1,
             alternatives: 0,
             arm: settings.arm.as_ref(),

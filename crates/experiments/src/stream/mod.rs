@@ -23,7 +23,7 @@ use crate::runs::{self, RunsOptions};
 use crate::sheet::Lines;
 use crate::way::Way;
 use packing::{Packing, Run};
-use source::{Arrivals, SourceOptions, Wanted};
+use source::{Arrivals, SourceOptions};
 
 /// The most containers that are open at the same time.
 const MOST_OPEN: u8 = 16;
@@ -104,14 +104,6 @@ impl StreamArguments {
         first.into_iter().chain(shared).collect()
     }
 
-    fn wanted(&self) -> Wanted {
-        Wanted {
-            first: self.first,
-            streams: self.streams,
-            items: self.items,
-        }
-    }
-
     fn rules(&self, sharing: Sharing) -> ContainerRules {
         ContainerRules {
             sharing,
@@ -124,9 +116,9 @@ impl StreamArguments {
 pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let way = Way::read_one(arguments.method.as_deref())?;
     let packer = Packer::robot(way, &arguments.catalogue, Apart::default())?;
-    let streams = arguments
-        .source
-        .streams(&packer.catalogue, arguments.wanted())?;
+    let numbers = arguments.first..arguments.first.saturating_add(arguments.streams);
+    let source = &arguments.source;
+    let streams = source.streams(&packer.catalogue, numbers, arguments.items)?;
     let settings = arguments.settings();
     let has_orders = arguments.source.has_orders();
     let pack = |setting: &Setting| {
@@ -171,7 +163,7 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
 fn publish(arguments: &StreamArguments, way: &Way, mut lines: Lines<Run>) -> Outcome {
     let (workers, source) = (
         arguments.runs.workers(),
-        arguments.source.said(arguments.wanted()),
+        arguments.source.said(arguments.items),
     );
     let text = format!(
         "# Streams: several containers open\n\n\

@@ -1,6 +1,7 @@
 //! The streams: of sequences, or of orders.
 
-use std::path::PathBuf;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -38,15 +39,6 @@ pub(super) struct SourceOptions {
     draw_orders: Option<u32>,
 }
 
-/// How many streams, and which.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Wanted {
-    pub(super) first: u32,
-    pub(super) streams: u32,
-    /// Of a stream of sequences.
-    pub(super) items: u32,
-}
-
 /// What arrives, one after another.
 #[derive(Default)]
 pub(super) struct Arrivals {
@@ -67,19 +59,24 @@ impl SourceOptions {
     }
 
     /// Where what arrives comes from, in words.
-    pub(super) fn said(&self, wanted: Wanted) -> String {
+    pub(super) fn said(&self, items: u32) -> String {
         match (&self.orders, self.draw_orders) {
             (Some(path), _) => format!("the orders of {}", path.display()),
             (None, Some(count)) => format!("{count} orders of 5 to 30 items, drawn at random"),
-            (None, None) => format!("{} items", wanted.items),
+            (None, None) => format!("{items} items"),
         }
     }
 
-    pub(super) fn streams(&self, catalogue: &Catalogue, wanted: Wanted) -> Outcome<Vec<Arrivals>> {
-        let numbers = wanted.first..wanted.first.saturating_add(wanted.streams);
+    /// The streams of these numbers; those of sequences have so many items.
+    pub(super) fn streams(
+        &self,
+        catalogue: &Catalogue,
+        numbers: Range<u32>,
+        items: u32,
+    ) -> Outcome<Vec<Arrivals>> {
         if let Some(path) = &self.sequences {
             let file = SequenceFile::read(path, catalogue)?;
-            return of_sequences(&file, path, wanted);
+            return of_sequences(&file, path, numbers, items as usize);
         }
         let read = match &self.orders {
             Some(path) => orders::read(path, catalogue).or_input()?,
@@ -115,18 +112,18 @@ impl Arrivals {
 /// Streams that are each made of as many sequences of the file as it takes.
 fn of_sequences(
     file: &SequenceFile,
-    path: &std::path::Path,
-    wanted: Wanted,
+    path: &Path,
+    numbers: Range<u32>,
+    items: usize,
 ) -> Outcome<Vec<Arrivals>> {
-    let items = wanted.items as usize;
     let length = file.get(0)?.objects.len().max(1);
     let sequences = u32::try_from(items.div_ceil(length)).unwrap_or(u32::MAX);
     let available = file.count() / (sequences as usize).max(1);
-    if u64::from(wanted.first) + u64::from(wanted.streams) > available as u64 {
+    if numbers.end as usize > available {
         return Err(Failure::input(format_args!(
             "--first {} --streams {}: {} has enough for {available} streams of {items} items, numbered from 0",
-            wanted.first,
-            wanted.streams,
+            numbers.start,
+            numbers.len(),
             path.display()
         )));
     }
@@ -139,7 +136,6 @@ fn of_sequences(
             ..Arrivals::default()
         })
     };
-    let numbers = wanted.first..wanted.first.saturating_add(wanted.streams);
     numbers.map(stream).collect()
 }
 

@@ -3,7 +3,7 @@
 //! The value is linear in [`figures`] of the surface with the item on it and of the items that still wait:
 //! `V = C sum(c_i f_i)`, `C` the container's volume. What is the same for all placements of a step has no influence on it. With
 //! `F` the objective and `v` the item's volume, the best placements are tried by increasing `F - w (v + V)`, `w` the weight per
-//! litre ([`Farsighted`]). `ppnpack-experiments experiment value` learns the coefficients; docs/results/value.md says what they are
+//! litre ([`Farsighted`]). `experiments/value.py` learns the coefficients of what `experiment value` packs; docs/results/value.md says what they are
 //! worth.
 //!
 //! It is a learned value function of reinforcement learning, by Monte Carlo (Sutton and Barto, *Reinforcement Learning*, 2018, chapter 9), with one step of
