@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::containers::{ContainersStep, Effort, OpenContainer};
+use ppnpack_packing::containers::{ContainersStep, OpenContainer};
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
@@ -283,14 +283,14 @@ fn containers(criterion: &mut Criterion) {
         let step = ContainersStep {
             containers: &open,
             candidates,
-            admits: &|_, _| true,
+            orders: &Orders::default(),
             step: 0,
         };
         group.bench_function(
             BenchmarkId::new("a step over four, the fullest", name),
             |bencher| {
                 bencher.iter(|| {
-                    let planned = step.plan(&mut planners, &mut Effort::default());
+                    let planned = step.plan(&mut planners);
                     black_box(planned.unwrap())
                 });
             },
@@ -331,10 +331,10 @@ fn waiting_orders(criterion: &mut Criterion) {
                 (0..30).for_each(|arrival| orders.packed(arrival / 3 % 4, arrival));
                 orders.begin(&buffer);
                 let mut admitted = 0;
-                for attempt in orders.attempts(&[0, 1, 2, 3], &buffer) {
+                for gives_way in orders.attempts(&[0, 1, 2, 3], &buffer) {
                     for at in 0..4 {
                         for held in &buffer {
-                            let is_admitted = orders.admits(attempt, at, held.arrival);
+                            let is_admitted = orders.admits(*gives_way, at, held.arrival);
                             admitted += usize::from(is_admitted);
                         }
                     }

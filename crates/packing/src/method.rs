@@ -356,7 +356,7 @@ impl Method {
         let wide = network
             .open(grids.coarse(), CoarseToFine::wider(share), &coarse)
             .map_err(MethodError::Network)?;
-        let narrowed = CoarseToFine::narrowing(grids, &self.search_settings(), share, wide)?;
+        let narrowed = CoarseToFine::new(grids, &self.search_settings(), share, wide)?;
         let shapes = items.iter().map(|item| item.shape());
         Ok(narrowed.with_items(shapes.zip(coarse)))
     }

@@ -4,13 +4,13 @@
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
 use crate::closing::{self, Closing, ClosingRules, Fill};
-use crate::containers::{ContainersStep, Effort, OpenContainer};
+use crate::containers::{ContainersStep, OpenContainer};
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
-use crate::orders::{Attempt, Orders};
+use crate::orders::Orders;
 use crate::plan::{Planner, StageError};
 
 /// Where empty containers come from.
@@ -219,7 +219,6 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(())
     }
 
-    /// Plans by all rules, and without those that give way where nothing can be packed by them.
     fn plan(
         &mut self,
         step: u64,
@@ -230,23 +229,13 @@ impl<'a, C: PackingCell> Containers<'a, C> {
             scene: &filled.scene,
             filled_percent: filled.fill().percent(),
         });
-        let open: Vec<_> = open.collect();
-        let orders = &self.orders;
-        let containers: Vec<usize> = (0..open.len()).collect();
-        let mut effort = Effort::default();
-        for attempt in orders.attempts(&containers, candidates) {
-            let input = ContainersStep {
-                containers: &open,
-                candidates,
-                admits: &|at, held| orders.admits(attempt, at, held.arrival),
-                step,
-            };
-            let chosen = input.plan(&mut self.planners, &mut effort)?;
-            if chosen.is_some() {
-                return Ok(chosen);
-            }
-        }
-        Ok(None)
+        let input = ContainersStep {
+            containers: &open.collect::<Vec<_>>(),
+            candidates,
+            orders: &self.orders,
+            step,
+        };
+        Ok(input.plan(&mut self.planners)?)
     }
 
     /// A container that a rule closes, and why.
@@ -276,7 +265,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     fn fits_nowhere(&self, candidates: &[Candidate]) -> Option<usize> {
         let mut empty = self.filled.iter().enumerate();
         let (empty, _) = empty.find(|(_, filled)| filled.steps.is_empty())?;
-        let may_take = |held: &Candidate| may_take(&self.orders, empty, held);
+        let may_take = |held: &Candidate| self.orders.admits(true, empty, held.arrival);
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
@@ -293,9 +282,4 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         filled.closing = Some(why);
         filled
     }
-}
-
-/// Whether a container may take an item by the rules that never give way.
-fn may_take(orders: &Orders, container: usize, held: &Candidate) -> bool {
-    orders.admits(Attempt::LENIENT, container, held.arrival)
 }

@@ -2,7 +2,6 @@
 //!
 //! Some rules are never broken; others say what is better, and give way where nothing else could be packed.
 
-mod attempts;
 mod bar;
 mod ties;
 
@@ -11,7 +10,6 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use attempts::Attempt;
 pub use bar::Bar;
 pub use ties::Tie;
 use ties::{Counts, Unit, Units, count};
@@ -274,6 +272,27 @@ impl Orders {
             .or_else(|| self.with_others(held, line))
             .or_else(|| self.kept_for(held, line))
             .or_else(|| self.elsewhere(held, item))
+    }
+
+    /// The tries of a step over these containers, until one finds something: whether rules give way in each that may. Whatever has a
+    /// valid placement has one in the last of them: where the last finds nothing, nothing can be packed.
+    pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> &'static [bool] {
+        let gives_way = |container: &usize| {
+            let mut bars = candidates
+                .iter()
+                .filter_map(|held| self.bar(*container, held.arrival));
+            bars.any(|bar| bar.gives_way())
+        };
+        match containers.iter().any(gives_way) {
+            true => &[false, true],
+            false => &[false],
+        }
+    }
+
+    /// Whether a container may take the item of this arrival, where rules give way that may, or by all rules.
+    pub fn admits(&self, gives_way: bool, container: usize, arrival: usize) -> bool {
+        let bar = self.bar(container, arrival);
+        bar.is_none_or(|bar| gives_way && bar.gives_way())
     }
 
     /// The first of other orders, where a container is for one.

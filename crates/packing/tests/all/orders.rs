@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use ppnpack_packing::closing::{Closing, ClosingRules};
-use ppnpack_packing::containers::{ContainersStep, Effort, OpenContainer};
+use ppnpack_packing::containers::{ContainersStep, OpenContainer};
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
 use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing, Tie};
@@ -443,23 +443,19 @@ impl<'a> Game<'a> {
                 filled_percent: held.len() as f64,
             })
             .collect();
-        let containers: Vec<usize> = (0..open.len()).collect();
-        let mut attempts = self.orders.attempts(&containers, waiting).into_iter();
-        attempts.find_map(|attempt| {
-            let step = ContainersStep {
-                containers: &open,
-                candidates: waiting,
-                admits: &|at, held| self.orders.admits(attempt, at, held.arrival),
-                step: 0,
-            };
-            let found = step.plan(&mut self.planners, &mut Effort::default());
-            let (container, done) = found.unwrap()?;
-            let lying = Lying {
-                arrival: waiting[done.choice.candidate].arrival,
-                at: done.choice.resting,
-            };
-            Some((container, lying, attempt.gives_way))
-        })
+        let step = ContainersStep {
+            containers: &open,
+            candidates: waiting,
+            orders: &self.orders,
+            step: 0,
+        };
+        let (container, done) = step.plan(&mut self.planners).unwrap()?;
+        let lying = Lying {
+            arrival: waiting[done.choice.candidate].arrival,
+            at: done.choice.resting,
+        };
+        let gave_way = self.orders.bar(container, lying.arrival).is_some();
+        Some((container, lying, gave_way))
     }
 
     /// What of these could be packed, by brute force: by all rules, or by those that never give way.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::orders::{Attempt, Orders};
+use ppnpack_packing::orders::Orders;
 use ppnpack_packing::step::Candidate;
 use ppnpack_wire::v1::{self, Status};
 
@@ -70,21 +70,24 @@ fn attempts(
     candidates: &[Candidate],
     is_all_seen: bool,
 ) -> Vec<AttemptPlan> {
-    let mut attempts = match orders {
+    let attempts = match orders {
         Some(orders) => orders.attempts(containers, candidates),
-        None => vec![Attempt::STRICT],
+        None => &[false],
     };
-    attempts.retain(|attempt| is_all_seen || !attempt.gives_way);
-    let admitted = |attempt: Attempt, at: usize| {
-        let is_admitted =
-            |held: &Candidate| orders.is_none_or(|orders| orders.admits(attempt, at, held.arrival));
+    let admitted = |gives_way: bool, at: usize| {
+        let is_admitted = |held: &Candidate| {
+            orders.is_none_or(|orders| orders.admits(gives_way, at, held.arrival))
+        };
         let candidates = candidates.iter().enumerate();
         let admitted = candidates.filter(|(_, held)| is_admitted(held));
         admitted.map(|(index, _)| index).collect()
     };
-    let attempts = attempts.into_iter().map(|attempt| {
+    let attempts = attempts
+        .iter()
+        .filter(|gives_way| is_all_seen || !**gives_way);
+    let attempts = attempts.map(|gives_way| {
         let containers = containers.iter();
-        containers.map(|at| admitted(attempt, *at)).collect()
+        containers.map(|at| admitted(*gives_way, *at)).collect()
     });
     attempts.collect()
 }
