@@ -4,14 +4,16 @@
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
 use crate::closing::{self, Closing, ClosingRules, Fill};
-use crate::containers::{ContainersStep, OpenContainer};
+use crate::containers::{Found, plan_over};
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
 use crate::orders::Orders;
-use crate::plan::{Planner, StageError};
+use crate::plan::{Plan, PlanError, Planner, StageError};
+use crate::refusal::Refusals;
+use crate::step::{Evaluated, StepInput};
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
@@ -219,23 +221,50 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(())
     }
 
+    /// Plans a step: the container, by its index, and what is packed into it; `None` where no candidate has a valid placement in any
+    /// that may take it.
     fn plan(
         &mut self,
-        step: u64,
+        number: u64,
         candidates: &[Candidate],
     ) -> Result<Option<(usize, Step)>, EpisodeError> {
-        let open = self.filled.iter().map(|filled| OpenContainer {
-            grid: &filled.grid,
-            scene: &filled.scene,
-            filled_percent: filled.fill().percent(),
-        });
-        let input = ContainersStep {
-            containers: &open.collect::<Vec<_>>(),
-            candidates,
-            orders: &self.orders,
-            step,
+        let percent = |filled: &Filled<C>| filled.fill().percent();
+        let open = self.filled.iter().zip(&mut self.planners).enumerate();
+        let mut open: Vec<_> = open.collect();
+        // A stable sort: of equally full ones that which was opened first.
+        open.sort_by(|(_, (a, _)), (_, (b, _))| percent(b).total_cmp(&percent(a)));
+        let places: Vec<usize> = open.iter().map(|(place, _)| *place).collect();
+        let attempts = self.orders.attempts(&places, candidates);
+        let mut refusals = Refusals::default();
+        let found = plan_over(&attempts, candidates, |at, admitted| {
+            let Some((_, (filled, planner))) = open.get_mut(at) else {
+                return Ok(Plan::default());
+            };
+            let plan = planner.plan(&StepInput {
+                step: number,
+                ..StepInput::new(&filled.grid, &filled.scene, admitted)
+            })?;
+            refusals.add(plan.refusals());
+            Ok::<_, PlanError>(plan.clone())
+        })?;
+        let step = |found: Found| {
+            let choice = found.plan.choice()?;
+            let held = found.candidates.get(choice.candidate)?;
+            let is_it =
+                |other: &Candidate| (other.arrival, other.pose) == (held.arrival, held.pose);
+            let candidate = candidates.iter().position(is_it)?;
+            let choice = Evaluated {
+                candidate,
+                ..choice
+            };
+            let step = Step {
+                timings: found.timings,
+                refusals,
+                ..Step::new(number, held.clone(), choice, &found.plan)
+            };
+            Some((*places.get(found.container)?, step))
         };
-        Ok(input.plan(&mut self.planners)?)
+        Ok(found.and_then(step))
     }
 
     /// A container that a rule closes, and why.

@@ -128,44 +128,6 @@ mod tests {
         }
     }
 
-    fn loads_kg(stack: &Stack) -> Vec<(f64, f64)> {
-        let items = 0..stack.items.len();
-        let load = |index| (stack.carried_kg(index), stack.above_kg(index));
-        items.map(load).collect()
-    }
-
-    #[test]
-    fn a_tower_carries_all_that_is_above() {
-        let stack = Stack::new(vec![
-            standing(1.0, &[]),
-            standing(2.0, &[(0, 1.0)]),
-            standing(4.0, &[(1, 1.0)]),
-        ]);
-        assert_eq!(loads_kg(&stack), [(6.0, 6.0), (4.0, 4.0), (0.0, 0.0)]);
-        assert_eq!(stack.added_kg(&standing(8.0, &[(1, 0.5)])), [4.0, 4.0, 0.0]);
-    }
-
-    #[test]
-    fn a_pyramid_shares_what_is_above_and_no_item_is_counted_twice() {
-        let stack = Stack::new(vec![
-            standing(1.0, &[]),
-            standing(1.0, &[]),
-            standing(1.0, &[]),
-            standing(1.0, &[(0, 0.5), (1, 0.5)]),
-            standing(1.0, &[(1, 0.5), (2, 0.5)]),
-            standing(1.0, &[(3, 0.5), (4, 0.5)]),
-        ]);
-        let expected = [
-            (0.75, 2.0),
-            (1.5, 3.0),
-            (0.75, 2.0),
-            (0.5, 1.0),
-            (0.5, 1.0),
-            (0.0, 0.0),
-        ];
-        assert_eq!(loads_kg(&stack), expected);
-    }
-
     #[test]
     fn items_that_rest_on_each_other_have_an_end() {
         let stack = Stack::new(vec![

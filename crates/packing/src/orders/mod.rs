@@ -15,6 +15,7 @@ pub use ties::Tie;
 use ties::{Counts, Unit, Units, count};
 
 use crate::candidate::Candidate;
+use crate::containers::Attempt;
 
 /// Sums of masses that differ by less than this are the same, in kilograms.
 const SAME_KG: f64 = 1e-9;
@@ -274,19 +275,21 @@ impl Orders {
             .or_else(|| self.elsewhere(held, item))
     }
 
-    /// The tries of a step over these containers, until one finds something: whether rules give way in each that may. Whatever has a
-    /// valid placement has one in the last of them: where the last finds nothing, nothing can be packed.
-    pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> &'static [bool] {
-        let gives_way = |container: &usize| {
-            let mut bars = candidates
-                .iter()
-                .filter_map(|held| self.bar(*container, held.arrival));
-            bars.any(|bar| bar.gives_way())
+    /// The attempts of a step over these containers, until one finds something: by all rules, and then, where any gives way, without
+    /// those. Whatever has a valid placement has one in the last of them: where the last finds nothing, nothing can be packed.
+    pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> Vec<Attempt> {
+        let attempt = |gives_way: bool| -> Attempt {
+            let admitted = |container: &usize| {
+                let candidates = candidates.iter().enumerate();
+                let admitted =
+                    candidates.filter(|(_, held)| self.admits(gives_way, *container, held.arrival));
+                admitted.map(|(index, _)| index).collect()
+            };
+            containers.iter().map(admitted).collect()
         };
-        match containers.iter().any(gives_way) {
-            true => &[false, true],
-            false => &[false],
-        }
+        let mut attempts = vec![attempt(false), attempt(true)];
+        attempts.dedup();
+        attempts
     }
 
     /// Whether a container may take the item of this arrival, where rules give way that may, or by all rules.

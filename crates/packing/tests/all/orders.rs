@@ -1,9 +1,10 @@
 //! Random orders with all rules at once, against a slow and plain recomputation from what lies where.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use ppnpack_packing::closing::{Closing, ClosingRules};
-use ppnpack_packing::containers::{ContainersStep, OpenContainer};
+use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
 use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing, Tie};
@@ -429,32 +430,27 @@ impl<'a> Game<'a> {
 
     /// Plans a step as a stream does: the container, what lies there then, and whether rules that give way did so.
     fn plan(&mut self, waiting: &[Candidate]) -> Option<(usize, Lying, bool)> {
-        let scenes: Vec<Scene> = self
-            .world
-            .open
-            .iter()
-            .map(|held| self.scene(held))
-            .collect();
-        let open = scenes.iter().zip(&self.world.open);
-        let open: Vec<OpenContainer<'_>> = open
-            .map(|(scene, held)| OpenContainer {
-                grid: &self.grid,
-                scene,
-                filled_percent: held.len() as f64,
-            })
-            .collect();
-        let step = ContainersStep {
-            containers: &open,
-            candidates: waiting,
-            orders: &self.orders,
-            step: 0,
-        };
-        let (container, done) = step.plan(&mut self.planners).unwrap()?;
+        let open = self.world.open.iter();
+        let scenes: Vec<Scene> = open.map(|held| self.scene(held)).collect();
+        let mut places: Vec<usize> = (0..scenes.len()).collect();
+        places.sort_by_key(|place| Reverse(self.world.open[*place].len()));
+        let attempts = self.orders.attempts(&places, waiting);
+        let found = plan_over(&attempts, waiting, |at, admitted| {
+            let place = places[at];
+            let input = StepInput::new(&self.grid, &scenes[place], admitted);
+            self.planners[place].plan(&input).cloned()
+        });
+        let found = found.unwrap()?;
+        let choice = found.plan.choice()?;
+        let (container, arrival) = (
+            places[found.container],
+            found.candidates[choice.candidate].arrival,
+        );
         let lying = Lying {
-            arrival: waiting[done.choice.candidate].arrival,
-            at: done.choice.resting,
+            arrival,
+            at: choice.resting,
         };
-        let gave_way = self.orders.bar(container, lying.arrival).is_some();
+        let gave_way = self.orders.bar(container, arrival).is_some();
         Some((container, lying, gave_way))
     }
 
@@ -625,68 +621,56 @@ fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Order
     orders
 }
 
-/// Why a container may not take an item as things are.
-fn bar(orders: &mut Orders, container: usize, arrival: usize) -> Option<Bar> {
+/// Asserts why containers may not take items as things are, by rules that never give way: container, arrival, why.
+fn assert_barred(orders: &mut Orders, cases: &[(usize, usize, Option<&str>)]) {
     orders.begin(&[]);
-    orders.bar(container, arrival)
-}
-
-fn told(orders: &mut Orders, container: usize, arrival: usize) -> String {
-    let bar = bar(orders, container, arrival).unwrap();
-    assert!(!bar.gives_way(), "{bar}");
-    bar.to_string()
-}
-
-#[test]
-fn an_undivided_order_stays_in_its_container_and_cannot_follow_into_a_closed_one() {
-    let rules = ContainerRules {
-        undivided: true,
-        ..ContainerRules::default()
-    };
-    let mut orders = begun(rules, &["7", "7", "8"].map(item), 2);
-    orders.packed(0, 0);
-    assert_eq!(bar(&mut orders, 0, 1), None);
-    assert_eq!(
-        told(&mut orders, 1, 1),
-        "the items of order 7 must not be divided, and others of them are in another container"
-    );
-    orders.closed(0);
-    assert_eq!(
-        told(&mut orders, 0, 1),
-        "the items of order 7 must not be divided, and others of them are in a container that was closed"
-    );
-    assert_eq!(bar(&mut orders, 0, 2), None);
+    for (container, arrival, why) in cases {
+        let bar = orders.bar(*container, *arrival);
+        let bar = bar.filter(|bar| !bar.gives_way());
+        assert_eq!(bar.map(|bar| bar.to_string()).as_deref(), *why);
+    }
 }
 
 #[test]
-fn an_undivided_order_is_begun_only_where_all_of_it_is_possible() {
+fn an_undivided_order_is_begun_where_all_of_it_is_possible_and_stays_in_its_container() {
     let rules = ContainerRules {
         undivided: true,
         most_kg: Some(5.0),
         apart: vec![("food".to_owned(), "soap".to_owned())],
         ..ContainerRules::default()
     };
-    let heavy = |order: &str, mass_kg: f64| OrderItem {
+    let heavy = |(order, mass_kg)| OrderItem {
         mass_kg: Some(mass_kg),
         ..item(order)
     };
-    let mut items = [("7", 2.0), ("7", 2.0), ("8", 2.0), ("8", 0.5)]
-        .map(|(order, mass_kg)| heavy(order, mass_kg))
-        .to_vec();
-    items.extend(["soap", "food"].map(|group| of_group("9", group)));
-    let mut orders = begun(rules, &items, 1);
-    assert_eq!(bar(&mut orders, 0, 0), None);
+    let items = [("7", 2.0), ("7", 2.0), ("8", 2.0), ("8", 0.5)].map(heavy);
+    let items = [
+        &items[..],
+        &["soap", "food"].map(|group| of_group("9", group)),
+    ]
+    .concat();
+    let mut orders = begun(rules, &items, 2);
+    assert_barred(&mut orders, &[(0, 0, None)]);
     orders.packed(0, 0);
-    // 2 kg are in it, 2 kg have to follow.
-    assert_eq!(
-        told(&mut orders, 0, 2),
-        "the items of order 7 must not be divided, and others of them have to follow into this container: \
-         the container would be 1.50 kg too heavy"
+    let elsewhere = "the items of order 7 must not be divided, and others of them are in ";
+    let to_follow = "the items of order 7 must not be divided, and others of them have to follow into this container: \
+                     the container would be 1.50 kg too heavy";
+    let contradictory = "the items of order 9 must not be divided, and of all of them together: \
+                         food must not travel with soap";
+    assert_barred(
+        &mut orders,
+        &[
+            (0, 1, None),
+            (1, 1, Some(&format!("{elsewhere}another container"))),
+            // 2 kg are in it, 2 kg have to follow.
+            (0, 2, Some(to_follow)),
+            (1, 2, None),
+            (0, 4, Some(contradictory)),
+        ],
     );
-    assert_eq!(
-        told(&mut orders, 0, 4),
-        "the items of order 9 must not be divided, and of all of them together: food must not travel with soap"
-    );
+    orders.closed(0);
+    let closed = format!("{elsewhere}a container that was closed");
+    assert_barred(&mut orders, &[(0, 1, Some(&closed)), (0, 2, None)]);
 }
 
 #[test]
@@ -697,28 +681,28 @@ fn groups_travel_together_and_what_is_tied_to_them_follows() {
             .into(),
         ..ContainerRules::default()
     };
-    let items = [
-        of_group("7", "device"),
-        of_group("7", "charger"),
-        of_group("7", "card"),
-        of_group("7", "toy"),
-        of_group("9", "device"),
-    ];
+    let mut items = ["device", "charger", "card", "toy"]
+        .map(|group| of_group("7", group))
+        .to_vec();
+    items.push(of_group("9", "device"));
     let mut orders = begun(rules, &items, 2);
     orders.packed(0, 0);
-    assert_eq!(
-        told(&mut orders, 1, 1),
-        "the items of device and charger of order 7 must travel together, and others of them are in another container"
+    let tied = "the items of device and charger of order 7 must travel together, \
+                and others of them are in another container";
+    let chained = "the items of charger and card of order 7 must travel together, \
+                   and others of them have to follow items in another container";
+    assert_barred(
+        &mut orders,
+        &[
+            (1, 1, Some(tied)),
+            (1, 2, Some(chained)),
+            (1, 3, None),
+            (1, 4, None),
+        ],
     );
-    assert_eq!(
-        told(&mut orders, 1, 2),
-        "the items of charger and card of order 7 must travel together, and others of them have to follow items in another container"
-    );
-    assert!(bar(&mut orders, 1, 3).is_none_or(|bar| bar.gives_way()));
-    assert_eq!(bar(&mut orders, 1, 4), None);
     // One that never comes holds nothing together.
     orders.dropped(1);
-    assert!(bar(&mut orders, 1, 2).is_none_or(|bar| bar.gives_way()));
+    assert_barred(&mut orders, &[(1, 2, None)]);
 }
 
 #[test]
@@ -767,8 +751,8 @@ fn groups_that_must_not_travel_together_close_a_container() {
     assert_eq!((stream.closed.len(), stream.open[0].steps.len()), (1, 1));
     let mut orders = begun(rules, &items.map(|item| item.line), 1);
     orders.packed(0, 0);
-    assert_eq!(
-        told(&mut orders, 0, 1),
-        "chemicals must not travel with food"
+    assert_barred(
+        &mut orders,
+        &[(0, 1, Some("chemicals must not travel with food"))],
     );
 }

@@ -326,6 +326,11 @@ proptest! {
         prop_assert_eq!((choice.candidate, choice.resting.placement), (1, valid));
         prop_assert!(plan.degraded().is_empty());
         prop_assert!(foresight == 1 || was_told_before(&log));
+        // Each plan begins once and before all else, however many searches it takes.
+        let events = events(&log);
+        let count = |wanted| events.iter().filter(|event| **event == wanted).count();
+        prop_assert_eq!((&events[0], count(Event::Begun)), (&Event::Begun, 1));
+        prop_assert_eq!(count(Event::Widened), usize::from(!is_proposed));
     }
 
     #[test]
@@ -374,16 +379,22 @@ fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_search
     };
     for (foresight, is_bounded) in [(1, false), (1, true), (5, false), (5, true)] {
         let log = Log::default();
-        let stub = Stub {
+        let stub = |log: &Log| Stub {
             foresight,
             gives_up: Some((0, 7)),
-            ..Stub::new(&log, |arrival, _| arrival == 1)
+            ..Stub::new(log, |arrival, _| arrival == 1)
         };
-        let plan = planned(&input, Order::Balance, is_bounded, stub);
+        let plan = planned(&input, Order::Balance, is_bounded, stub(&log));
         assert_eq!((questions(&log, 0), questions(&log, 1)), (7, PLACES));
-        let ranked = ranked(&plan);
-        assert_eq!(ranked.len(), PLACES);
-        assert!(ranked.iter().all(|found| found.candidate == 1));
+        let found = ranked(&plan);
+        assert_eq!(found.len(), PLACES);
+        assert!(found.iter().all(|found| found.candidate == 1));
+        // An evaluator that leaves nothing out leads to the same plan.
+        let search = searching(&grid, Heuristic::Sdfm, Order::Balance, is_bounded);
+        let watched = Watched(search, Arc::default());
+        let checks: Vec<BoxedCheck> = vec![Box::new(stub(&Log::default()))];
+        let mut other = planner_of(watched, ProposeAll, Order::Balance, checks);
+        assert_eq!(ranked(other.plan(&input).unwrap()), found);
         let [left_out, other] = plan.candidates() else {
             panic!("{:?}", plan.candidates());
         };
@@ -402,29 +413,6 @@ fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_search
     assert_eq!(plan.choice().unwrap().candidate, 1);
     assert_eq!((questions(&log, 0), questions(&log, 1)), (4, 1));
     assert_eq!(plan.candidates()[0].reason, Some(Reason::Rejected(why())));
-}
-
-#[test]
-fn an_evaluator_that_leaves_nothing_out_leads_to_the_same_plan() {
-    let grid = small_grid();
-    let (scene, held) = (empty(&grid), blocks(2));
-    let input = StepInput {
-        alternatives: 5,
-        ..StepInput::new(&grid, &scene, &held)
-    };
-    let log = Log::default();
-    let stub = |log: &Log| Stub {
-        foresight: 3,
-        gives_up: Some((0, 2)),
-        ..Stub::new(log, |arrival, at| arrival == 1 && at.x > 2)
-    };
-    let expected = ranked(&planned(&input, Order::Balance, false, stub(&log)));
-    assert_eq!((expected.len(), questions(&log, 0)), (6, 2));
-    let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
-    let watched = Watched(search, Arc::default());
-    let checks: Vec<BoxedCheck> = vec![Box::new(stub(&Log::default()))];
-    let mut other = planner_of(watched, ProposeAll, Order::Balance, checks);
-    assert_eq!(ranked(other.plan(&input).unwrap()), expected);
 }
 
 #[test]
@@ -503,37 +491,6 @@ fn an_item_that_was_given_up_is_looked_into_again_where_nothing_else_is_valid() 
         assert!(!plan.is_widened(), "all was proposed before");
         let widened = events(&log).into_iter();
         assert_eq!(widened.filter(|event| *event == Event::Widened).count(), 1);
-    }
-}
-
-#[test]
-fn each_plan_begins_once_and_before_all_else() {
-    let grid = small_grid();
-    let (scene, held) = (empty(&grid), blocks(3));
-    for order in [Order::Balance, Order::Arrival] {
-        let log = Log::default();
-        let stub = Stub {
-            foresight: 2,
-            ruled_out: vec![1],
-            ..Stub::new(&log, |arrival, at| arrival == 2 && at.x > 0)
-        };
-        let search = searching(&grid, Heuristic::Sdfm, order, false);
-        let mut planner = planner_of(search, ProposeCorner, order, vec![Box::new(stub)]);
-        for step in 0..3 {
-            log.lock().unwrap().clear();
-            let input = StepInput {
-                step,
-                ..StepInput::new(&grid, &scene, &held)
-            };
-            // Several searches in one plan.
-            let plan = planner.plan(&input).unwrap();
-            assert!(plan.is_widened() && plan.choice().is_some());
-            let events = events(&log);
-            assert_eq!(events[0], Event::Begun);
-            let widened = events.iter().filter(|event| **event == Event::Widened);
-            assert_eq!(widened.count(), 1);
-            assert!(events.len() > 1 && !events[1..].contains(&Event::Begun));
-        }
     }
 }
 
