@@ -380,14 +380,6 @@ impl Stability {
             Self::None => Vec::new(),
         }
     }
-
-    /// Whether these read a scene's fine surface.
-    pub fn reads_surface(self) -> bool {
-        match self {
-            Self::Physical => true,
-            Self::Published | Self::None => false,
-        }
-    }
 }
 
 impl ProposalSource {
