@@ -7,7 +7,7 @@ use ppnpack_packing::closing::{Closing, ClosingRules};
 use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
-use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing, Tie};
+use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
 use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 
 use crate::streams::Ideal;
@@ -174,11 +174,6 @@ impl<'a> World<'a> {
         pairs.any(|(x, y)| (x == a && y == b) || (x == b && y == a))
     }
 
-    fn has_group(&self, items: &[usize], group: &str) -> usize {
-        let groups = items.iter().map(|item| self.line(*item).group.as_deref());
-        groups.filter(|of| *of == Some(group)).count()
-    }
-
     fn mass_kg(&self, items: &[usize]) -> f64 {
         let masses = items.iter().filter_map(|item| self.line(*item).mass_kg);
         masses.sum()
@@ -266,71 +261,12 @@ impl<'a> World<'a> {
         })
     }
 
-    /// Whether this reason is true of an item and a container.
-    fn is_true(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
+    /// Whether there is a cause for a bar of an item and a container: for one that never gives way, that the item, all that has to travel
+    /// with it and all that has to follow into the container break a rule there, or that some of it is elsewhere.
+    fn has_cause(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
         let held = self.held(container);
         let item = self.line(arrival);
-        let unit = self.unit(arrival);
-        let to_come = self.to_come();
-        let rest = unit.iter().filter(|one| to_come.contains(one));
-        let rest: Vec<usize> = rest.copied().collect();
-        let is_begun = held.iter().any(|one| unit.contains(one));
-        let is_one_order = self.rules.sharing == Sharing::OneOrder;
-        let is_over = |items: &[usize], over_kg: f64| {
-            let most_kg = self.rules.most_kg.unwrap();
-            (self.mass_kg(items) - most_kg - over_kg).abs() < NEAR && over_kg > 0.0
-        };
         match bar {
-            Bar::OtherOrder(other) => {
-                is_one_order && self.orders(&held).contains(&**other) && *other != item.order
-            }
-            Bar::GroupsApart(a, b) => {
-                let is_its_own = item.group.as_ref() == Some(a);
-                is_its_own && self.has_group(&held, b) > 0 && self.is_apart(a, b)
-            }
-            Bar::TooHeavy { over_kg } => is_over(&[&held[..], &[arrival]].concat(), *over_kg),
-            Bar::TiedElsewhere { tie, is_closed } => {
-                let others = match is_closed {
-                    true => Self::arrivals(&self.closed),
-                    false => self.in_others(container),
-                };
-                let mut others = others.iter();
-                self.is_tied_by(tie, arrival) && others.any(|other| self.is_tied_by(tie, *other))
-            }
-            Bar::ChainedElsewhere(tie) => {
-                let others = self.in_others(container);
-                let is_elsewhere = others.iter().any(|other| unit.contains(other));
-                self.is_tied_by(tie, arrival) && !is_begun && is_elsewhere
-            }
-            Bar::WithOthers { tie, bar } => {
-                let all = [&held[..], &rest].concat();
-                let is_so = match &**bar {
-                    Bar::OtherOrder(_) => is_one_order && self.orders(&all).len() > 1,
-                    Bar::GroupsApart(a, b) => {
-                        let is_of_rest = self.is_apart(a, b) && self.has_group(&rest, a) > 0;
-                        is_of_rest && self.has_group(&all, b) > usize::from(a == b)
-                    }
-                    Bar::TooHeavy { over_kg } => is_over(&all, *over_kg),
-                    _ => false,
-                };
-                self.is_tied_by(tie, arrival) && !is_begun && is_so
-            }
-            Bar::KeptFor { tie, bar } => {
-                let kept = self.follows(container);
-                let own = if rest.is_empty() { vec![arrival] } else { rest };
-                let is_so = match &**bar {
-                    Bar::GroupsApart(a, b) => {
-                        let is_of_own = self.is_apart(a, b) && self.has_group(&own, a) > 0;
-                        is_of_own && self.has_group(&kept, b) > 0
-                    }
-                    Bar::TooHeavy { over_kg } => {
-                        is_over(&[held, kept.clone(), own].concat(), *over_kg)
-                    }
-                    _ => false,
-                };
-                let mut names = kept.iter().flat_map(|one| self.unit(*one));
-                !is_begun && is_so && names.any(|one| self.is_tied_by(tie, one))
-            }
             Bar::OrderElsewhere(order) => {
                 let others = self.orders(&self.in_others(container));
                 let is_here = self.orders(&held).contains(&**order);
@@ -342,20 +278,21 @@ impl<'a> World<'a> {
                 let mut unbegun = unbegun.filter(|line| !begun.contains(&*line.order));
                 let first = unbegun.next();
                 let is_first = first.is_some_and(|line| line.order == *order);
+                let is_one_order = self.rules.sharing == Sharing::OneOrder;
                 is_one_order && is_first && *order != item.order
             }
-            _ => false,
-        }
-    }
-
-    fn is_tied_by(&self, tie: &Tie, arrival: usize) -> bool {
-        let line = self.line(arrival);
-        match tie {
-            Tie::Order(order) => self.rules.undivided && line.order == *order,
-            Tie::Groups { order, groups } => {
-                let group = line.group.as_deref();
-                let is_of_pair = group == Some(&groups.0) || group == Some(&groups.1);
-                self.rules.together.contains(groups) && line.order == *order && is_of_pair
+            _ => {
+                let unit = self.unit(arrival);
+                let mut elsewhere = self.in_others(container).into_iter();
+                let is_elsewhere = elsewhere.any(|other| unit.contains(&other));
+                let mut closed = Self::arrivals(&self.closed).into_iter();
+                let is_closed = closed.any(|other| self.are_tied(arrival, other));
+                let to_come = self.to_come().into_iter();
+                let rest: Vec<usize> = to_come.filter(|one| unit.contains(one)).collect();
+                let all = [held, self.follows(container), rest, vec![arrival]].concat();
+                let all: BTreeSet<usize> = all.into_iter().collect();
+                let is_broken = self.broken_by(&Vec::from_iter(all)).is_some();
+                is_elsewhere || is_closed || is_broken
             }
         }
     }
@@ -471,7 +408,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn no_rule_is_broken_every_bar_is_true_and_what_gives_way_does_so_for_want_of_anything_else(
+    fn no_rule_is_broken_every_bar_has_a_cause_and_what_gives_way_does_so_for_want_of_anything_else(
         rules in rules(),
         items in proptest::collection::vec(arriving(), 1..18),
         count in 1_usize..4,
@@ -502,8 +439,8 @@ proptest! {
                 for arrival in &arrivals {
                     let bar = game.orders.bar(container, *arrival);
                     if let Some(bar) = &bar {
-                        let is_true = game.world.is_true(bar, container, *arrival, &arrivals);
-                        prop_assert!(is_true, "{bar} ({bar:?}) of {arrival} in {container}");
+                        let has_cause = game.world.has_cause(bar, container, *arrival, &arrivals);
+                        prop_assert!(has_cause, "{bar} ({bar:?}) of {arrival} in {container}");
                     }
                     if bar.is_none_or(|bar| bar.gives_way()) {
                         let is_sound = game.world.breaks_nothing(container, *arrival);
@@ -725,6 +662,9 @@ fn with_one_order_a_container_orders_follow_one_another_and_each_closes_its_own(
         orders.collect::<Vec<&str>>()
     });
     assert_eq!(told.collect::<Vec<_>>(), [vec!["a"; 3], vec!["b"; 2]]);
+    let mut orders = begun(rules.clone(), &["7", "8"].map(item), 1);
+    orders.packed(0, 0);
+    assert_barred(&mut orders, &[(0, 1, Some("the container is for order 7"))]);
     // One that expects more items is not complete; the greatest number counts.
     for (expected, complete) in [(vec![3, 2], None), (vec![2], Some(0))] {
         let mut orders = begun(rules.clone(), &["7", "7"].map(item), 1);
