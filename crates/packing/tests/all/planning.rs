@@ -418,19 +418,7 @@ fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_search
 #[test]
 fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
     let grid = small_grid();
-    let scene = empty(&grid);
-    let held = blocks(2);
-    let far = Placement { yaw: 0, x: 6, y: 6 };
-    let resorting = |held: &[Candidate], stub: Stub, is_bounded| {
-        let plan = planned(
-            &StepInput::new(&grid, &scene, held),
-            Order::Balance,
-            is_bounded,
-            stub,
-        );
-        assert!(plan.degraded().is_empty() && !plan.is_cut());
-        plan
-    };
+    let (scene, held) = (empty(&grid), blocks(2));
     let input = StepInput {
         alternatives: 2,
         ..StepInput::new(&grid, &scene, &held[..1])
@@ -438,40 +426,35 @@ fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
     let best = Stub::new(&Log::default(), |_, _| true);
     let best = ranked(&planned(&input, Order::Balance, false, best));
     for (foresight, is_bounded) in [(1, false), (1, true), (4, false), (4, true)] {
-        let stub = Stub {
-            foresight,
-            resort: Some(2),
-            ..Stub::new(&Log::default(), |_, _| false)
+        let plan = |resort, ruled_out: &[usize], valid: Option<Placement>| {
+            let stub = Stub {
+                foresight,
+                resort,
+                ruled_out: ruled_out.to_vec(),
+                ..Stub::new(&Log::default(), move |_, at| Some(at) == valid)
+            };
+            let input = StepInput::new(&grid, &scene, &held[..=ruled_out.len()]);
+            let plan = planned(&input, Order::Balance, is_bounded, stub);
+            assert!(plan.degraded().is_empty() && !plan.is_cut());
+            plan
         };
-        let plan = resorting(&held[..1], stub, is_bounded);
-        assert_eq!(ranked(&plan), best[2..]);
-        assert_eq!(plan.evidence(), Some(&found(&best[2].resting)));
-        assert_eq!(plan.refusals().total(), PLACES as u64);
+        let made = plan(Some(2), &[], None);
+        assert_eq!(ranked(&made), best[2..]);
+        assert_eq!(made.evidence(), Some(&found(&best[2].resting)));
+        assert_eq!(made.refusals().total(), PLACES as u64);
+        let none = plan(None, &[], None);
+        assert_eq!((none.choice(), none.evidence()), (None, None));
+        assert_eq!(none.candidates()[0].reason, Some(Reason::Rejected(why())));
+        let far = Placement { yaw: 0, x: 6, y: 6 };
+        let valid = plan(Some(0), &[], Some(far)).choice().unwrap();
+        assert_eq!(valid.resting.placement, far, "it is valid");
+        // It is of the right candidate where another is ruled out.
+        let expected = Evaluated {
+            candidate: 1,
+            ..best[0]
+        };
+        assert_eq!(plan(Some(0), &[0], None).choice(), Some(expected));
     }
-    let plan = resorting(&held[..1], Stub::new(&Log::default(), |_, _| false), false);
-    assert_eq!(
-        (plan.choice(), plan.evidence()),
-        (None, None),
-        "there is none"
-    );
-    assert_eq!(plan.candidates()[0].reason, Some(Reason::Rejected(why())));
-    let valid = Stub {
-        resort: Some(0),
-        ..Stub::new(&Log::default(), move |_, at| at == far)
-    };
-    let plan = resorting(&held[..1], valid, false);
-    assert_eq!(plan.choice().unwrap().resting.placement, far, "it is valid");
-    // It is of the right candidate where another is ruled out.
-    let second = Stub {
-        ruled_out: vec![0],
-        resort: Some(0),
-        ..Stub::new(&Log::default(), |_, _| false)
-    };
-    let expected = Evaluated {
-        candidate: 1,
-        ..best[0]
-    };
-    assert_eq!(resorting(&held, second, false).choice(), Some(expected));
 }
 
 #[test]
