@@ -128,10 +128,6 @@ impl Packer<'_> {
                 .with_cameras(&CameraSettings { seed, ..camera })
                 .or_input()?;
         }
-        // The fine surface is scanned where it is read.
-        if !method.stability.reads_surface() && !method.trial.is_on() {
-            cell = cell.without_surface();
-        }
         Ok((planner, cell))
     }
 

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::containers::{ContainersStep, Effort, OpenContainer};
+use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
@@ -264,11 +264,6 @@ fn containers(criterion: &mut Criterion) {
         let (_, _, candidates) = setting.half_full();
         let eighth = setting.steps.len() / 8;
         let scenes = [1, 2, 3, 4].map(|part| &setting.steps[part * eighth].0);
-        let open = [0, 1, 2, 3].map(|number| OpenContainer {
-            grid,
-            scene: scenes[number],
-            filled_percent: number as f64,
-        });
         let mut group = criterion.benchmark_group("containers");
         group.sample_size(30);
         let mut planners = scenes.map(|_| bounded_planner(grid));
@@ -280,17 +275,17 @@ fn containers(criterion: &mut Criterion) {
                 }
             });
         });
-        let step = ContainersStep {
-            containers: &open,
-            candidates,
-            admits: &|_, _| true,
-            step: 0,
-        };
+        let all: Vec<usize> = (0..candidates.len()).collect();
+        let attempts = [vec![all; 4]];
         group.bench_function(
             BenchmarkId::new("a step over four, the fullest", name),
             |bencher| {
                 bencher.iter(|| {
-                    let planned = step.plan(&mut planners, &mut Effort::default());
+                    let planned = plan_over(&attempts, candidates, |at, admitted| {
+                        let at = 3 - at;
+                        let input = StepInput::new(grid, scenes[at], admitted);
+                        planners[at].plan(&input).cloned()
+                    });
                     black_box(planned.unwrap())
                 });
             },
@@ -330,16 +325,7 @@ fn waiting_orders(criterion: &mut Criterion) {
                 (0..4).for_each(|_| orders.opened());
                 (0..30).for_each(|arrival| orders.packed(arrival / 3 % 4, arrival));
                 orders.begin(&buffer);
-                let mut admitted = 0;
-                for attempt in orders.attempts(&[0, 1, 2, 3], &buffer) {
-                    for at in 0..4 {
-                        for held in &buffer {
-                            let is_admitted = orders.admits(attempt, at, held.arrival);
-                            admitted += usize::from(is_admitted);
-                        }
-                    }
-                }
-                admitted
+                orders.attempts(&[0, 1, 2, 3], &buffer)
             });
         });
     }

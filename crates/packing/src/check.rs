@@ -180,6 +180,9 @@ pub(crate) trait Condition: Send {
     /// What a refused placement does not meet.
     const CAUSE: Cause;
 
+    /// A step begins.
+    fn begin(&mut self, _input: &StepInput<'_>) {}
+
     /// Whether the candidate may be placed there.
     fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool;
 }
@@ -187,6 +190,11 @@ pub(crate) trait Condition: Send {
 impl<C: Condition> ValidityCheck for C {
     fn cost(&self) -> Cost {
         C::COST
+    }
+
+    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
+        Condition::begin(self, input);
+        Ok(())
     }
 
     fn judge(

@@ -66,23 +66,6 @@ impl Heightmap {
         }
     }
 
-    /// The heightmap of a surface as a camera with one pixel per cell sees it: each cell takes the sample at its middle, rounded to
-    /// the nearest unit. What stands up between the middles is missed, so an item may touch it on its way down.
-    ///
-    /// # Errors
-    /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
-    pub fn at_middles(grid: &Grid, surface: &Surface) -> Result<Self, HeightmapError> {
-        let samples = surface.samples_per_cell(grid)?;
-        let mut heightmap = Self::empty(grid);
-        let rows = surface.heights_m.chunks_exact(surface.ny);
-        for (x, row) in rows.skip(samples / 2).step_by(samples).enumerate() {
-            for (y, height_m) in row.iter().skip(samples / 2).step_by(samples).enumerate() {
-                heightmap.raise(x, y, grid.resolution().units_nearest(f64::from(*height_m)));
-            }
-        }
-        Ok(heightmap)
-    }
-
     /// A heightmap of `nx` x `ny` cells from its heights in units, row-major.
     ///
     /// # Errors
@@ -462,12 +445,20 @@ impl Scene {
         Ok(Self::from_heightmap(heightmap).with_surface(surface))
     }
 
-    /// A scene as a camera with one pixel per cell sees it: its heightmap is that [`at_middles`](Heightmap::at_middles).
+    /// A scene as a camera with one pixel per cell sees it: each cell takes the sample at its middle, rounded to the nearest unit. What
+    /// stands up between the middles is missed, so an item may touch it on its way down.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
-        let heightmap = Heightmap::at_middles(grid, &surface)?;
+        let samples = surface.samples_per_cell(grid)?;
+        let mut heightmap = Heightmap::empty(grid);
+        let rows = surface.heights_m.chunks_exact(surface.ny);
+        for (x, row) in rows.skip(samples / 2).step_by(samples).enumerate() {
+            for (y, height_m) in row.iter().skip(samples / 2).step_by(samples).enumerate() {
+                heightmap.raise(x, y, grid.resolution().units_nearest(f64::from(*height_m)));
+            }
+        }
         Ok(Self::from_heightmap(heightmap).with_surface(surface))
     }
 

@@ -142,17 +142,6 @@ pub(crate) fn resting_heights_at(
     ]
 }
 
-/// Resting height of one placement; see [`resting_heights_at`].
-pub(crate) fn resting_height(
-    container: &PaddedMap,
-    base: usize,
-    view: &ItemView,
-    blocks: &BlockOffsets,
-) -> Units {
-    let [height, ..] = resting_heights_at(container, [base; TOGETHER], view, blocks);
-    height
-}
-
 /// Raises a block's resting heights to where its lower surface meets what is below.
 #[inline(always)]
 fn raise(

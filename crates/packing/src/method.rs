@@ -356,7 +356,7 @@ impl Method {
         let wide = network
             .open(grids.coarse(), CoarseToFine::wider(share), &coarse)
             .map_err(MethodError::Network)?;
-        let narrowed = CoarseToFine::narrowing(grids, &self.search_settings(), share, wide)?;
+        let narrowed = CoarseToFine::new(grids, &self.search_settings(), share, wide)?;
         let shapes = items.iter().map(|item| item.shape());
         Ok(narrowed.with_items(shapes.zip(coarse)))
     }
@@ -380,30 +380,16 @@ impl Stability {
             Self::None => Vec::new(),
         }
     }
-
-    /// Whether these read a scene's fine surface.
-    pub fn reads_surface(self) -> bool {
-        match self {
-            Self::Physical => true,
-            Self::Published | Self::None => false,
-        }
-    }
 }
 
 impl ProposalSource {
     /// The baseline "Random" of the tables. The published code tries four yaws with three by three positions and takes the
-    /// first valid one; the paper's text has "a feasible placement".
-    pub const PUBLISHED_TRIES: Self = Self::Tries {
-        yaws: Self::PUBLISHED_YAWS,
-        positions: Self::PUBLISHED_POSITIONS,
-    };
-
-    /// The number of yaws that it tries.
-    pub const PUBLISHED_YAWS: u8 = 3;
-
-    /// The number of positions at each of them, chosen as it then packs as many items as the paper says
+    /// first valid one; the paper's text has "a feasible placement". With these numbers it packs as many items as the paper says
     /// (`docs/results/table1.md`).
-    pub const PUBLISHED_POSITIONS: u8 = 9;
+    pub const PUBLISHED_TRIES: Self = Self::Tries {
+        yaws: 3,
+        positions: 9,
+    };
 
     /// The network of these weights on cells of `cell_m` at best, the paper's where none is given, with `yaws` yaws at
     /// most.

@@ -4,14 +4,16 @@
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
 use crate::closing::{self, Closing, ClosingRules, Fill};
-use crate::containers::{ContainersStep, Effort, OpenContainer};
+use crate::containers::{Found, plan_over};
 use crate::episode::{EpisodeError, PackingCell, Step, packed_volume};
 use crate::grid::Grid;
 use crate::heightmap::Scene;
 use crate::leaving::{Leaving, Stop};
 use crate::metrics::PackedVolume;
-use crate::orders::{Attempt, Orders};
-use crate::plan::{Planner, StageError};
+use crate::orders::Orders;
+use crate::plan::{Plan, PlanError, Planner, StageError};
+use crate::refusal::Refusals;
+use crate::step::{Evaluated, StepInput};
 
 /// Where empty containers come from.
 pub trait ContainerSupply {
@@ -219,34 +221,50 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(())
     }
 
-    /// Plans by all rules, and without those that give way where nothing can be packed by them.
+    /// Plans a step: the container, by its index, and what is packed into it; `None` where no candidate has a valid placement in any
+    /// that may take it.
     fn plan(
         &mut self,
-        step: u64,
+        number: u64,
         candidates: &[Candidate],
     ) -> Result<Option<(usize, Step)>, EpisodeError> {
-        let open = self.filled.iter().map(|filled| OpenContainer {
-            grid: &filled.grid,
-            scene: &filled.scene,
-            filled_percent: filled.fill().percent(),
-        });
-        let open: Vec<_> = open.collect();
-        let orders = &self.orders;
-        let containers: Vec<usize> = (0..open.len()).collect();
-        let mut effort = Effort::default();
-        for attempt in orders.attempts(&containers, candidates) {
-            let input = ContainersStep {
-                containers: &open,
-                candidates,
-                admits: &|at, held| orders.admits(attempt, at, held.arrival),
-                step,
+        let percent = |filled: &Filled<C>| filled.fill().percent();
+        let open = self.filled.iter().zip(&mut self.planners).enumerate();
+        let mut open: Vec<_> = open.collect();
+        // A stable sort: of equally full ones that which was opened first.
+        open.sort_by(|(_, (a, _)), (_, (b, _))| percent(b).total_cmp(&percent(a)));
+        let places: Vec<usize> = open.iter().map(|(place, _)| *place).collect();
+        let attempts = self.orders.attempts(&places, candidates);
+        let mut refusals = Refusals::default();
+        let found = plan_over(&attempts, candidates, |at, admitted| {
+            let Some((_, (filled, planner))) = open.get_mut(at) else {
+                return Ok(Plan::default());
             };
-            let chosen = input.plan(&mut self.planners, &mut effort)?;
-            if chosen.is_some() {
-                return Ok(chosen);
-            }
-        }
-        Ok(None)
+            let plan = planner.plan(&StepInput {
+                step: number,
+                ..StepInput::new(&filled.grid, &filled.scene, admitted)
+            })?;
+            refusals.add(plan.refusals());
+            Ok::<_, PlanError>(plan.clone())
+        })?;
+        let step = |found: Found| {
+            let choice = found.plan.choice()?;
+            let held = found.candidates.get(choice.candidate)?;
+            let is_it =
+                |other: &Candidate| (other.arrival, other.pose) == (held.arrival, held.pose);
+            let candidate = candidates.iter().position(is_it)?;
+            let choice = Evaluated {
+                candidate,
+                ..choice
+            };
+            let step = Step {
+                timings: found.timings,
+                refusals,
+                ..Step::new(number, held.clone(), choice, &found.plan)
+            };
+            Some((*places.get(found.container)?, step))
+        };
+        Ok(found.and_then(step))
     }
 
     /// A container that a rule closes, and why.
@@ -276,7 +294,7 @@ impl<'a, C: PackingCell> Containers<'a, C> {
     fn fits_nowhere(&self, candidates: &[Candidate]) -> Option<usize> {
         let mut empty = self.filled.iter().enumerate();
         let (empty, _) = empty.find(|(_, filled)| filled.steps.is_empty())?;
-        let may_take = |held: &Candidate| may_take(&self.orders, empty, held);
+        let may_take = |held: &Candidate| self.orders.admits(true, empty, held.arrival);
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
@@ -293,9 +311,4 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         filled.closing = Some(why);
         filled
     }
-}
-
-/// Whether a container may take an item by the rules that never give way.
-fn may_take(orders: &Orders, container: usize, held: &Candidate) -> bool {
-    orders.admits(Attempt::LENIENT, container, held.arrival)
 }

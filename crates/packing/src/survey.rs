@@ -4,7 +4,7 @@ use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
-use crate::kernel::{BlockOffsets, PaddedMap, resting_height};
+use crate::kernel::{BlockOffsets, PaddedMap, TOGETHER, resting_heights_at};
 use crate::objective::{Heuristic, Objective, WeightError, Weights};
 use crate::placement::{Placement, RestingPlacement};
 use crate::search::value::Valuation;
@@ -60,7 +60,8 @@ pub fn survey(
     for x in 0..placed_x {
         for y in 0..placed_y {
             let base = container.index(x, y);
-            let resting_height = resting_height(&container, base, view, &blocks);
+            let [resting_height, ..] =
+                resting_heights_at(&container, [base; TOGETHER], view, &blocks);
             let resting = RestingPlacement {
                 placement: Placement { yaw: 0, x, y },
                 resting_height,

@@ -186,24 +186,45 @@ mod tests {
 
     #[test]
     fn what_reaches_its_limits_is_within_them_and_what_exceeds_one_is_not() {
-        let at = settling(LIMITS.tilt_rad, LIMITS.slide_m, LIMITS.disturbance_m);
-        let changed = |change: fn(&mut Settling)| {
-            let mut changed = at;
-            change(&mut changed);
-            changed.beyond(&LIMITS)
+        let next = f64::next_up;
+        let (tilt, slide, moved) = (LIMITS.tilt_rad, LIMITS.slide_m, LIMITS.disturbance_m);
+        let at = settling(tilt, slide, moved);
+        for (settling, beyond) in [
+            (at, None),
+            (settling(next(tilt), slide, moved), Some("it would topple")),
+            (settling(tilt, next(slide), moved), Some("it would slide")),
+            (
+                settling(tilt, slide, next(moved)),
+                Some("it would move what lies there"),
+            ),
+        ] {
+            assert_eq!(settling.beyond(&LIMITS), beyond);
+            assert_eq!(settling.severity(&LIMITS) > 1.0, beyond.is_some());
+        }
+        let is_still = false;
+        let moving = Settling { is_still, ..at };
+        assert_eq!(moving.beyond(&LIMITS), Some("it would not come to rest"));
+        let high = |above_rim_m| Settling { above_rim_m, ..at }.beyond(&LIMITS);
+        assert_eq!(high(RIM_TOLERANCE_M), None);
+        assert_eq!(high(0.0011), Some("it would stick out above the rim"));
+    }
+
+    #[test]
+    fn the_severity_is_the_greatest_share_of_a_limit() {
+        // Of no slide at all, any is too much, and none is not.
+        let rigid = TrialLimits {
+            slide_m: 0.0,
+            ..LIMITS
         };
-        assert_eq!(changed(|_| {}), None);
-        assert_eq!(changed(|at| at.above_rim_m = RIM_TOLERANCE_M), None);
-        let toppled = changed(|at| at.tilt_rad = at.tilt_rad.next_up());
-        assert_eq!(toppled, Some("it would topple"));
-        let slid = changed(|at| at.slide_m = at.slide_m.next_up());
-        assert_eq!(slid, Some("it would slide"));
-        let pushing = changed(|at| at.disturbance_m = at.disturbance_m.next_up());
-        assert_eq!(pushing, Some("it would move what lies there"));
-        let moving = changed(|at| at.is_still = false);
-        assert_eq!(moving, Some("it would not come to rest"));
-        let above = changed(|at| at.above_rim_m = 0.0011);
-        assert_eq!(above, Some("it would stick out above the rim"));
+        for (settling, limits, expected) in [
+            (settling(0.0, 0.0, 0.0), LIMITS, 0.0),
+            (settling(0.2, 0.0, 0.0), LIMITS, 0.5),
+            (settling(0.2, 0.04, 0.03), LIMITS, 2.0),
+            (settling(0.2, 0.0, 0.0), rigid, 0.5),
+            (settling(0.2, 1e-9, 0.0), rigid, f64::INFINITY),
+        ] {
+            assert_eq!(settling.severity(&limits), expected);
+        }
     }
 
     #[test]
@@ -217,35 +238,6 @@ mod tests {
         let worse = above(settling(0.1, 0.03, 0.01));
         assert_eq!([one.worse(&other), other.worse(&one)], [worse; 2]);
         assert_eq!(one.worse(&one), one);
-    }
-
-    #[test]
-    fn the_severity_is_the_greatest_share_of_a_limit_above_1_exactly_where_one_is_exceeded() {
-        for (settling, expected) in [
-            (settling(0.0, 0.0, 0.0), 0.0),
-            (settling(0.2, 0.0, 0.0), 0.5),
-            (settling(0.2, 0.04, 0.03), 2.0),
-        ] {
-            assert_eq!(settling.severity(&LIMITS), expected);
-        }
-        // Any slide is more than none, and none is not too much.
-        let rigid = TrialLimits {
-            slide_m: 0.0,
-            ..LIMITS
-        };
-        let values = |limit: f64| [0.0, limit / 2.0, limit, limit.next_up(), limit + 0.1];
-        for limits in [LIMITS, TrialLimits::default(), rigid] {
-            for tilt_rad in values(limits.tilt_rad) {
-                for slide_m in values(limits.slide_m) {
-                    for disturbance_m in values(limits.disturbance_m) {
-                        let settling = settling(tilt_rad, slide_m, disturbance_m);
-                        let is_beyond = settling.beyond(&limits).is_some();
-                        let severity = settling.severity(&limits);
-                        assert_eq!(severity > 1.0, is_beyond, "{settling:?} of {limits:?}");
-                    }
-                }
-            }
-        }
     }
 
     #[test]

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_catalogue::raster::Squares;
 use ppnpack_numbers::gaussian;
 use ppnpack_packing::grid::{ContainerSize, Grid};
-use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::heightmap::{Scene, Surface};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rapier3d::dynamics::RigidBodyHandle;
@@ -228,7 +227,13 @@ impl SimulatedCell {
     /// # Errors
     /// [`PhysicsError::Grid`] where the grid is of a container of another size.
     pub fn scan_surface(&mut self, grid: &Grid) -> Result<Surface, PhysicsError> {
-        self.scan_samples(grid, Squares::ALL)
+        let sides = |size: ContainerSize| [size.x_m, size.y_m, size.z_m];
+        let (grid_m, cell_m) = (sides(grid.container()), sides(self.settings.container));
+        if grid_m != cell_m {
+            return Err(PhysicsError::Grid { grid_m, cell_m });
+        }
+        let contents = self.contents();
+        Ok(self.surfaces.scan(grid, &contents))
     }
 
     /// The scene that the next placement is planned on: the surface, and the heightmap from it.
@@ -237,25 +242,6 @@ impl SimulatedCell {
     /// As [`scan_surface`](Self::scan_surface).
     pub fn scan(&mut self, grid: &Grid) -> Result<Scene, PhysicsError> {
         Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
-    }
-
-    /// The heightmap of the surface [at the cells' middles](Heightmap::at_middles), of which no other samples are computed.
-    ///
-    /// # Errors
-    /// As [`scan_surface`](Self::scan_surface).
-    pub fn scan_middles(&mut self, grid: &Grid) -> Result<Heightmap, PhysicsError> {
-        let surface = self.scan_samples(grid, Squares::in_middles(grid.resolution()))?;
-        Ok(Heightmap::at_middles(grid, &surface)?)
-    }
-
-    fn scan_samples(&mut self, grid: &Grid, samples: Squares) -> Result<Surface, PhysicsError> {
-        let sides = |size: ContainerSize| [size.x_m, size.y_m, size.z_m];
-        let (grid_m, cell_m) = (sides(grid.container()), sides(self.settings.container));
-        if grid_m != cell_m {
-            return Err(PhysicsError::Grid { grid_m, cell_m });
-        }
-        let contents = self.contents();
-        Ok(self.surfaces.scan(grid, samples, &contents))
     }
 
     fn new_body(&mut self, template: Arc<BodyTemplate>, pose: &Isometry3<f64>) -> Body {

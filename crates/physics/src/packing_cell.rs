@@ -63,7 +63,6 @@ pub struct SimulatedPackingCell {
     sampling: Sampling,
     /// Where cameras see the cell in place of an exact scan.
     view: Option<CameraView>,
-    gives_surface: bool,
     pose_error: PoseError,
     random: ChaCha8Rng,
 }
@@ -114,7 +113,6 @@ impl SimulatedPackingCell {
             last_poses: LastPoses::default(),
             sampling,
             view: None,
-            gives_surface: true,
         })
     }
 
@@ -125,14 +123,6 @@ impl SimulatedPackingCell {
     pub fn with_cameras(mut self, settings: &CameraSettings) -> Result<Self, PhysicsError> {
         self.view = Some(CameraView::new(settings, &self.grid)?);
         Ok(self)
-    }
-
-    /// Where it samples cells at their middles, the scenes that it gives have no fine surface, of which these are a small part: they
-    /// are scanned in a fraction of the time.
-    #[must_use]
-    pub fn without_surface(mut self) -> Self {
-        self.gives_surface = false;
-        self
     }
 
     /// The scenes that it gives know the poses of its content only so well.
@@ -199,10 +189,7 @@ impl PackingCell for SimulatedPackingCell {
         }
         let scene = match self.sampling {
             Sampling::Greatest => cell.scan(grid)?,
-            Sampling::Middle if self.gives_surface => {
-                Scene::from_surface_at_middles(grid, cell.scan_surface(grid)?)?
-            }
-            Sampling::Middle => Scene::from_heightmap(cell.scan_middles(grid)?),
+            Sampling::Middle => Scene::from_surface_at_middles(grid, cell.scan_surface(grid)?)?,
         };
         Ok(scene.with_content(known))
     }

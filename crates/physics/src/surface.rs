@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
-use ppnpack_catalogue::raster::{Squares, raise_samples};
+use ppnpack_catalogue::raster::raise_surface;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 
@@ -14,7 +14,7 @@ use crate::outcome::{BodyId, BodyState};
 /// What was scanned last, kept for the bodies that have not moved since.
 #[derive(Clone, Default)]
 pub(crate) struct SurfaceCache {
-    scanned: Option<(Grid, Squares)>,
+    scanned: Option<Grid>,
     bodies: BTreeMap<BodyId, Scanned>,
 }
 
@@ -39,11 +39,10 @@ struct Patch {
 }
 
 impl SurfaceCache {
-    /// The surface of the bodies together; these samples of it.
-    pub(crate) fn scan(&mut self, grid: &Grid, samples: Squares, bodies: &[BodyState]) -> Surface {
-        let asked = Some((grid.clone(), samples));
-        if self.scanned != asked {
-            self.scanned = asked;
+    /// The surface of the bodies together.
+    pub(crate) fn scan(&mut self, grid: &Grid, bodies: &[BodyState]) -> Surface {
+        if self.scanned.as_ref() != Some(grid) {
+            self.scanned = Some(grid.clone());
             self.bodies.clear();
         }
         let before = std::mem::take(&mut self.bodies);
@@ -51,7 +50,7 @@ impl SurfaceCache {
         let mut moved: Vec<&BodyState> = Vec::new();
         for body in bodies {
             let known = before.get(&body.id).filter(|scanned| scanned.shows(body));
-            let patch = known.map(|scanned| scanned.patch(grid, samples));
+            let patch = known.map(|scanned| scanned.patch(grid));
             match &patch {
                 Some(patch) => patch.raise(&mut surface),
                 None => moved.push(body),
@@ -63,7 +62,7 @@ impl SurfaceCache {
         moved.sort_by(|one, other| height_m(other).total_cmp(&height_m(one)));
         for body in moved {
             let pose = &body.container_from_item;
-            raise_samples(samples, &body.model.mesh, pose, &mut surface);
+            raise_surface(&body.model.mesh, pose, &mut surface);
         }
         surface
     }
@@ -83,22 +82,17 @@ impl Scanned {
             && self.container_from_item == body.container_from_item
     }
 
-    fn patch(&self, grid: &Grid, samples: Squares) -> Arc<Patch> {
+    fn patch(&self, grid: &Grid) -> Arc<Patch> {
         let pose = &self.container_from_item;
-        let made = || Arc::new(Patch::new(grid, samples, &self.model, pose));
+        let made = || Arc::new(Patch::new(grid, &self.model, pose));
         self.patch.clone().unwrap_or_else(made)
     }
 }
 
 impl Patch {
-    fn new(
-        grid: &Grid,
-        samples: Squares,
-        model: &Model,
-        container_from_item: &Isometry3<f64>,
-    ) -> Self {
+    fn new(grid: &Grid, model: &Model, container_from_item: &Isometry3<f64>) -> Self {
         let mut alone = Surface::empty(grid);
-        raise_samples(samples, &model.mesh, container_from_item, &mut alone);
+        raise_surface(&model.mesh, container_from_item, &mut alone);
         let rows = || alone.heights_m().chunks_exact(alone.ny());
         let is_covered = |height_m: &f32| *height_m > 0.0;
         let covers = |row: &[f32]| row.iter().any(is_covered);

@@ -111,19 +111,8 @@ mod tests {
     fn a_coarse_cell_has_the_median_height_of_its_cells() {
         // 32 cells make 10 coarse ones of 3, of which the last has 5.
         let mut heightmap = Heightmap::empty(&Grid::reference());
-        let cells = [
-            (3, 3),
-            (3, 4),
-            (3, 5),
-            (4, 3),
-            (4, 4),
-            (6, 6),
-            (6, 7),
-            (7, 6),
-            (7, 7),
-        ];
-        for (x, y) in cells {
-            heightmap.raise(x, y, 9);
+        for (x, row) in [(3, 3..6), (4, 3..5), (6, 6..8), (7, 6..8)] {
+            row.for_each(|y| heightmap.raise(x, y, 9));
         }
         heightmap.raise(4, 5, 7);
         let last = (27..32).flat_map(|x| (27..32).map(move |y| (x, y)));

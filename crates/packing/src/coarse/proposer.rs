@@ -4,11 +4,13 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::CoarseGrid;
+use crate::evaluator::Evaluator;
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
-use crate::objective::WeightError;
-use crate::proposals::{CandidateProposals, Percent, Proposals, Proposer, possible_count};
-use crate::search::{ProposeBest, SearchSettings};
+use crate::objective::{Order, WeightError};
+use crate::placement::Placement;
+use crate::proposals::{Percent, Proposals, Proposer, all_count, possible_count};
+use crate::search::{Search, SearchSettings};
 use crate::step::{Candidate, StageResult, StepInput};
 
 /// Maximum number of items whose coarse views are kept.
@@ -17,43 +19,46 @@ const KEPT_ITEMS: usize = 512;
 /// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
 const WIDER: f64 = 4.0;
 
-/// Proposes, for the fine grid, the regions of what another proposer proposes on the coarse one.
+/// Proposes, for the fine grid, the regions of those placements of a coarse proposer that the heuristic ranks best on the coarse grid.
 ///
-/// An item whose footprint does not fit the coarse container at any yaw has few placements; all are proposed.
+/// The heuristic costs little there, and spares evaluating on the fine grid what other candidates beat. Under [`Order::Balance`], where
+/// values of different items compare, the candidates have one share together. Under other orders each has its own. An item whose
+/// footprint does not fit the coarse container at any yaw has few placements; all are proposed.
 pub struct CoarseToFine {
     grids: CoarseGrid,
-    proposer: Box<dyn Proposer>,
+    wide: Box<dyn Proposer>,
+    search: Search,
+    share: Percent,
+    is_shared: bool,
     /// Coarse views of items, by the shape of the fine ones.
     items: HashMap<ShapeId, Arc<Item>>,
     proposals: Proposals,
+    /// The best coarse placements of each candidate.
+    best: Vec<Vec<Placement>>,
 }
 
 impl CoarseToFine {
-    /// `proposer` is one for the coarse grid.
-    pub fn new(grids: CoarseGrid, proposer: Box<dyn Proposer>) -> Self {
-        Self {
-            grids,
-            proposer,
-            items: HashMap::new(),
-            proposals: Proposals::default(),
-        }
-    }
-
-    /// Among what `wide` proposes for each candidate on the coarse grid, `share` of the coarse placements of all
-    /// candidates together, those that the heuristic ranks best. `wide` had best propose [`Self::wider`] shares.
-    ///
-    /// The heuristic costs little on the coarse grid, and spares evaluating on the fine one what other candidates beat.
+    /// Keeps `share` of all coarse placements, out of what `wide` proposes for each candidate on the coarse grid. `wide` had best propose
+    /// [`Self::wider`] shares.
     ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
-    pub fn narrowing(
+    pub fn new(
         grids: CoarseGrid,
         settings: &SearchSettings,
         share: Percent,
         wide: Box<dyn Proposer>,
     ) -> Result<Self, WeightError> {
-        let best = ProposeBest::new(grids.coarse(), settings, share, wide)?;
-        Ok(Self::new(grids, Box::new(best)))
+        Ok(Self {
+            search: Search::new(grids.coarse(), settings)?,
+            grids,
+            wide,
+            share,
+            is_shared: settings.order == Order::Balance,
+            items: HashMap::new(),
+            proposals: Proposals::default(),
+            best: Vec::new(),
+        })
     }
 
     /// The share that is proposed for each candidate where `share` is kept of all together.
@@ -98,21 +103,37 @@ impl Proposer for CoarseToFine {
             candidates: &candidates,
             ..*input
         };
-        self.proposer.propose(&coarse, &mut self.proposals)?;
+        self.wide.propose(&coarse, &mut self.proposals)?;
+        self.best.resize_with(candidates.len(), Vec::new);
+        self.best.iter_mut().for_each(Vec::clear);
+        let wanted = |index: &usize| {
+            let held = candidates.get(*index);
+            held.map_or(0, |held| self.share.of(all_count(coarse.grid, &held.item)))
+        };
+        let all: Vec<usize> = (0..candidates.len()).collect();
+        let together = if self.is_shared { all.len() } else { 1 };
+        for group in all.chunks(together.max(1)) {
+            self.search.rank(&coarse, group, &self.proposals)?;
+            for _ in 0..group.iter().map(wanted).sum() {
+                let Some(next) = self.search.next_best(&coarse)? else {
+                    break;
+                };
+                if let Some(best) = self.best.get_mut(next.candidate) {
+                    best.push(next.resting.placement);
+                }
+            }
+        }
         proposals.clear();
         if let Some(reason) = self.proposals.degraded() {
             proposals.degrade(reason);
         }
-        for (index, (fine, coarse)) in input.candidates.iter().zip(&candidates).enumerate() {
-            match self.proposals.of(index) {
-                CandidateProposals::Some(placements)
-                    if possible_count(self.grids.coarse(), &coarse.item) > 0 =>
-                {
-                    let (fine, coarse) = (fine.item.views(), coarse.item.views());
-                    let regions = placements.iter();
-                    proposals.push(regions.flat_map(|at| self.grids.region(fine, coarse, *at)));
-                }
-                _ => proposals.push_all(),
+        for ((fine, coarse), best) in input.candidates.iter().zip(&candidates).zip(&self.best) {
+            if possible_count(self.grids.coarse(), &coarse.item) > 0 {
+                let (fine, coarse) = (fine.item.views(), coarse.item.views());
+                let regions = best.iter();
+                proposals.push(regions.flat_map(|at| self.grids.region(fine, coarse, *at)));
+            } else {
+                proposals.push_all();
             }
         }
         Ok(())

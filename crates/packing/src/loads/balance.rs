@@ -2,11 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::check::{Condition, Cost};
 use crate::content::LyingSolid;
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StageResult, StepInput};
+use crate::step::{Candidate, StepInput};
 
 /// Accepts placements that leave the container balanced, or no more out of balance than it was. An item of unknown mass weighs nothing.
 #[derive(Debug, Clone)]
@@ -32,12 +32,11 @@ fn middle_m(input: &StepInput<'_>) -> Vector2<f64> {
     Vector2::new(size.x_m, size.y_m) / 2.0
 }
 
-impl ValidityCheck for BalanceCheck {
-    fn cost(&self) -> Cost {
-        Cost::Lookup
-    }
+impl Condition for BalanceCheck {
+    const COST: Cost = Cost::Lookup;
+    const CAUSE: Cause = Cause::Balance;
 
-    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
+    fn begin(&mut self, input: &StepInput<'_>) {
         let middle = middle_m(input);
         let content = input.scene.content();
         let solids = content
@@ -48,24 +47,16 @@ impl ValidityCheck for BalanceCheck {
             (centre.coords.xy() - middle) * solid.burden.mass_kg
         };
         self.moment_kg_m = solids.iter().map(moment).sum();
-        Ok(())
     }
 
-    fn judge(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-    ) -> StageResult<Verdict> {
-        let at = &resting.placement;
-        let view = candidate.item.views().get(at.yaw);
-        let Some((view, mass_kg)) = view.zip(candidate.weighs_kg()) else {
-            return Ok(Verdict::of(true, Cause::Balance));
+    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+        let view = held.item.views().get(at.placement.yaw);
+        let Some((view, mass_kg)) = view.zip(held.weighs_kg()) else {
+            return true;
         };
         let cell_m = input.grid.resolution().cell_m();
-        let centre = view.placed_centre_of_mass_m(at, cell_m).coords;
+        let centre = view.placed_centre_of_mass_m(&at.placement, cell_m).coords;
         let moment = self.moment_kg_m + (centre - middle_m(input)) * mass_kg;
-        let is_met = moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm();
-        Ok(Verdict::of(is_met, Cause::Balance))
+        moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm()
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Point2;
 
 use super::contacts::{Gap, shares};
 use super::sides::Sides;
-use super::stack::{Share, Stack, Standing};
+use super::stack::{Share, Stack};
 use crate::content::LyingSolid;
 use crate::grid::{Grid, Resolution};
 use crate::item::{ABSENT, ItemView};
@@ -58,11 +58,9 @@ impl Pile {
         });
         self.sides = sides.collect();
         self.raise_ground();
-        let standing = solids.iter().enumerate().map(|(index, solid)| Standing {
-            mass_kg: solid.burden.mass_kg,
-            shares: self.shares_of(index),
-        });
-        self.stack = Stack::new(standing.collect());
+        let masses_kg: Vec<f64> = solids.iter().map(|solid| solid.burden.mass_kg).collect();
+        let shares = (0..solids.len()).map(|index| self.shares_of(index));
+        self.stack = Stack::new(&masses_kg, shares.collect());
     }
 
     /// What rests on a solid as estimated, in kilograms.
@@ -79,7 +77,7 @@ impl Pile {
     pub fn added_kg(&self, view: &ItemView, placement: &Placement, mass_kg: f64) -> Vec<f64> {
         let centre = view.placed_centre_of_mass_m(placement, self.resolution.cell_m());
         let shares = shares(&self.gaps_below_view(view, placement), &centre);
-        self.stack.added_kg(&Standing { mass_kg, shares })
+        self.stack.added_kg(mass_kg, &shares)
     }
 
     fn middle(&self, x: usize, y: usize) -> Point2<f64> {

@@ -15,35 +15,26 @@ pub(crate) struct Share {
     pub(crate) part: f64,
 }
 
-/// An item of a pile.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Standing {
-    pub(crate) mass_kg: f64,
-    /// Who bears it; the floor bears the rest.
-    pub(crate) shares: Vec<Share>,
-}
-
 /// A pile of items, each of which rests on others or on the floor.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stack {
-    items: Vec<Standing>,
+    /// By item: who bears it; the floor bears the rest.
+    shares: Vec<Vec<Share>>,
     carried_kg: Vec<f64>,
     above_kg: Vec<f64>,
 }
 
 impl Stack {
-    /// A pile of these.
-    pub(crate) fn new(items: Vec<Standing>) -> Self {
+    /// A pile of items with these masses, by who bears each.
+    pub(crate) fn new(masses_kg: &[f64], shares: Vec<Vec<Share>>) -> Self {
         let mut stack = Self {
-            items,
+            above_kg: vec![0.0; shares.len()],
+            shares,
             ..Self::default()
         };
-        let masses_kg: Vec<f64> = stack.items.iter().map(|item| item.mass_kg).collect();
-        stack.carried_kg = stack.borne(&masses_kg);
-        stack.above_kg = vec![0.0; masses_kg.len()];
-        for (index, mass_kg) in masses_kg.iter().enumerate() {
-            let shares = stack.items.get(index).map(|item| item.shares.as_slice());
-            let below = stack.below(shares.unwrap_or_default());
+        stack.carried_kg = stack.borne(masses_kg);
+        for (shares, mass_kg) in stack.shares.iter().zip(masses_kg) {
+            let below = stack.below(shares);
             for (above_kg, is_below) in stack.above_kg.iter_mut().zip(&below) {
                 *above_kg += if *is_below { *mass_kg } else { 0.0 };
             }
@@ -63,11 +54,11 @@ impl Stack {
     }
 
     /// What a further item of this mass, resting so, adds to what each of the others carries, in kilograms.
-    pub(crate) fn added_kg(&self, further: &Standing) -> Vec<f64> {
-        let mut direct_kg = vec![0.0; self.items.len()];
-        for share in &further.shares {
+    pub(crate) fn added_kg(&self, mass_kg: f64, shares: &[Share]) -> Vec<f64> {
+        let mut direct_kg = vec![0.0; self.shares.len()];
+        for share in shares {
             if let Some(direct_kg) = direct_kg.get_mut(share.on) {
-                *direct_kg += share.part * further.mass_kg;
+                *direct_kg += share.part * mass_kg;
             }
         }
         let passed_kg = self.borne(&direct_kg);
@@ -77,11 +68,11 @@ impl Stack {
 
     /// What each item bears where each weighs, or is loaded with, so much.
     fn borne(&self, weights_kg: &[f64]) -> Vec<f64> {
-        let mut borne_kg = vec![0.0; self.items.len()];
+        let mut borne_kg = vec![0.0; self.shares.len()];
         for _ in 0..PASSES {
-            let mut next_kg = vec![0.0; self.items.len()];
-            for ((item, weight_kg), own_kg) in self.items.iter().zip(weights_kg).zip(&borne_kg) {
-                for share in &item.shares {
+            let mut next_kg = vec![0.0; self.shares.len()];
+            for ((shares, weight_kg), own_kg) in self.shares.iter().zip(weights_kg).zip(&borne_kg) {
+                for share in shares {
                     if let Some(next_kg) = next_kg.get_mut(share.on) {
                         *next_kg += share.part * (weight_kg + own_kg);
                     }
@@ -99,14 +90,15 @@ impl Stack {
 
     /// Which items bear some of these shares, directly or not.
     fn below(&self, shares: &[Share]) -> Vec<bool> {
-        let mut is_below = vec![false; self.items.len()];
+        let mut is_below = vec![false; self.shares.len()];
         let mut open: Vec<usize> = shares.iter().map(|share| share.on).collect();
         while let Some(index) = open.pop() {
-            let Some((item, is_below)) = self.items.get(index).zip(is_below.get_mut(index)) else {
+            let Some((shares, is_below)) = self.shares.get(index).zip(is_below.get_mut(index))
+            else {
                 continue;
             };
             if !std::mem::replace(is_below, true) {
-                open.extend(item.shares.iter().map(|share| share.on));
+                open.extend(shares.iter().map(|share| share.on));
             }
         }
         is_below
@@ -117,66 +109,20 @@ impl Stack {
 mod tests {
     use super::*;
 
-    fn standing(mass_kg: f64, shares: &[(usize, f64)]) -> Standing {
-        let shares = shares.iter().map(|(on, part)| Share {
-            on: *on,
-            part: *part,
-        });
-        Standing {
-            mass_kg,
-            shares: shares.collect(),
-        }
-    }
-
-    fn loads_kg(stack: &Stack) -> Vec<(f64, f64)> {
-        let items = 0..stack.items.len();
-        let load = |index| (stack.carried_kg(index), stack.above_kg(index));
-        items.map(load).collect()
-    }
-
-    #[test]
-    fn a_tower_carries_all_that_is_above() {
-        let stack = Stack::new(vec![
-            standing(1.0, &[]),
-            standing(2.0, &[(0, 1.0)]),
-            standing(4.0, &[(1, 1.0)]),
-        ]);
-        assert_eq!(loads_kg(&stack), [(6.0, 6.0), (4.0, 4.0), (0.0, 0.0)]);
-        assert_eq!(stack.added_kg(&standing(8.0, &[(1, 0.5)])), [4.0, 4.0, 0.0]);
-    }
-
-    #[test]
-    fn a_pyramid_shares_what_is_above_and_no_item_is_counted_twice() {
-        let stack = Stack::new(vec![
-            standing(1.0, &[]),
-            standing(1.0, &[]),
-            standing(1.0, &[]),
-            standing(1.0, &[(0, 0.5), (1, 0.5)]),
-            standing(1.0, &[(1, 0.5), (2, 0.5)]),
-            standing(1.0, &[(3, 0.5), (4, 0.5)]),
-        ]);
-        let expected = [
-            (0.75, 2.0),
-            (1.5, 3.0),
-            (0.75, 2.0),
-            (0.5, 1.0),
-            (0.5, 1.0),
-            (0.0, 0.0),
-        ];
-        assert_eq!(loads_kg(&stack), expected);
-    }
-
     #[test]
     fn items_that_rest_on_each_other_have_an_end() {
-        let stack = Stack::new(vec![
-            standing(1.0, &[(1, 0.5)]),
-            standing(1.0, &[(0, 0.5)]),
-            standing(1.0, &[(7, 1.0)]),
-        ]);
+        let stack = |shares: &[(usize, f64)]| {
+            let shares = shares.iter().map(|(on, part)| Share {
+                on: *on,
+                part: *part,
+            });
+            let shares: Vec<Vec<Share>> = shares.map(|share| vec![share]).collect();
+            Stack::new(&vec![1.0; shares.len()], shares)
+        };
+        let halves = stack(&[(1, 0.5), (0, 0.5), (7, 1.0)]);
         // x = (1 + x) / 2.
-        assert!((stack.carried_kg(0) - 1.0).abs() < 1e-6);
-        assert_eq!(stack.above_kg(0), 2.0);
-        let whole = Stack::new(vec![standing(1.0, &[(1, 1.0)]), standing(1.0, &[(0, 1.0)])]);
-        assert!(whole.carried_kg(0).is_finite());
+        assert!((halves.carried_kg(0) - 1.0).abs() < 1e-6);
+        assert_eq!(halves.above_kg(0), 2.0);
+        assert!(stack(&[(1, 1.0), (0, 1.0)]).carried_kg(0).is_finite());
     }
 }

@@ -1,13 +1,10 @@
 //! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in each.
 
-use std::iter::StepBy;
-use std::num::NonZeroUsize;
 use std::ops::Range;
 
 use nalgebra::{Isometry3, Point2, Point3};
 
 use super::mesh::{Bounds, Mesh};
-use crate::grid::Resolution;
 use crate::heightmap::Surface;
 
 /// How far a triangle must reach into a square to touch it, in metres.
@@ -32,41 +29,6 @@ pub struct Raster {
     pub ny: usize,
 }
 
-/// Which squares of a raster are wanted: every `step`th along x and y.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Squares {
-    step: NonZeroUsize,
-    first: usize,
-}
-
-impl Squares {
-    /// All of them.
-    pub const ALL: Self = Self {
-        step: NonZeroUsize::MIN,
-        first: 0,
-    };
-
-    /// Of a surface's samples, those in the middles of the cells of a grid with this resolution.
-    pub fn in_middles(resolution: &Resolution) -> Self {
-        let samples = resolution.samples_per_cell();
-        Self {
-            step: NonZeroUsize::new(samples).unwrap_or(NonZeroUsize::MIN),
-            first: samples / 2,
-        }
-    }
-
-    /// Those of a range, rising.
-    fn of(self, range: Range<usize>) -> StepBy<Range<usize>> {
-        let start = range.start.min(range.end);
-        let step = self.step.get();
-        let first = match step {
-            1 => start,
-            _ => start + (self.first + step - start % step) % step,
-        };
-        (first..range.end).step_by(step)
-    }
-}
-
 /// Calls `visit(x, y, lowest, highest)` for each square that a triangle's projection touches, with the least
 /// and greatest z of the triangle within that square, in metres.
 ///
@@ -74,16 +36,6 @@ impl Squares {
 /// border. Squares outside the raster are left out, as are triangles with a coordinate that is not finite. Each
 /// square is visited at most once.
 pub fn rasterise(
-    triangle: &[Point3<f64>; 3],
-    raster: &Raster,
-    visit: impl FnMut(usize, usize, f64, f64),
-) {
-    rasterise_at(Squares::ALL, triangle, raster, visit);
-}
-
-/// As [`rasterise`], of these squares alone.
-fn rasterise_at(
-    squares: Squares,
     triangle: &[Point3<f64>; 3],
     raster: &Raster,
     mut visit: impl FnMut(usize, usize, f64, f64),
@@ -109,10 +61,10 @@ fn rasterise_at(
         Side::new(middle, right),
         Side::new(left, right),
     ];
-    for x in squares.of(touched(left.x, right.x, raster.nx, slack)) {
+    for x in touched(left.x, right.x, raster.nx, slack) {
         let strip = Strip::new(&sides, x as f64 + slack, (x + 1) as f64 - slack);
         let (front, back) = strip.range();
-        for y in squares.of(touched(front, back, raster.ny, slack)) {
+        for y in touched(front, back, raster.ny, slack) {
             let (lowest, highest) = strip.heights(y as f64 + slack, (y + 1) as f64 - slack);
             if lowest <= highest {
                 visit(x, y, lowest, highest);
@@ -126,11 +78,6 @@ fn rasterise_at(
 ///
 /// Parts beside the surface are left out; heights below 0 raise nothing.
 pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) {
-    raise_samples(Squares::ALL, mesh, pose, surface);
-}
-
-/// As [`raise_surface`], but raises these samples alone, bit for bit as high.
-pub fn raise_samples(squares: Squares, mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) {
     let raster = Raster {
         origin: Point2::origin(),
         pitch_m: surface.pitch_m(),
@@ -141,16 +88,15 @@ pub fn raise_samples(squares: Squares, mesh: &Mesh, pose: &Isometry3<f64>, surfa
     let Some(bounds) = posed.bounds() else {
         return;
     };
-    if is_covered(squares, &bounds, &raster, surface) {
+    if is_covered(&bounds, &raster, surface) {
         return;
     }
     // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn little else is left to clip.
     for is_upper in [true, false] {
         for triangle in posed.corners() {
-            if faces_up(&triangle) == is_upper
-                && !is_covered(squares, &around(&triangle), &raster, surface)
+            if faces_up(&triangle) == is_upper && !is_covered(&around(&triangle), &raster, surface)
             {
-                rasterise_at(squares, &triangle, &raster, |x, y, _, highest| {
+                rasterise(&triangle, &raster, |x, y, _, highest| {
                     surface.raise(x, y, highest.max(0.0) as f32);
                 });
             }
@@ -171,14 +117,12 @@ fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
     (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
 }
 
-/// Whether all of these squares that what is within these bounds may touch are at least as high as they are, so that it raises
-/// none.
-fn is_covered(squares: Squares, bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
+/// Whether all squares that what is within these bounds may touch are at least as high as they are, so that it raises none.
+fn is_covered(bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
     let Bounds { lowest, highest } = bounds;
     let scale = 1.0 / raster.pitch_m;
     let range = |from: f64, to: f64, origin: f64, count: usize| {
-        let touched = touched((from - origin) * scale, (to - origin) * scale, count, 0.0);
-        squares.of(touched)
+        touched((from - origin) * scale, (to - origin) * scale, count, 0.0)
     };
     let (mut xs, ys) = (
         range(lowest.x, highest.x, raster.origin.x, raster.nx),

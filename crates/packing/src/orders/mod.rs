@@ -2,7 +2,6 @@
 //!
 //! Some rules are never broken; others say what is better, and give way where nothing else could be packed.
 
-mod attempts;
 mod bar;
 mod ties;
 
@@ -11,12 +10,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-pub use attempts::Attempt;
 pub use bar::Bar;
 pub use ties::Tie;
 use ties::{Counts, Unit, Units, count};
 
 use crate::candidate::Candidate;
+use crate::containers::Attempt;
 
 /// Sums of masses that differ by less than this are the same, in kilograms.
 const SAME_KG: f64 = 1e-9;
@@ -274,6 +273,29 @@ impl Orders {
             .or_else(|| self.with_others(held, line))
             .or_else(|| self.kept_for(held, line))
             .or_else(|| self.elsewhere(held, item))
+    }
+
+    /// The attempts of a step over these containers, until one finds something: by all rules, and then, where any gives way, without
+    /// those. Whatever has a valid placement has one in the last of them: where the last finds nothing, nothing can be packed.
+    pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> Vec<Attempt> {
+        let attempt = |gives_way: bool| -> Attempt {
+            let admitted = |container: &usize| {
+                let candidates = candidates.iter().enumerate();
+                let admitted =
+                    candidates.filter(|(_, held)| self.admits(gives_way, *container, held.arrival));
+                admitted.map(|(index, _)| index).collect()
+            };
+            containers.iter().map(admitted).collect()
+        };
+        let mut attempts = vec![attempt(false), attempt(true)];
+        attempts.dedup();
+        attempts
+    }
+
+    /// Whether a container may take the item of this arrival, where rules give way that may, or by all rules.
+    pub fn admits(&self, gives_way: bool, container: usize, arrival: usize) -> bool {
+        let bar = self.bar(container, arrival);
+        bar.is_none_or(|bar| gives_way && bar.gives_way())
     }
 
     /// The first of other orders, where a container is for one.

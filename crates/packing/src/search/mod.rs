@@ -15,7 +15,6 @@ pub(crate) mod limits;
 mod open;
 mod passes;
 mod prepared;
-mod propose;
 mod proposed;
 pub(crate) mod value;
 mod windows;
@@ -40,7 +39,6 @@ pub use limits::TooMuchMemory;
 use limits::{CUT, Clock, container_bytes, nodes_bytes, view_bytes};
 use open::{Extent, Node, OpenList};
 use prepared::{Entrance, Prepared, Ranking, UpdateScene, ViewState};
-pub use propose::ProposeBest;
 use proposed::{Lower, Proposed};
 use windows::Windows;
 

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
 use ppnpack_packing::item::ItemView;
 use ppnpack_packing::proposals::possible_count;
-use ppnpack_packing::search::ProposeBest;
 
 use crate::support::*;
 
@@ -24,6 +23,29 @@ fn is_nearest(
 
 fn has_room(grid: &Grid, view: &ItemView) -> bool {
     view.nx() <= grid.nx() && view.ny() <= grid.ny()
+}
+
+fn random(percent: f64) -> ProposeRandom {
+    ProposeRandom::new(Percent::new(percent).unwrap(), 3)
+}
+
+/// What is proposed of a share of what is drawn on the coarse grid.
+fn proposed(
+    grids: CoarseGrid,
+    input: &StepInput<'_>,
+    order: Order,
+    [percent, wide]: [f64; 2],
+) -> Proposals {
+    let settings = SearchSettings {
+        order,
+        ..SearchSettings::default()
+    };
+    let share = Percent::new(percent).unwrap();
+    let wide = Box::new(random(wide));
+    let mut proposer = CoarseToFine::new(grids, &settings, share, wide).unwrap();
+    let mut proposals = Proposals::default();
+    proposer.propose(input, &mut proposals).unwrap();
+    proposals
 }
 
 proptest! {
@@ -59,22 +81,19 @@ proptest! {
 
     #[test]
     fn all_coarse_placements_propose_all_fine_ones(
-        (grid, heightmap, items) in scenes(3),
+        (grid, _, items) in scenes(3),
         cells in 1_usize..4,
         yaws in 1_usize..3,
     ) {
         let Ok(grids) = CoarseGrid::new(&grid, Coarsening { cells, yaws }) else {
             return Ok(());
         };
-        let scene = Scene::from_heightmap(heightmap);
+        let scene = empty(&grid);
         let held = Candidate::sequence(items);
         let input = StepInput::new(&grid, &scene, &held);
-        let everything = ProposeRandom::new(Percent::new(100.0).unwrap(), 1);
         let coarse: Vec<Item> = held.iter().map(|held| grids.item(&held.item).unwrap()).collect();
         let coarse_grid = grids.coarse().clone();
-        let mut proposer = CoarseToFine::new(grids, Box::new(everything));
-        let mut proposals = Proposals::default();
-        proposer.propose(&input, &mut proposals).unwrap();
+        let proposals = proposed(grids, &input, Order::Balance, [100.0, 100.0]);
         for (index, coarse) in coarse.iter().enumerate() {
             let CandidateProposals::Some(placements) = proposals.of(index) else {
                 prop_assert_eq!(possible_count(&coarse_grid, coarse), 0);
@@ -83,7 +102,8 @@ proptest! {
             let found: HashSet<_> = placements.iter().copied().collect();
             prop_assert_eq!(found.len(), placements.len());
             // What fits the container and not the coarse one, by a rounded footprint, may be left out.
-            if coarse.views().iter().all(|view| has_room(&coarse_grid, view)) {
+            let fits = |view| has_room(&coarse_grid, view) && view.fits_at(&coarse_grid, 0);
+            if coarse.views().iter().all(fits) {
                 let expected = possible_placements(&grid, &held[index].item);
                 prop_assert_eq!(found, expected.collect::<HashSet<_>>());
             }
@@ -100,15 +120,13 @@ proptest! {
         let scene = Scene::from_heightmap(heightmap);
         let held = Candidate::sequence(items);
         let input = StepInput::new(&grid, &scene, &held);
-        let (share, wide) = (Percent::new(percent).unwrap(), Percent::new(wide).unwrap());
-        let settings = SearchSettings { order, ..SearchSettings::default() };
-        let mut among = ProposeRandom::new(wide, 3);
-        let mut best = ProposeBest::new(&grid, &settings, share, Box::new(among.clone())).unwrap();
-        let mut proposals = Proposals::default();
-        best.propose(&input, &mut proposals).unwrap();
+        // On a grid that is no coarser a region is one placement.
+        let same = CoarseGrid::new(&grid, Coarsening { cells: 1, yaws: 1 }).unwrap();
+        let proposals = proposed(same, &input, order, [percent, wide]);
 
+        let share = Percent::new(percent).unwrap();
         let mut all = Proposals::default();
-        among.propose(&input, &mut all).unwrap();
+        random(wide).propose(&input, &mut all).unwrap();
         let wanted = |index: &usize| share.of(all_count(&grid, &held[*index].item)) as usize;
         let everybody: Vec<usize> = (0..held.len()).collect();
         // Where items do not compete, each has its own.
@@ -122,7 +140,11 @@ proptest! {
             }
         }
         for (index, expected) in expected.iter().enumerate() {
-            prop_assert_eq!(proposals.of(index), CandidateProposals::Some(&expected[..]));
+            let expected = match possible_count(&grid, &held[index].item) {
+                0 => CandidateProposals::All,
+                _ => CandidateProposals::Some(&expected[..]),
+            };
+            prop_assert_eq!(proposals.of(index), expected);
         }
     }
 }

@@ -55,7 +55,11 @@ fn boxes_carry_what_statics_says() {
         (0.14, 1.0),
         (0.10, 2.0),
     ];
-    assert_carry(&pyramid.map(brick), &[0.75, 1.5, 0.75, 0.5, 0.5, 0.0]);
+    let pyramid = pyramid.map(brick);
+    assert_carry(&pyramid, &[0.75, 1.5, 0.75, 0.5, 0.5, 0.0]);
+    // No item is counted twice.
+    let above_kg = [0, 1, 2, 3, 4, 5].map(|brick| pile(&pyramid).above_kg(brick));
+    assert_eq!(above_kg, [2.0, 3.0, 2.0, 1.0, 1.0, 0.0]);
 
     // What hangs over is borne by what is below its middle.
     let base = lying("base", [0.1, 0.1, 0.1], 1.0, [0.1, 0.1, 0.0]);

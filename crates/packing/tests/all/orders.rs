@@ -1,12 +1,13 @@
 //! Random orders with all rules at once, against a slow and plain recomputation from what lies where.
 
+use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use ppnpack_packing::closing::{Closing, ClosingRules};
-use ppnpack_packing::containers::{ContainersStep, Effort, OpenContainer};
+use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
-use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing, Tie};
+use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
 use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 
 use crate::streams::Ideal;
@@ -173,11 +174,6 @@ impl<'a> World<'a> {
         pairs.any(|(x, y)| (x == a && y == b) || (x == b && y == a))
     }
 
-    fn has_group(&self, items: &[usize], group: &str) -> usize {
-        let groups = items.iter().map(|item| self.line(*item).group.as_deref());
-        groups.filter(|of| *of == Some(group)).count()
-    }
-
     fn mass_kg(&self, items: &[usize]) -> f64 {
         let masses = items.iter().filter_map(|item| self.line(*item).mass_kg);
         masses.sum()
@@ -265,71 +261,12 @@ impl<'a> World<'a> {
         })
     }
 
-    /// Whether this reason is true of an item and a container.
-    fn is_true(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
+    /// Whether there is a cause for a bar of an item and a container: for one that never gives way, that the item, all that has to travel
+    /// with it and all that has to follow into the container break a rule there, or that some of it is elsewhere.
+    fn has_cause(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
         let held = self.held(container);
         let item = self.line(arrival);
-        let unit = self.unit(arrival);
-        let to_come = self.to_come();
-        let rest = unit.iter().filter(|one| to_come.contains(one));
-        let rest: Vec<usize> = rest.copied().collect();
-        let is_begun = held.iter().any(|one| unit.contains(one));
-        let is_one_order = self.rules.sharing == Sharing::OneOrder;
-        let is_over = |items: &[usize], over_kg: f64| {
-            let most_kg = self.rules.most_kg.unwrap();
-            (self.mass_kg(items) - most_kg - over_kg).abs() < NEAR && over_kg > 0.0
-        };
         match bar {
-            Bar::OtherOrder(other) => {
-                is_one_order && self.orders(&held).contains(&**other) && *other != item.order
-            }
-            Bar::GroupsApart(a, b) => {
-                let is_its_own = item.group.as_ref() == Some(a);
-                is_its_own && self.has_group(&held, b) > 0 && self.is_apart(a, b)
-            }
-            Bar::TooHeavy { over_kg } => is_over(&[&held[..], &[arrival]].concat(), *over_kg),
-            Bar::TiedElsewhere { tie, is_closed } => {
-                let others = match is_closed {
-                    true => Self::arrivals(&self.closed),
-                    false => self.in_others(container),
-                };
-                let mut others = others.iter();
-                self.is_tied_by(tie, arrival) && others.any(|other| self.is_tied_by(tie, *other))
-            }
-            Bar::ChainedElsewhere(tie) => {
-                let others = self.in_others(container);
-                let is_elsewhere = others.iter().any(|other| unit.contains(other));
-                self.is_tied_by(tie, arrival) && !is_begun && is_elsewhere
-            }
-            Bar::WithOthers { tie, bar } => {
-                let all = [&held[..], &rest].concat();
-                let is_so = match &**bar {
-                    Bar::OtherOrder(_) => is_one_order && self.orders(&all).len() > 1,
-                    Bar::GroupsApart(a, b) => {
-                        let is_of_rest = self.is_apart(a, b) && self.has_group(&rest, a) > 0;
-                        is_of_rest && self.has_group(&all, b) > usize::from(a == b)
-                    }
-                    Bar::TooHeavy { over_kg } => is_over(&all, *over_kg),
-                    _ => false,
-                };
-                self.is_tied_by(tie, arrival) && !is_begun && is_so
-            }
-            Bar::KeptFor { tie, bar } => {
-                let kept = self.follows(container);
-                let own = if rest.is_empty() { vec![arrival] } else { rest };
-                let is_so = match &**bar {
-                    Bar::GroupsApart(a, b) => {
-                        let is_of_own = self.is_apart(a, b) && self.has_group(&own, a) > 0;
-                        is_of_own && self.has_group(&kept, b) > 0
-                    }
-                    Bar::TooHeavy { over_kg } => {
-                        is_over(&[held, kept.clone(), own].concat(), *over_kg)
-                    }
-                    _ => false,
-                };
-                let mut names = kept.iter().flat_map(|one| self.unit(*one));
-                !is_begun && is_so && names.any(|one| self.is_tied_by(tie, one))
-            }
             Bar::OrderElsewhere(order) => {
                 let others = self.orders(&self.in_others(container));
                 let is_here = self.orders(&held).contains(&**order);
@@ -341,20 +278,21 @@ impl<'a> World<'a> {
                 let mut unbegun = unbegun.filter(|line| !begun.contains(&*line.order));
                 let first = unbegun.next();
                 let is_first = first.is_some_and(|line| line.order == *order);
+                let is_one_order = self.rules.sharing == Sharing::OneOrder;
                 is_one_order && is_first && *order != item.order
             }
-            _ => false,
-        }
-    }
-
-    fn is_tied_by(&self, tie: &Tie, arrival: usize) -> bool {
-        let line = self.line(arrival);
-        match tie {
-            Tie::Order(order) => self.rules.undivided && line.order == *order,
-            Tie::Groups { order, groups } => {
-                let group = line.group.as_deref();
-                let is_of_pair = group == Some(&groups.0) || group == Some(&groups.1);
-                self.rules.together.contains(groups) && line.order == *order && is_of_pair
+            _ => {
+                let unit = self.unit(arrival);
+                let mut elsewhere = self.in_others(container).into_iter();
+                let is_elsewhere = elsewhere.any(|other| unit.contains(&other));
+                let mut closed = Self::arrivals(&self.closed).into_iter();
+                let is_closed = closed.any(|other| self.are_tied(arrival, other));
+                let to_come = self.to_come().into_iter();
+                let rest: Vec<usize> = to_come.filter(|one| unit.contains(one)).collect();
+                let all = [held, self.follows(container), rest, vec![arrival]].concat();
+                let all: BTreeSet<usize> = all.into_iter().collect();
+                let is_broken = self.broken_by(&Vec::from_iter(all)).is_some();
+                is_elsewhere || is_closed || is_broken
             }
         }
     }
@@ -429,37 +367,28 @@ impl<'a> Game<'a> {
 
     /// Plans a step as a stream does: the container, what lies there then, and whether rules that give way did so.
     fn plan(&mut self, waiting: &[Candidate]) -> Option<(usize, Lying, bool)> {
-        let scenes: Vec<Scene> = self
-            .world
-            .open
-            .iter()
-            .map(|held| self.scene(held))
-            .collect();
-        let open = scenes.iter().zip(&self.world.open);
-        let open: Vec<OpenContainer<'_>> = open
-            .map(|(scene, held)| OpenContainer {
-                grid: &self.grid,
-                scene,
-                filled_percent: held.len() as f64,
-            })
-            .collect();
-        let containers: Vec<usize> = (0..open.len()).collect();
-        let mut attempts = self.orders.attempts(&containers, waiting).into_iter();
-        attempts.find_map(|attempt| {
-            let step = ContainersStep {
-                containers: &open,
-                candidates: waiting,
-                admits: &|at, held| self.orders.admits(attempt, at, held.arrival),
-                step: 0,
-            };
-            let found = step.plan(&mut self.planners, &mut Effort::default());
-            let (container, done) = found.unwrap()?;
-            let lying = Lying {
-                arrival: waiting[done.choice.candidate].arrival,
-                at: done.choice.resting,
-            };
-            Some((container, lying, attempt.gives_way))
-        })
+        let open = self.world.open.iter();
+        let scenes: Vec<Scene> = open.map(|held| self.scene(held)).collect();
+        let mut places: Vec<usize> = (0..scenes.len()).collect();
+        places.sort_by_key(|place| Reverse(self.world.open[*place].len()));
+        let attempts = self.orders.attempts(&places, waiting);
+        let found = plan_over(&attempts, waiting, |at, admitted| {
+            let place = places[at];
+            let input = StepInput::new(&self.grid, &scenes[place], admitted);
+            self.planners[place].plan(&input).cloned()
+        });
+        let found = found.unwrap()?;
+        let choice = found.plan.choice()?;
+        let (container, arrival) = (
+            places[found.container],
+            found.candidates[choice.candidate].arrival,
+        );
+        let lying = Lying {
+            arrival,
+            at: choice.resting,
+        };
+        let gave_way = self.orders.bar(container, arrival).is_some();
+        Some((container, lying, gave_way))
     }
 
     /// What of these could be packed, by brute force: by all rules, or by those that never give way.
@@ -479,7 +408,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn no_rule_is_broken_every_bar_is_true_and_what_gives_way_does_so_for_want_of_anything_else(
+    fn no_rule_is_broken_every_bar_has_a_cause_and_what_gives_way_does_so_for_want_of_anything_else(
         rules in rules(),
         items in proptest::collection::vec(arriving(), 1..18),
         count in 1_usize..4,
@@ -510,8 +439,8 @@ proptest! {
                 for arrival in &arrivals {
                     let bar = game.orders.bar(container, *arrival);
                     if let Some(bar) = &bar {
-                        let is_true = game.world.is_true(bar, container, *arrival, &arrivals);
-                        prop_assert!(is_true, "{bar} ({bar:?}) of {arrival} in {container}");
+                        let has_cause = game.world.has_cause(bar, container, *arrival, &arrivals);
+                        prop_assert!(has_cause, "{bar} ({bar:?}) of {arrival} in {container}");
                     }
                     if bar.is_none_or(|bar| bar.gives_way()) {
                         let is_sound = game.world.breaks_nothing(container, *arrival);
@@ -629,68 +558,56 @@ fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Order
     orders
 }
 
-/// Why a container may not take an item as things are.
-fn bar(orders: &mut Orders, container: usize, arrival: usize) -> Option<Bar> {
+/// Asserts why containers may not take items as things are, by rules that never give way: container, arrival, why.
+fn assert_barred(orders: &mut Orders, cases: &[(usize, usize, Option<&str>)]) {
     orders.begin(&[]);
-    orders.bar(container, arrival)
-}
-
-fn told(orders: &mut Orders, container: usize, arrival: usize) -> String {
-    let bar = bar(orders, container, arrival).unwrap();
-    assert!(!bar.gives_way(), "{bar}");
-    bar.to_string()
-}
-
-#[test]
-fn an_undivided_order_stays_in_its_container_and_cannot_follow_into_a_closed_one() {
-    let rules = ContainerRules {
-        undivided: true,
-        ..ContainerRules::default()
-    };
-    let mut orders = begun(rules, &["7", "7", "8"].map(item), 2);
-    orders.packed(0, 0);
-    assert_eq!(bar(&mut orders, 0, 1), None);
-    assert_eq!(
-        told(&mut orders, 1, 1),
-        "the items of order 7 must not be divided, and others of them are in another container"
-    );
-    orders.closed(0);
-    assert_eq!(
-        told(&mut orders, 0, 1),
-        "the items of order 7 must not be divided, and others of them are in a container that was closed"
-    );
-    assert_eq!(bar(&mut orders, 0, 2), None);
+    for (container, arrival, why) in cases {
+        let bar = orders.bar(*container, *arrival);
+        let bar = bar.filter(|bar| !bar.gives_way());
+        assert_eq!(bar.map(|bar| bar.to_string()).as_deref(), *why);
+    }
 }
 
 #[test]
-fn an_undivided_order_is_begun_only_where_all_of_it_is_possible() {
+fn an_undivided_order_is_begun_where_all_of_it_is_possible_and_stays_in_its_container() {
     let rules = ContainerRules {
         undivided: true,
         most_kg: Some(5.0),
         apart: vec![("food".to_owned(), "soap".to_owned())],
         ..ContainerRules::default()
     };
-    let heavy = |order: &str, mass_kg: f64| OrderItem {
+    let heavy = |(order, mass_kg)| OrderItem {
         mass_kg: Some(mass_kg),
         ..item(order)
     };
-    let mut items = [("7", 2.0), ("7", 2.0), ("8", 2.0), ("8", 0.5)]
-        .map(|(order, mass_kg)| heavy(order, mass_kg))
-        .to_vec();
-    items.extend(["soap", "food"].map(|group| of_group("9", group)));
-    let mut orders = begun(rules, &items, 1);
-    assert_eq!(bar(&mut orders, 0, 0), None);
+    let items = [("7", 2.0), ("7", 2.0), ("8", 2.0), ("8", 0.5)].map(heavy);
+    let items = [
+        &items[..],
+        &["soap", "food"].map(|group| of_group("9", group)),
+    ]
+    .concat();
+    let mut orders = begun(rules, &items, 2);
+    assert_barred(&mut orders, &[(0, 0, None)]);
     orders.packed(0, 0);
-    // 2 kg are in it, 2 kg have to follow.
-    assert_eq!(
-        told(&mut orders, 0, 2),
-        "the items of order 7 must not be divided, and others of them have to follow into this container: \
-         the container would be 1.50 kg too heavy"
+    let elsewhere = "the items of order 7 must not be divided, and others of them are in ";
+    let to_follow = "the items of order 7 must not be divided, and others of them have to follow into this container: \
+                     the container would be 1.50 kg too heavy";
+    let contradictory = "the items of order 9 must not be divided, and of all of them together: \
+                         food must not travel with soap";
+    assert_barred(
+        &mut orders,
+        &[
+            (0, 1, None),
+            (1, 1, Some(&format!("{elsewhere}another container"))),
+            // 2 kg are in it, 2 kg have to follow.
+            (0, 2, Some(to_follow)),
+            (1, 2, None),
+            (0, 4, Some(contradictory)),
+        ],
     );
-    assert_eq!(
-        told(&mut orders, 0, 4),
-        "the items of order 9 must not be divided, and of all of them together: food must not travel with soap"
-    );
+    orders.closed(0);
+    let closed = format!("{elsewhere}a container that was closed");
+    assert_barred(&mut orders, &[(0, 1, Some(&closed)), (0, 2, None)]);
 }
 
 #[test]
@@ -701,28 +618,28 @@ fn groups_travel_together_and_what_is_tied_to_them_follows() {
             .into(),
         ..ContainerRules::default()
     };
-    let items = [
-        of_group("7", "device"),
-        of_group("7", "charger"),
-        of_group("7", "card"),
-        of_group("7", "toy"),
-        of_group("9", "device"),
-    ];
+    let mut items = ["device", "charger", "card", "toy"]
+        .map(|group| of_group("7", group))
+        .to_vec();
+    items.push(of_group("9", "device"));
     let mut orders = begun(rules, &items, 2);
     orders.packed(0, 0);
-    assert_eq!(
-        told(&mut orders, 1, 1),
-        "the items of device and charger of order 7 must travel together, and others of them are in another container"
+    let tied = "the items of device and charger of order 7 must travel together, \
+                and others of them are in another container";
+    let chained = "the items of charger and card of order 7 must travel together, \
+                   and others of them have to follow items in another container";
+    assert_barred(
+        &mut orders,
+        &[
+            (1, 1, Some(tied)),
+            (1, 2, Some(chained)),
+            (1, 3, None),
+            (1, 4, None),
+        ],
     );
-    assert_eq!(
-        told(&mut orders, 1, 2),
-        "the items of charger and card of order 7 must travel together, and others of them have to follow items in another container"
-    );
-    assert!(bar(&mut orders, 1, 3).is_none_or(|bar| bar.gives_way()));
-    assert_eq!(bar(&mut orders, 1, 4), None);
     // One that never comes holds nothing together.
     orders.dropped(1);
-    assert!(bar(&mut orders, 1, 2).is_none_or(|bar| bar.gives_way()));
+    assert_barred(&mut orders, &[(1, 2, None)]);
 }
 
 #[test]
@@ -745,6 +662,9 @@ fn with_one_order_a_container_orders_follow_one_another_and_each_closes_its_own(
         orders.collect::<Vec<&str>>()
     });
     assert_eq!(told.collect::<Vec<_>>(), [vec!["a"; 3], vec!["b"; 2]]);
+    let mut orders = begun(rules.clone(), &["7", "8"].map(item), 1);
+    orders.packed(0, 0);
+    assert_barred(&mut orders, &[(0, 1, Some("the container is for order 7"))]);
     // One that expects more items is not complete; the greatest number counts.
     for (expected, complete) in [(vec![3, 2], None), (vec![2], Some(0))] {
         let mut orders = begun(rules.clone(), &["7", "7"].map(item), 1);
@@ -771,8 +691,8 @@ fn groups_that_must_not_travel_together_close_a_container() {
     assert_eq!((stream.closed.len(), stream.open[0].steps.len()), (1, 1));
     let mut orders = begun(rules, &items.map(|item| item.line), 1);
     orders.packed(0, 0);
-    assert_eq!(
-        told(&mut orders, 0, 1),
-        "chemicals must not travel with food"
+    assert_barred(
+        &mut orders,
+        &[(0, 1, Some("chemicals must not travel with food"))],
     );
 }

@@ -326,6 +326,11 @@ proptest! {
         prop_assert_eq!((choice.candidate, choice.resting.placement), (1, valid));
         prop_assert!(plan.degraded().is_empty());
         prop_assert!(foresight == 1 || was_told_before(&log));
+        // Each plan begins once and before all else, however many searches it takes.
+        let events = events(&log);
+        let count = |wanted| events.iter().filter(|event| **event == wanted).count();
+        prop_assert_eq!((&events[0], count(Event::Begun)), (&Event::Begun, 1));
+        prop_assert_eq!(count(Event::Widened), usize::from(!is_proposed));
     }
 
     #[test]
@@ -374,16 +379,22 @@ fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_search
     };
     for (foresight, is_bounded) in [(1, false), (1, true), (5, false), (5, true)] {
         let log = Log::default();
-        let stub = Stub {
+        let stub = |log: &Log| Stub {
             foresight,
             gives_up: Some((0, 7)),
-            ..Stub::new(&log, |arrival, _| arrival == 1)
+            ..Stub::new(log, |arrival, _| arrival == 1)
         };
-        let plan = planned(&input, Order::Balance, is_bounded, stub);
+        let plan = planned(&input, Order::Balance, is_bounded, stub(&log));
         assert_eq!((questions(&log, 0), questions(&log, 1)), (7, PLACES));
-        let ranked = ranked(&plan);
-        assert_eq!(ranked.len(), PLACES);
-        assert!(ranked.iter().all(|found| found.candidate == 1));
+        let found = ranked(&plan);
+        assert_eq!(found.len(), PLACES);
+        assert!(found.iter().all(|found| found.candidate == 1));
+        // An evaluator that leaves nothing out leads to the same plan.
+        let search = searching(&grid, Heuristic::Sdfm, Order::Balance, is_bounded);
+        let watched = Watched(search, Arc::default());
+        let checks: Vec<BoxedCheck> = vec![Box::new(stub(&Log::default()))];
+        let mut other = planner_of(watched, ProposeAll, Order::Balance, checks);
+        assert_eq!(ranked(other.plan(&input).unwrap()), found);
         let [left_out, other] = plan.candidates() else {
             panic!("{:?}", plan.candidates());
         };
@@ -405,44 +416,9 @@ fn a_candidate_that_the_check_is_done_with_is_left_out_and_the_others_are_search
 }
 
 #[test]
-fn an_evaluator_that_leaves_nothing_out_leads_to_the_same_plan() {
-    let grid = small_grid();
-    let (scene, held) = (empty(&grid), blocks(2));
-    let input = StepInput {
-        alternatives: 5,
-        ..StepInput::new(&grid, &scene, &held)
-    };
-    let log = Log::default();
-    let stub = |log: &Log| Stub {
-        foresight: 3,
-        gives_up: Some((0, 2)),
-        ..Stub::new(log, |arrival, at| arrival == 1 && at.x > 2)
-    };
-    let expected = ranked(&planned(&input, Order::Balance, false, stub(&log)));
-    assert_eq!((expected.len(), questions(&log, 0)), (6, 2));
-    let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
-    let watched = Watched(search, Arc::default());
-    let checks: Vec<BoxedCheck> = vec![Box::new(stub(&Log::default()))];
-    let mut other = planner_of(watched, ProposeAll, Order::Balance, checks);
-    assert_eq!(ranked(other.plan(&input).unwrap()), expected);
-}
-
-#[test]
 fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
     let grid = small_grid();
-    let scene = empty(&grid);
-    let held = blocks(2);
-    let far = Placement { yaw: 0, x: 6, y: 6 };
-    let resorting = |held: &[Candidate], stub: Stub, is_bounded| {
-        let plan = planned(
-            &StepInput::new(&grid, &scene, held),
-            Order::Balance,
-            is_bounded,
-            stub,
-        );
-        assert!(plan.degraded().is_empty() && !plan.is_cut());
-        plan
-    };
+    let (scene, held) = (empty(&grid), blocks(2));
     let input = StepInput {
         alternatives: 2,
         ..StepInput::new(&grid, &scene, &held[..1])
@@ -450,40 +426,35 @@ fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
     let best = Stub::new(&Log::default(), |_, _| true);
     let best = ranked(&planned(&input, Order::Balance, false, best));
     for (foresight, is_bounded) in [(1, false), (1, true), (4, false), (4, true)] {
-        let stub = Stub {
-            foresight,
-            resort: Some(2),
-            ..Stub::new(&Log::default(), |_, _| false)
+        let plan = |resort, ruled_out: &[usize], valid: Option<Placement>| {
+            let stub = Stub {
+                foresight,
+                resort,
+                ruled_out: ruled_out.to_vec(),
+                ..Stub::new(&Log::default(), move |_, at| Some(at) == valid)
+            };
+            let input = StepInput::new(&grid, &scene, &held[..=ruled_out.len()]);
+            let plan = planned(&input, Order::Balance, is_bounded, stub);
+            assert!(plan.degraded().is_empty() && !plan.is_cut());
+            plan
         };
-        let plan = resorting(&held[..1], stub, is_bounded);
-        assert_eq!(ranked(&plan), best[2..]);
-        assert_eq!(plan.evidence(), Some(&found(&best[2].resting)));
-        assert_eq!(plan.refusals().total(), PLACES as u64);
+        let made = plan(Some(2), &[], None);
+        assert_eq!(ranked(&made), best[2..]);
+        assert_eq!(made.evidence(), Some(&found(&best[2].resting)));
+        assert_eq!(made.refusals().total(), PLACES as u64);
+        let none = plan(None, &[], None);
+        assert_eq!((none.choice(), none.evidence()), (None, None));
+        assert_eq!(none.candidates()[0].reason, Some(Reason::Rejected(why())));
+        let far = Placement { yaw: 0, x: 6, y: 6 };
+        let valid = plan(Some(0), &[], Some(far)).choice().unwrap();
+        assert_eq!(valid.resting.placement, far, "it is valid");
+        // It is of the right candidate where another is ruled out.
+        let expected = Evaluated {
+            candidate: 1,
+            ..best[0]
+        };
+        assert_eq!(plan(Some(0), &[0], None).choice(), Some(expected));
     }
-    let plan = resorting(&held[..1], Stub::new(&Log::default(), |_, _| false), false);
-    assert_eq!(
-        (plan.choice(), plan.evidence()),
-        (None, None),
-        "there is none"
-    );
-    assert_eq!(plan.candidates()[0].reason, Some(Reason::Rejected(why())));
-    let valid = Stub {
-        resort: Some(0),
-        ..Stub::new(&Log::default(), move |_, at| at == far)
-    };
-    let plan = resorting(&held[..1], valid, false);
-    assert_eq!(plan.choice().unwrap().resting.placement, far, "it is valid");
-    // It is of the right candidate where another is ruled out.
-    let second = Stub {
-        ruled_out: vec![0],
-        resort: Some(0),
-        ..Stub::new(&Log::default(), |_, _| false)
-    };
-    let expected = Evaluated {
-        candidate: 1,
-        ..best[0]
-    };
-    assert_eq!(resorting(&held, second, false).choice(), Some(expected));
 }
 
 #[test]
@@ -503,37 +474,6 @@ fn an_item_that_was_given_up_is_looked_into_again_where_nothing_else_is_valid() 
         assert!(!plan.is_widened(), "all was proposed before");
         let widened = events(&log).into_iter();
         assert_eq!(widened.filter(|event| *event == Event::Widened).count(), 1);
-    }
-}
-
-#[test]
-fn each_plan_begins_once_and_before_all_else() {
-    let grid = small_grid();
-    let (scene, held) = (empty(&grid), blocks(3));
-    for order in [Order::Balance, Order::Arrival] {
-        let log = Log::default();
-        let stub = Stub {
-            foresight: 2,
-            ruled_out: vec![1],
-            ..Stub::new(&log, |arrival, at| arrival == 2 && at.x > 0)
-        };
-        let search = searching(&grid, Heuristic::Sdfm, order, false);
-        let mut planner = planner_of(search, ProposeCorner, order, vec![Box::new(stub)]);
-        for step in 0..3 {
-            log.lock().unwrap().clear();
-            let input = StepInput {
-                step,
-                ..StepInput::new(&grid, &scene, &held)
-            };
-            // Several searches in one plan.
-            let plan = planner.plan(&input).unwrap();
-            assert!(plan.is_widened() && plan.choice().is_some());
-            let events = events(&log);
-            assert_eq!(events[0], Event::Begun);
-            let widened = events.iter().filter(|event| **event == Event::Widened);
-            assert_eq!(widened.count(), 1);
-            assert!(events.len() > 1 && !events[1..].contains(&Event::Begun));
-        }
     }
 }
 

@@ -4,9 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::model::raster::{
-    Raster, SLACK_M, Squares, raise_samples, raise_surface, rasterise,
-};
+use ppnpack_packing::model::raster::{Raster, SLACK_M, raise_surface, rasterise};
 
 use crate::support::*;
 
@@ -158,14 +156,5 @@ proptest! {
         };
         raise_surface(&mesh, &Isometry3::identity(), &mut surface);
         prop_assert_eq!(&surface, &expected);
-
-        let mut middles = Surface::empty(&grid);
-        let samples = Squares::in_middles(grid.resolution());
-        raise_samples(samples, &mesh, &Isometry3::identity(), &mut middles);
-        let sampled = middles.heights_m().iter().zip(expected.heights_m());
-        for (at, (height_m, expected_m)) in sampled.enumerate() {
-            let is_middle = [at / surface.ny(), at % surface.ny()].map(|index| index % 4) == [2, 2];
-            prop_assert_eq!(*height_m, if is_middle { *expected_m } else { 0.0 });
-        }
     }
 }

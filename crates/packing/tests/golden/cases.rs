@@ -1,6 +1,6 @@
 //! Forty evaluations of one object on one container by an independent implementation, on the reference grid.
 //!
-//! `cases.npz` holds the arrays of all cases end to end, row-major; of the mean distances every 29th.
+//! `cases.npz` holds the arrays of all cases end to end, row-major.
 #![allow(dead_code, reason = "each test uses some of these")]
 #![allow(
     clippy::unwrap_used,
@@ -12,9 +12,6 @@ use std::fs::File;
 
 use ndarray::{Array1, Array2, OwnedRepr};
 use ndarray_npy::{NpzReader, ReadableElement};
-
-/// Of the mean distances of a case, in row-major order, one in so many is there.
-pub(crate) const DISTANCE_STEP: usize = 29;
 
 /// Cells of the container along x and y.
 const SIDE: usize = 32;
@@ -37,8 +34,6 @@ pub(crate) struct Case {
     pub(crate) sdf: Array2<f32>,
     pub(crate) dbl: Array2<f32>,
     pub(crate) hm: Array2<f32>,
-    /// 2.5 times the mean distance, at every [`DISTANCE_STEP`]th offset.
-    pub(crate) distance: Vec<f32>,
 }
 
 /// An array whose entries are handed out from case to case.
@@ -76,8 +71,8 @@ pub(crate) fn cases() -> Vec<Case> {
     let mut bottoms = Entries::<i16>::read(&mut npz, "object_bottom");
     let mut drops = Entries::<i16>::read(&mut npz, "drop");
     let mut stable = Entries::<u8>::read(&mut npz, "stable");
-    let [mut sdf, mut dbl, mut hm, mut distances] =
-        ["sdf", "dbl", "hm", "sdf_distance"].map(|name| Entries::<f32>::read(&mut npz, name));
+    let [mut sdf, mut dbl, mut hm] =
+        ["sdf", "dbl", "hm"].map(|name| Entries::<f32>::read(&mut npz, name));
     let case = |(index, footprint): (usize, ndarray::ArrayView1<'_, u16>)| {
         let (nx, ny) = (usize::from(footprint[0]), usize::from(footprint[1]));
         let offsets = (SIDE + 1 - nx, SIDE + 1 - ny);
@@ -93,7 +88,6 @@ pub(crate) fn cases() -> Vec<Case> {
             sdf: sdf.map(offsets),
             dbl: dbl.map(offsets),
             hm: hm.map(offsets),
-            distance: distances.next((offsets.0 * offsets.1).div_ceil(DISTANCE_STEP)),
         }
     };
     footprints.outer_iter().enumerate().map(case).collect()

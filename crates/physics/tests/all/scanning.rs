@@ -7,7 +7,7 @@ use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::Evidence;
 use ppnpack_packing::episode::PackingCell;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
@@ -79,22 +79,6 @@ fn a_scan_with_a_cache_equals_one_without() {
         let mut fresh = pile_up(&mut cell, step);
         let cached = cell.scan_surface(&grid).unwrap();
         assert_eq!(cached, fresh.scan_surface(&grid).unwrap());
-    }
-}
-
-#[test]
-fn the_middles_alone_are_those_of_the_whole_surface() {
-    for cell_m in [0.01, 0.005, 0.0025] {
-        let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-        let grid = Grid::new(ContainerSize::REFERENCE, resolution).unwrap();
-        let mut cell = reference();
-        for step in 0..6 {
-            let mut fresh = pile_up(&mut cell, step);
-            let middles = cell.scan_middles(&grid).unwrap();
-            let whole = fresh.scan_surface(&grid).unwrap();
-            assert_eq!(middles, Heightmap::at_middles(&grid, &whole).unwrap());
-            assert!(middles.max() > 10);
-        }
     }
 }
 

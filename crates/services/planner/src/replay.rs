@@ -96,7 +96,7 @@ impl Replayer {
         }
         let step = record::step(record, shapes)?;
         let found = step.plan(self.cell_of(record)?)?;
-        Ok(found.and_then(|found| found.decision(&step)))
+        Ok(found.and_then(|found| step.decision(&found)))
     }
 
     /// The cell of a record, which is kept for the next one.

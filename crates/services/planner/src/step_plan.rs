@@ -2,9 +2,11 @@
 
 use std::time::Instant;
 
+use ppnpack_packing::containers::plan_over;
+pub(crate) use ppnpack_packing::containers::{Attempt as AttemptPlan, Found};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::plan::{Plan, Timings};
+use ppnpack_packing::plan::Plan;
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_wire::{convert, v1};
 
@@ -30,27 +32,11 @@ pub(crate) struct ContainerStep {
     pub(crate) scene: Scene,
 }
 
-/// By container: which candidates it may take in an attempt, by their indices.
-pub(crate) type AttemptPlan = Vec<Vec<usize>>;
-
 /// Who plans in each container.
 pub(crate) trait PlansContainers {
     type Error;
 
     fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Self::Error>;
-}
-
-/// What planning a step over the open containers found.
-pub(crate) struct Found {
-    /// That of the placement, by its place among those of the step; without one that which holds least.
-    pub(crate) container: usize,
-    /// What it may take; the plan is of these.
-    pub(crate) candidates: Vec<Candidate>,
-    pub(crate) plan: Plan,
-    /// Over all containers.
-    pub(crate) timings: Timings,
-    /// Whether the time was over in any container before everything was looked at.
-    pub(crate) is_cut: bool,
 }
 
 impl StepPlan {
@@ -60,56 +46,14 @@ impl StepPlan {
         &self,
         planner: &mut P,
     ) -> Result<Option<Found>, P::Error> {
-        let mut all: Option<Found> = None;
-        for attempt in &self.attempts {
-            let Some(mut found) = self.plan_attempt(planner, attempt)? else {
-                continue;
-            };
-            if let Some(before) = all {
-                found.timings += before.timings;
-                found.is_cut |= before.is_cut;
-            }
-            let is_done = found.plan.choice().is_some();
-            all = Some(found);
-            if is_done {
-                break;
-            }
-        }
-        Ok(all)
-    }
-
-    fn plan_attempt<P: PlansContainers>(
-        &self,
-        planner: &mut P,
-        attempt: &AttemptPlan,
-    ) -> Result<Option<Found>, P::Error> {
-        let mut last = None;
-        let mut timings = Timings::default();
-        let mut is_cut = false;
-        for (container, (at, admitted)) in self.containers.iter().zip(attempt).enumerate() {
-            let candidates = admitted
-                .iter()
-                .filter_map(|index| self.candidates.get(*index));
-            let candidates: Vec<Candidate> = candidates.cloned().collect();
-            let plan = match candidates.is_empty() {
-                true => Plan::default(),
-                false => planner.plan_in(&at.name, &self.input(at, &at.scene, &candidates))?,
-            };
-            timings += plan.timings();
-            is_cut |= plan.is_cut();
-            let is_found = plan.choice().is_some();
-            last = Some(Found {
-                container,
-                candidates,
-                plan,
-                timings,
-                is_cut,
-            });
-            if is_found {
-                break;
-            }
-        }
-        Ok(last)
+        plan_over(
+            &self.attempts,
+            &self.candidates,
+            |container, admitted| match self.containers.get(container) {
+                Some(at) => planner.plan_in(&at.name, &self.input(at, &at.scene, admitted)),
+                None => Ok(Plan::default()),
+            },
+        )
     }
 
     /// The step in a container, on a scene of it and with some of the candidates.
@@ -126,27 +70,30 @@ impl StepPlan {
             ..StepInput::new(&container.grid, scene, candidates)
         }
     }
-}
 
-impl Found {
-    /// What was chosen in a step, as a decision without all that does not follow from what it was planned on: its names, times and
+    /// What was chosen in the step, as a decision without all that does not follow from what it was planned on: its names, times and
     /// states. `None` where nothing was.
-    pub(crate) fn decision(&self, step: &StepPlan) -> Option<v1::Decision> {
-        let items = &step.items;
-        let container = step.containers.get(self.container)?;
-        let choice = self.plan.choice()?;
-        let held = self.candidates.get(choice.candidate)?;
+    pub(crate) fn decision(&self, found: &Found) -> Option<v1::Decision> {
+        let (
+            items,
+            Found {
+                plan, candidates, ..
+            },
+        ) = (&self.items, found);
+        let container = self.containers.get(found.container)?;
+        let choice = plan.choice()?;
+        let held = candidates.get(choice.candidate)?;
         let item = items.iter().find(|item| is_of(item, held))?;
         let frame = held
             .item
             .container_from_item(&container.grid, &choice.resting)?;
-        let evidence = self.plan.evidence();
+        let evidence = plan.evidence();
         let frame = evidence.map_or(frame, |evidence| evidence.lower(frame));
         let container_from_item = held.lying.own_frame(&frame);
-        let cycle = evidence.and_then(|found| found.cycle.as_ref());
-        let settling = evidence.and_then(|found| found.settling.as_ref());
-        let load = evidence.and_then(|found| found.load.as_ref());
-        let alternatives = self.plan.alternatives();
+        let cycle = evidence.and_then(|evidence| evidence.cycle.as_ref());
+        let settling = evidence.and_then(|evidence| evidence.settling.as_ref());
+        let load = evidence.and_then(|evidence| evidence.load.as_ref());
+        let alternatives = plan.alternatives();
         Some(v1::Decision {
             item_id: item.item_id.clone(),
             object: item.object.clone(),
@@ -154,10 +101,10 @@ impl Found {
             container_from_item: Some(convert::pose::write(&container_from_item)),
             value: choice.value,
             alternatives: alternatives
-                .map(|other| write_ranked(items, &self.candidates, other))
+                .map(|other| write_ranked(items, candidates, other))
                 .collect(),
             buffer: items.iter().map(|item| item.item_id.clone()).collect(),
-            is_widened: self.plan.is_widened(),
+            is_widened: plan.is_widened(),
             cycle: cycle.map(|cycle| Box::new(convert::cycle::write(cycle))),
             settling: settling.map(convert::settling::write),
             load: load.map(|load| Box::new(convert::load::write(load))),

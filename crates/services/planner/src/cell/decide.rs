@@ -154,7 +154,7 @@ impl CellPlanner {
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
         let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
-        let chosen = found.decision(&prepared.plan).ok_or_else(lost)?;
+        let chosen = prepared.plan.decision(found).ok_or_else(lost)?;
         let place = self.place_of(&chosen.container)?;
         let decided_at_ns = place.bridge_clock.now_ns();
         let Found { plan, timings, .. } = found;

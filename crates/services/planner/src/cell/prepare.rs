@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
 use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::orders::{Attempt, Orders};
+use ppnpack_packing::orders::Orders;
 use ppnpack_packing::step::Candidate;
 use ppnpack_wire::v1::{self, Status};
 
@@ -14,7 +14,7 @@ use super::counts;
 use super::footprint::footprint;
 use super::refusal::Refusal;
 use crate::scenes::Seen;
-use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
+use crate::step_plan::{ContainerStep, StepPlan};
 use ppnpack_protocol::session::item::arrival;
 use ppnpack_protocol::session::{Packed, SessionError, message};
 
@@ -62,33 +62,6 @@ impl Prepared {
     }
 }
 
-/// The tries to pack something, until one finds anything: which of the candidates each of these containers may take. The last of them is
-/// of all items. Neither whether nothing fits nor what a rule would give way to is known before all containers were seen.
-fn attempts(
-    orders: Option<&Orders>,
-    containers: &[usize],
-    candidates: &[Candidate],
-    is_all_seen: bool,
-) -> Vec<AttemptPlan> {
-    let mut attempts = match orders {
-        Some(orders) => orders.attempts(containers, candidates),
-        None => vec![Attempt::STRICT],
-    };
-    attempts.retain(|attempt| is_all_seen || !attempt.gives_way);
-    let admitted = |attempt: Attempt, at: usize| {
-        let is_admitted =
-            |held: &Candidate| orders.is_none_or(|orders| orders.admits(attempt, at, held.arrival));
-        let candidates = candidates.iter().enumerate();
-        let admitted = candidates.filter(|(_, held)| is_admitted(held));
-        admitted.map(|(index, _)| index).collect()
-    };
-    let attempts = attempts.into_iter().map(|attempt| {
-        let containers = containers.iter();
-        containers.map(|at| admitted(attempt, *at)).collect()
-    });
-    attempts.collect()
-}
-
 /// The candidates of an item, in the order of its poses.
 pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Range<usize> {
     let is_of = |held: &&Candidate| held.arrival == arrival(item);
@@ -122,6 +95,13 @@ impl CellPlanner {
             orders.begin(&candidates);
         }
         let places: Vec<usize> = seen.iter().map(|(at, _)| *at).collect();
+        let no_orders = Orders::default();
+        let rules = orders.as_ref().unwrap_or(&no_orders);
+        let mut attempts = rules.attempts(&places, &candidates);
+        if !left_out.is_empty() {
+            // What a rule would give way to is not known before all containers were seen.
+            attempts.truncate(1);
+        }
         let named = items.iter().map(|item| v1::RecordedItem {
             item_id: item.item_id.clone(),
             object: item.object.clone(),
@@ -130,7 +110,7 @@ impl CellPlanner {
         Ok(Prepared {
             plan: StepPlan {
                 items: named.collect(),
-                attempts: attempts(orders.as_ref(), &places, &candidates, left_out.is_empty()),
+                attempts,
                 candidates,
                 containers,
                 number: self.session.step(),
