@@ -395,8 +395,7 @@ impl<'a> Game<'a> {
     fn placeable(&self, arrivals: &[usize], gives_way: bool) -> Vec<usize> {
         let may = |arrival: &&usize| {
             (0..self.planners.len()).any(|container| {
-                let bar = self.orders.bar(container, **arrival);
-                bar.is_none_or(|bar| gives_way && bar.gives_way())
+                self.orders.admits(gives_way, container, **arrival)
                     && self.world.has_place(&self.grid, container, **arrival)
             })
         };
@@ -442,7 +441,7 @@ proptest! {
                         let has_cause = game.world.has_cause(bar, container, *arrival, &arrivals);
                         prop_assert!(has_cause, "{bar} ({bar:?}) of {arrival} in {container}");
                     }
-                    if bar.is_none_or(|bar| bar.gives_way()) {
+                    if game.orders.admits(true, container, *arrival) {
                         let is_sound = game.world.breaks_nothing(container, *arrival);
                         prop_assert!(is_sound, "{arrival} in {container}");
                     }
