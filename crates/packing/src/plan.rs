@@ -270,7 +270,7 @@ impl Planner {
                 self.search_all(input)?;
             }
             if self.plan.choice().is_none() {
-                self.plan.ranked.extend(self.search.last_resort(input));
+                self.plan.ranked.extend(self.search.last_resort(input)?);
             }
         }
         if let Some(reason) = self.proposals.degraded() {

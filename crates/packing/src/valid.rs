@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::time::Instant;
 
-use crate::check::{BoxedCheck, Cost, Evidence, LastResort, Verdict};
+use crate::check::{BoxedCheck, Cost, Evidence, Verdict};
 use crate::evaluator::Evaluator;
 use crate::proposals::Proposals;
 use crate::refusal::{Refusal, Refusals};
@@ -221,24 +221,44 @@ impl ValidSearch {
     }
 
     /// The best placement that the last check refused since the step began, where that is to be made for want of a valid one.
-    pub fn last_resort(&self, input: &StepInput<'_>) -> Option<ValidPlacement> {
-        let LastResort {
-            arrival,
-            shape,
-            resting,
-            evidence,
-        } = self.checks.last()?.last_resort()?;
-        let is_it = |refused: &&Evaluated| {
-            let candidate = input.candidates.get(refused.candidate);
-            refused.resting == resting
-                && candidate
-                    .is_some_and(|held| (held.arrival, held.item.shape()) == (arrival, shape))
+    /// What the other checks found out about it goes with it, such as the arm's cycle.
+    ///
+    /// # Errors
+    /// [`SearchError::Check`] where a check failed.
+    pub fn last_resort(
+        &mut self,
+        input: &StepInput<'_>,
+    ) -> Result<Option<ValidPlacement>, SearchError> {
+        let Some((last, others)) = self.checks.split_last_mut() else {
+            return Ok(None);
         };
-        let placement = *self.refused_last.iter().find(is_it)?;
-        Some(ValidPlacement {
+        let Some(resort) = last.last_resort() else {
+            return Ok(None);
+        };
+        let held_of = |placement: &Evaluated| input.candidates.get(placement.candidate);
+        let is_it = |refused: &&Evaluated| {
+            refused.resting == resort.resting
+                && held_of(refused).is_some_and(|held| {
+                    (held.arrival, held.item.shape()) == (resort.arrival, resort.shape)
+                })
+        };
+        let placement = self.refused_last.iter().find(is_it).copied();
+        let Some((placement, held)) = placement.and_then(|it| Some((it, held_of(&it)?))) else {
+            return Ok(None);
+        };
+        let mut evidence = Evidence::default();
+        for check in others {
+            let verdict = check.judge(input, held, &placement.resting);
+            match verdict.map_err(SearchError::Check)? {
+                Verdict::Accepted(found) => evidence.add(found),
+                Verdict::Refused(_) => return Ok(None),
+            }
+        }
+        evidence.add(resort.evidence);
+        Ok(Some(ValidPlacement {
             placement,
             evidence,
-        })
+        }))
     }
 
     /// The next placement by increasing value, before any check; `None` after the last.

@@ -4,9 +4,11 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use nalgebra::Isometry3;
 use ppnpack_packing::check::LastResort;
 use ppnpack_packing::episode::{IdealCell, Play, play};
 use ppnpack_packing::item::ShapeId;
+use ppnpack_packing::motion::Cycle;
 use ppnpack_packing::trial::Settling;
 
 use crate::support::*;
@@ -455,6 +457,54 @@ fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
         };
         assert_eq!(plan(Some(0), &[0], None).choice(), Some(expected));
     }
+}
+
+/// An arm that reaches every place.
+struct Arm;
+
+impl ValidityCheck for Arm {
+    fn cost(&self) -> Cost {
+        Cost::Motion
+    }
+
+    fn judge(
+        &mut self,
+        _: &StepInput<'_>,
+        _: &Candidate,
+        _: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        let cycle = Cycle {
+            arm: "an arm".to_owned(),
+            cycle_s: 2.0,
+            container_from_item_at_pick: Isometry3::identity(),
+            grasp_yaw_rad: 0.0,
+            grip_s: 0.2,
+            release_s: 0.2,
+            legs: Vec::new(),
+        };
+        Ok(Verdict::Accepted(Evidence {
+            cycle: Some(Arc::new(cycle)),
+            ..Evidence::default()
+        }))
+    }
+}
+
+#[test]
+fn the_arms_cycle_goes_with_the_last_resort() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let input = StepInput::new(&grid, &scene, &held);
+    let stub = Stub {
+        resort: Some(2),
+        ..Stub::new(&Log::default(), |_, _| false)
+    };
+    let order = Order::Balance;
+    let search = searching(&grid, Heuristic::Sdfm, order, false);
+    let checks: Vec<BoxedCheck> = vec![Box::new(stub), Box::new(Arm)];
+    let mut planner = planner_of(search, ProposeAll, order, checks);
+    let evidence = planner.plan(&input).unwrap().evidence().cloned().unwrap();
+    assert_eq!(evidence.cycle.unwrap().arm, "an arm");
+    assert!(evidence.settling.is_some());
 }
 
 #[test]
