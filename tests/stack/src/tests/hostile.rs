@@ -200,12 +200,12 @@ fn clouds_at_many_times_the_rate_are_dropped_and_memory_stays_bounded() {
     let payload = cloud.encode_to_vec();
     // The simulated sensor sends two a second, of 16,384 points each: these come at ten times the rate, and each has
     // eighteen times the points.
-    let until = Instant::now() + Duration::from_secs(60);
+    let until = Instant::now() + Duration::from_secs(20);
     while Instant::now() < until {
         stack.session().put(&key, payload.clone()).wait().unwrap();
         std::thread::sleep(Duration::from_millis(50));
     }
-    assert_serves_again(&cell, Instant::now(), "a minute of clouds");
+    assert_serves_again(&cell, Instant::now(), "a flood of clouds");
     assert_memory_bounded(&stack, &before);
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");

@@ -68,7 +68,7 @@ fn ended(incoming: Incoming<v1::PlaceRequest>, kind: i32) {
         placement_id: request.placement_id.clone(),
         item_id: request.item_id.clone(),
         kind,
-        state_number: STATE,
+        state_number: STATE + 1,
         ..v1::Outcome::default()
     };
     let reply = v1::PlaceReply {
