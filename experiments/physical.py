@@ -161,8 +161,9 @@ Median and what 95 % stay below, in ms; the arm's cycle in s.
     for line in lines:
         reasons = [ended(item, "refused") for run in line["records"] for item in run["items"]]
         line["refusals"] = dict(sorted(collections.Counter(it["reason"] for it in reasons if it).items()))
-        text += "".join(f"- {line['method']}: {count} x {reason}\n" for reason, count in line["refusals"].items())
-    return text
+    reasons = sorted({reason for line in lines for reason in line["refusals"]})
+    rows = [row(reason, *(line["refusals"].get(reason, 0) for line in lines)) for reason in reasons]
+    return text + table(["", *(line["method"] for line in lines)], rows)
 
 
 def main():
