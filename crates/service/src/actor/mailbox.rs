@@ -154,13 +154,9 @@ impl<M> Address<M> {
         }
     }
 
-    /// Sends a request where the mailbox has room; refuses it with `STATUS_BUSY` where it is full, with
+    /// Sends a request where fewer than so many messages wait; refuses it with `STATUS_BUSY` where the mailbox is full, with
     /// `STATUS_UNAVAILABLE` where the actor has ended. Never waits.
-    pub fn deliver<R: Request>(&self, incoming: Incoming<R>, wrap: impl FnOnce(Incoming<R>) -> M) {
-        self.deliver_within(self.0.capacity, incoming, wrap);
-    }
-
-    fn deliver_within<R: Request>(
+    fn deliver<R: Request>(
         &self,
         most: usize,
         incoming: Incoming<R>,
@@ -191,10 +187,7 @@ impl<M> Address<M> {
     where
         M: Send + 'static,
     {
-        let address = self.clone();
-        rpc::listen(process, cell, move |incoming| {
-            address.deliver(incoming, &wrap);
-        })
+        self.listen_within(self.0.capacity, process, cell, wrap)
     }
 
     /// As [`Self::listen`], for a method that is taken also where the mailbox is full of others: its requests have a reserve.
@@ -210,9 +203,22 @@ impl<M> Address<M> {
     where
         M: Send + 'static,
     {
+        self.listen_within(usize::MAX, process, cell, wrap)
+    }
+
+    fn listen_within<R: Request>(
+        &self,
+        most: usize,
+        process: &Process,
+        cell: Option<&Cell>,
+        wrap: impl Fn(Incoming<R>) -> M + Send + Sync + 'static,
+    ) -> Result<Listener, ServiceError>
+    where
+        M: Send + 'static,
+    {
         let address = self.clone();
         rpc::listen(process, cell, move |incoming| {
-            address.deliver_within(usize::MAX, incoming, &wrap);
+            address.deliver(most, incoming, &wrap);
         })
     }
 
