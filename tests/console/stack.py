@@ -58,6 +58,7 @@ class Stack:
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.url = f"http://127.0.0.1:{free_port()}/"
         listen = self.url.removeprefix("http://").rstrip("/")
+        (folder / "token").write_text(TOKEN)
         own = {
             "router": [f'zenoh.listen=["{self.endpoint}"]'],
             "heuristic": [],
@@ -67,7 +68,7 @@ class Stack:
                 f"service.store={folder / 'sessions.redb'}",
                 f'service.cells={{{self.CELL}={{alternatives=3,proposals={{from="all"}}}}}}',
             ],
-            "console": [f"service.listen={listen}", f"service.token={TOKEN}"],
+            "console": [f"service.listen={listen}", f"service.token_file={folder / 'token'}"],
         }
         self.processes = {}
         for name, settings in own.items():

@@ -14,8 +14,8 @@ use crate::process::{Identity, Process};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 
-/// How long the hub may take to say where it listens.
-const LOCATOR_TIMEOUT: Duration = Duration::from_secs(5);
+/// How long a router may take to say where it listens, and who is connected.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A router within this process, on a loopback port of the system's choice. It ends when it is dropped.
 pub struct Hub {
@@ -48,12 +48,7 @@ pub fn hub_at(listen: &[String]) -> Result<Hub, ServiceError> {
         ..ZenohSettings::default()
     };
     let action = "opening the hub";
-    let mut config = settings.to_zenoh()?;
-    // The hub asks its own admin space which ports the system chose.
-    config
-        .insert_json5("adminspace/enabled", "true")
-        .map_err(|error| ServiceError::zenoh(action, &error))?;
-    let session = zenoh::open(config)
+    let session = zenoh::open(settings.to_zenoh()?)
         .wait()
         .map_err(|error| ServiceError::zenoh(action, &error))?;
     let endpoints = locators(&session)?;
@@ -117,6 +112,7 @@ pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, S
     let identity = Identity::new(service, Instance::new(instance)?, String::new());
     Process::new(
         session(hub)?,
+        ZenohSettings::default().max_message_bytes,
         Arc::new(identity),
         Health::default(),
         hub.shutdown.clone(),
@@ -124,27 +120,52 @@ pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, S
     )
 }
 
+/// Counts the sessions of a router with others, at the router's own.
+///
+/// # Errors
+/// [`ServiceError::Zenoh`] where it does not say.
+pub fn sessions(session: &Session) -> Result<usize, ServiceError> {
+    told(session, "sessions").map(|sessions| sessions.len())
+}
+
 /// Where a router listens.
 fn locators(session: &Session) -> Result<Vec<String>, ServiceError> {
-    let action = "asking the hub for its ports";
+    let locators = told(session, "locators")?;
+    let locators = locators.iter().filter_map(Value::as_str);
+    Ok(locators.map(str::to_owned).collect())
+}
+
+/// Asks a router for a list that its admin space has.
+fn told(session: &Session, what: &str) -> Result<Vec<Value>, ServiceError> {
+    let action = format!("asking the router for its {what}");
     let failed = |reason: &str| ServiceError::Zenoh {
-        action: action.to_owned(),
+        action: action.clone(),
         reason: reason.to_owned(),
     };
     let replies = session
         .get(format!("@/{}/router", session.zid()))
         .wait()
-        .map_err(|error| ServiceError::zenoh(action, &error))?;
-    let reply = replies.recv_timeout(LOCATOR_TIMEOUT).ok().flatten();
+        .map_err(|error| ServiceError::zenoh(&*action, &error))?;
+    let reply = replies.recv_timeout(ANSWER_TIMEOUT).ok().flatten();
     let reply = reply.ok_or_else(|| failed("no answer"))?;
     let sample = reply.into_result().map_err(|_| failed("an error"))?;
-    let answer: Value = serde_json::from_slice(&sample.payload().to_bytes())
+    let mut answer: Value = serde_json::from_slice(&sample.payload().to_bytes())
         .map_err(|error| failed(&error.to_string()))?;
-    let locators = answer.get("locators").and_then(Value::as_array);
-    let locators = locators.into_iter().flatten().filter_map(Value::as_str);
-    let locators: Vec<String> = locators.map(str::to_owned).collect();
-    if locators.is_empty() {
-        return Err(failed("it names none"));
+    match answer.get_mut(what).map(Value::take) {
+        Some(Value::Array(list)) => Ok(list),
+        _ => Err(failed("it names none")),
     }
-    Ok(locators)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_router_counts_its_sessions() {
+        let hub = hub().unwrap();
+        assert_eq!(sessions(&hub.session).unwrap(), 0);
+        let own = [session(&hub).unwrap(), session(&hub).unwrap()];
+        assert_eq!(sessions(&hub.session).unwrap(), own.len());
+    }
 }

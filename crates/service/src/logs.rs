@@ -2,7 +2,9 @@
 
 use std::io::IsTerminal;
 
-use tracing::Subscriber;
+use tracing::level_filters::LevelFilter;
+use tracing::{Event, Subscriber};
+use tracing_subscriber::layer::Context;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::{LookupSpan, Registry};
 use tracing_subscriber::util::SubscriberInitExt;
@@ -10,6 +12,7 @@ use tracing_subscriber::{Layer, fmt};
 
 use crate::configuration::{LogFormat, LogSettings};
 use crate::error::ServiceError;
+use crate::metrics::{self, Metric};
 
 /// A layer that can stand under that of the logs.
 pub(crate) type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
@@ -20,6 +23,7 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
     tracing_subscriber::registry()
         .with(traces)
         .with(lines(settings.format).with_filter(filter))
+        .with(Counting.with_filter(LevelFilter::WARN))
         .try_init()
         .map_err(|error| ServiceError::observability("logs", &error))?;
     std::panic::set_hook(Box::new(|panic| {
@@ -28,6 +32,17 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
         tracing::error!(thread, "{panic}");
     }));
     Ok(())
+}
+
+/// What counts warnings and errors, by the crate that they come from.
+struct Counting;
+
+impl<S: Subscriber> Layer<S> for Counting {
+    fn on_event(&self, event: &Event<'_>, _: Context<'_, S>) {
+        let target = event.metadata().target();
+        let of = target.split("::").next().unwrap_or_default();
+        metrics::counter(Metric::WarningsTotal, &[("of", of)]).increment(1);
+    }
 }
 
 fn lines<S>(format: LogFormat) -> Box<dyn Layer<S> + Send + Sync>

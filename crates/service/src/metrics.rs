@@ -96,6 +96,16 @@ metrics! {
         "Operator's pages that are connected.";
     Ready: Gauge = "ppnpack_ready",
         "1 while the process is ready, else 0.";
+    RouterSessions: Gauge = "ppnpack_router_sessions",
+        "Sessions that a router has with others.";
+    SessionsLimit: Gauge = "ppnpack_sessions_limit",
+        "The most sessions that others may have with this process.";
+    ResidentBytes: Gauge = "ppnpack_resident_bytes",
+        "Memory of this process.";
+    MemoryLimitBytes: Gauge = "ppnpack_memory_limit_bytes",
+        "Memory that this process may have, where its control group limits it.";
+    WarningsTotal: Counter = "ppnpack_warnings_total",
+        "Warnings and errors in the log, whether or not they are shown. Labels: of (the crate).";
     CertificateEnds: Gauge = "ppnpack_certificate_ends",
         "When a certificate of this process ends, in seconds since 1970. Labels: of (certificate, root_ca).";
 }
@@ -162,11 +172,32 @@ pub fn install() -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Sorts what was counted into buckets: until then every value of a histogram takes memory.
+/// Sorts what was counted into buckets, as until then every value of a histogram takes memory, and measures that.
 pub fn tidy() {
     if let Some(handle) = RECORDER.get() {
         handle.run_upkeep();
     }
+    for (metric, bytes) in [
+        (Metric::ResidentBytes, resident_bytes()),
+        (Metric::MemoryLimitBytes, memory_limit_bytes()),
+    ] {
+        if let Some(bytes) = bytes {
+            gauge(metric, &[]).set(bytes);
+        }
+    }
+}
+
+fn resident_bytes() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: f64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
+    Some(kib * 1024.0)
+}
+
+/// The limit of a container; nothing where there is none.
+fn memory_limit_bytes() -> Option<f64> {
+    let limit = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok()?;
+    limit.trim().parse().ok()
 }
 
 #[cfg(test)]
@@ -179,7 +210,11 @@ mod tests {
         counter(Metric::PublishedTotal, &[("stream", "plan")]).increment(2);
         histogram(Metric::CallSeconds, &[("method", "plan")]).record(0.0015);
         gauge(Metric::Ready, &[]).set(1.0);
+        tidy();
         let text = render();
+        let resident = text.lines().find_map(|line| line.strip_prefix("ppnpack_resident_bytes "));
+        let resident: f64 = resident.unwrap().parse().unwrap();
+        assert!(resident > 1e6, "a process has a megabyte: {resident}");
         for line in [
             "ppnpack_published_total{stream=\"plan\"} 2",
             "ppnpack_call_seconds_bucket{method=\"plan\",le=\"0.002\"} 1",

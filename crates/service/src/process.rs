@@ -24,6 +24,7 @@ pub struct Process {
 
 struct Inner {
     session: Session,
+    max_message_bytes: usize,
     identity: Arc<Identity>,
     health: Health,
     shutdown: Shutdown,
@@ -97,6 +98,7 @@ impl Process {
     /// A process on this session. From here on it answers for its health over Zenoh.
     pub(crate) fn new(
         session: Session,
+        max_message_bytes: usize,
         identity: Arc<Identity>,
         health: Health,
         shutdown: Shutdown,
@@ -105,6 +107,7 @@ impl Process {
         let answers_health = rpc::answer_health(&session, &identity, &health)?;
         let inner = Inner {
             session,
+            max_message_bytes,
             identity,
             health,
             shutdown,
@@ -119,6 +122,11 @@ impl Process {
     /// Its Zenoh session.
     pub fn session(&self) -> &Session {
         &self.inner.session
+    }
+
+    /// The largest message that it takes, and that others are to take.
+    pub(crate) fn max_message_bytes(&self) -> usize {
+        self.inner.max_message_bytes
     }
 
     /// Its name among those of its service.

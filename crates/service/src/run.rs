@@ -183,12 +183,14 @@ fn run_logged<S: ServiceSettings>(
         tracing::info!(%address, "admin port open");
     }
     let zenoh = &configuration.zenoh;
+    metrics::gauge(Metric::SessionsLimit, &[]).set(zenoh.max_sessions as f64);
     let Some(session) = session::open(zenoh, &connected, &shutdown)? else {
         tracing::info!("asked to end before there was a connection");
         return Ok(());
     };
     let process = Process::new(
         session.clone(),
+        zenoh.max_message_bytes,
         identity,
         health.clone(),
         shutdown.clone(),

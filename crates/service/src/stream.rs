@@ -26,6 +26,7 @@ use crate::sync::lock;
 /// Publishes a stream of a cell.
 pub struct Publisher<M> {
     publisher: zenoh::pubsub::Publisher<'static>,
+    max_bytes: usize,
     published: Counter,
     message: PhantomData<fn(M)>,
 }
@@ -47,6 +48,7 @@ impl<M: Message + Name> Publisher<M> {
             .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))?;
         Ok(Self {
             publisher,
+            max_bytes: process.max_message_bytes(),
             published: metrics::counter(Metric::PublishedTotal, &[("stream", stream.as_str())]),
             message: PhantomData,
         })
@@ -61,8 +63,18 @@ impl<M: Message + Name> Publisher<M> {
     /// Publishes a message.
     ///
     /// # Errors
-    /// [`ServiceError::Zenoh`] where the session is closed.
+    /// [`ServiceError::Zenoh`] where the session is closed, or nobody would take so large a message.
     pub fn put(&self, message: &M) -> Result<(), ServiceError> {
+        let (bytes, most) = (message.encoded_len(), self.max_bytes);
+        if bytes > most {
+            return Err(ServiceError::Zenoh {
+                action: "publishing".to_owned(),
+                reason: format!(
+                    "{bytes} bytes are more than zenoh.max_message_bytes, {most}: raise it for this process, the router and all who \
+                     read it"
+                ),
+            });
+        }
         self.publisher
             .put(message.encode_to_vec())
             .wait()

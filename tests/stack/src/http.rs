@@ -53,6 +53,11 @@ impl Page {
         }
     }
 
+    /// Where it is served.
+    pub(crate) fn address(&self) -> SocketAddr {
+        self.address
+    }
+
     /// The same page for somebody who has a token.
     #[must_use]
     pub(crate) fn with_token(&self, token: &str) -> Self {

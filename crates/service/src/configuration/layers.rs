@@ -13,6 +13,9 @@ use super::{ConfigurationError, Sources, ZenohSettings};
 /// What environment variables of the configuration begin with.
 pub const ENVIRONMENT_PREFIX: &str = "PPNPACK__";
 
+/// What the last part of a key is that stands for a secret.
+const SECRETS: [&str; 2] = ["token", "password"];
+
 /// Values from one origin.
 struct Layer {
     origin: String,
@@ -55,6 +58,10 @@ pub(super) fn extract<T: DeserializeOwned>(
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or_else(|| ConfigurationError::Assignment(assignment.clone()))?;
         let key = key.trim();
+        if SECRETS.contains(&key.rsplit('.').next().unwrap_or_default()) {
+            let reason = "everybody on the machine sees what a program is started with: say it in a file";
+            return Err(ConfigurationError::invalid(key, reason));
+        }
         figment = figment.merge(layer(format!("option --set {key}"), key, value.trim())?);
     }
     figment.extract().map_err(|mut error| {

@@ -27,6 +27,7 @@
 mod layers;
 mod observability;
 mod secret;
+mod secure;
 mod zenoh;
 
 use std::fmt::Display;

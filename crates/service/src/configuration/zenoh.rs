@@ -3,12 +3,12 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
-use ppnpack_wire::MAX_CLOUD_BYTES;
+use ppnpack_wire::MAX_MESSAGE_BYTES;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 use x509_parser::pem::Pem;
 
-use super::{ConfigurationError, Secret, check};
+use super::{ConfigurationError, Secret, check, secure};
 
 /// Where clients look for a router if nothing else is said.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
@@ -76,7 +76,7 @@ pub struct ZenohSettings {
     pub password: Option<Secret>,
     /// A file with lines `user:password`: those who may connect to this process.
     pub users_file: Option<PathBuf>,
-    /// The largest message that is received, in bytes.
+    /// The largest message that is received, in bytes: a larger one does not arrive.
     pub max_message_bytes: usize,
     /// The most others that may be connected to this process.
     pub max_sessions: usize,
@@ -122,8 +122,8 @@ impl Default for ZenohSettings {
             user: None,
             password: None,
             users_file: None,
-            // A cloud with its key and the like.
-            max_message_bytes: MAX_CLOUD_BYTES + (1 << 20),
+            // With its key and the like. A router keeps as much for each priority of whoever connects: larger clouds have to be asked for.
+            max_message_bytes: MAX_MESSAGE_BYTES + (1 << 20),
             max_sessions: 256,
             lease_s: 3.0,
             file: None,
@@ -175,7 +175,7 @@ impl ZenohSettings {
             }
         }
         self.tls.ends()?;
-        self.to_zenoh().map(drop)
+        secure::check(self.mode, &self.to_zenoh()?)
     }
 
     /// As Zenoh wants it.
@@ -307,11 +307,13 @@ impl TlsSettings {
 }
 
 /// What is the same for every process: paths in Zenoh's configuration with their values.
-fn fixed_entries(mode: Mode) -> [(&'static str, Value); 6] {
+fn fixed_entries(mode: Mode) -> [(&'static str, Value); 7] {
     let retry =
         json!({"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2.0});
     // Without multicast, a router has nothing to wait for when it starts.
     let scouting_delay = (mode == Mode::Router).then_some(0);
+    // A router asks itself where it listens, and who is connected.
+    let tells = (mode == Mode::Router).then_some(true);
     // A reader that does not read is cut off after so long; until then it holds up who writes to it.
     let block_us = json!(2_000_000);
     let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
@@ -325,5 +327,6 @@ fn fixed_entries(mode: Mode) -> [(&'static str, Value); 6] {
         // where the machine is busy for a few milliseconds. It is the most that Zenoh allows.
         ("transport/link/tx/queue/size/data", json!(16)),
         ("scouting/delay", json!(scouting_delay)),
+        ("adminspace/enabled", json!(tells)),
     ]
 }

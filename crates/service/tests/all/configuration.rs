@@ -1,5 +1,7 @@
 //! Configurations from several sources.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use ppnpack_service::configuration::{
@@ -117,12 +119,90 @@ fn a_link_is_closed_when_its_certificate_ends() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("certificate.pem");
     std::fs::write(&path, include_str!("certificate.pem")).unwrap();
-    let given = format!("zenoh.tls.certificate={}", path.display());
-    for (assignments, closes) in [(vec![given.as_str()], "true"), (vec![], "null")] {
+    let given = ["certificate", "root_ca"].map(|of| format!("zenoh.tls.{of}={}", path.display()));
+    let with = vec![&*given[0], &*given[1], "zenoh.connect=tls/a:1"];
+    for (assignments, closes) in [(with, "true"), (vec![], "null")] {
         let zenoh = load(None, &[], &assignments).unwrap().zenoh;
         let zenoh = zenoh.to_zenoh().unwrap();
         let said = zenoh.get_json("transport/link/tls/close_link_on_expiration");
         assert_eq!(said.unwrap(), closes);
+    }
+}
+
+/// A router with these settings, with a certificate and an authority, and with the files of a folder by their names.
+fn load_router(folder: &Path, assignments: &[&str]) -> Result<(), ConfigurationError> {
+    let certificate = folder.join("certificate.pem");
+    std::fs::write(&certificate, include_str!("certificate.pem")).unwrap();
+    let own = ["certificate", "root_ca"];
+    let own = own.map(|of| format!("zenoh.tls.{of}={}", certificate.display()));
+    let given = assignments.iter().map(|text| text.replace("FOLDER", folder.to_str().unwrap()));
+    let assignments: Vec<String> = own.into_iter().chain(given).collect();
+    let sources = Sources {
+        assignments: &assignments,
+        ..Sources::default()
+    };
+    Configuration::<RouterSettings>::load(Service::Router, &sources).map(drop)
+}
+
+#[test]
+fn a_router_with_a_certificate_denies_by_default_or_does_not_start() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (name, text) in [
+        ("none", "{}"),
+        ("open", "{access_control: {enabled: true, default_permission: 'allow'}}"),
+        ("off", "{access_control: {enabled: false, default_permission: 'deny'}}"),
+        ("closed", "{access_control: {enabled: true, default_permission: 'deny'}}"),
+        ("plain", "{access_control: {enabled: true, default_permission: 'deny'}, listen: {endpoints: {router: ['tcp/a:1']}}}"),
+    ] {
+        std::fs::write(folder.join(format!("{name}.json5")), text).unwrap();
+    }
+    let tls = "zenoh.listen=tls/0.0.0.0:7447";
+    let closed = "zenoh.file=FOLDER/closed.json5";
+    for (assignments, key) in [
+        (vec![tls], "zenoh.file: "),
+        (vec![tls, "zenoh.file=FOLDER/none.json5"], "zenoh.file: "),
+        (vec![tls, "zenoh.file=FOLDER/open.json5"], "zenoh.file: "),
+        (vec![tls, "zenoh.file=FOLDER/off.json5"], "zenoh.file: "),
+        (vec![closed], "zenoh.listen: "),
+        (vec!["zenoh.listen=[]", "zenoh.file=FOLDER/plain.json5"], "zenoh.listen: "),
+        (vec!["zenoh.listen=tls/a:1, tcp/a:2", closed], "zenoh.listen: "),
+        (vec![tls, closed, "zenoh.connect=tcp/b:1"], "zenoh.connect: "),
+    ] {
+        let refused = load_router(folder, &assignments).unwrap_err().to_string();
+        assert!(refused.starts_with(key), "{assignments:?}: {refused}");
+    }
+    load_router(folder, &[tls, closed]).unwrap();
+}
+
+#[test]
+fn a_key_that_others_may_read_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let key = folder.path().join("key.pem");
+    std::fs::write(&key, "").unwrap();
+    std::fs::write(
+        folder.path().join("closed.json5"),
+        "{access_control: {enabled: true, default_permission: 'deny'}}",
+    )
+    .unwrap();
+    let assignments = [
+        "zenoh.listen=tls/0.0.0.0:7447",
+        "zenoh.file=FOLDER/closed.json5",
+        "zenoh.tls.private_key=FOLDER/key.pem",
+    ];
+    for (mode, is_refused) in [
+        (0o600, false),
+        // As Kubernetes hands out secrets.
+        (0o440, false),
+        (0o644, true),
+        (0o660, true),
+    ] {
+        std::fs::set_permissions(&key, Permissions::from_mode(mode)).unwrap();
+        let loaded = load_router(folder.path(), &assignments);
+        let told = loaded.map_err(|error| error.to_string()).err();
+        let remedy = format!("chmod 600 {}", key.display());
+        let names_it = told.as_ref().map(|told| told.contains(&remedy));
+        assert_eq!(names_it, is_refused.then_some(true), "{mode:o}: {told:?}");
     }
 }
 
@@ -167,6 +247,8 @@ fn wrong_settings_are_refused_with_key_and_origin() {
         ("zenoh.connect=carrier-pigeon", "zenoh.connect"),
         ("zenoh.mode=router", "zenoh.listen"),
         ("zenoh.user=me", "zenoh.user; password"),
+        ("zenoh.password=secret", "zenoh.password; a file"),
+        ("zenoh.connect=tls/a:1", "zenoh.tls.root_ca; tls/"),
         ("zenoh.namespace=a/*", "zenoh.namespace"),
         (
             "zenoh.tls.root_ca=/no/such/file",
@@ -190,12 +272,12 @@ fn wrong_settings_are_refused_with_key_and_origin() {
 fn what_is_printed_can_be_read_again_and_shows_no_secret() {
     let assignments = [
         "zenoh.user=me",
-        "zenoh.password=12345",
         "zenoh.namespace=plant-2",
         "telemetry.otlp=http://127.0.0.1:4318/v1/traces",
         "service.share=0.25",
     ];
-    let configuration = load(None, &[], &assignments).unwrap();
+    let password = [("PPNPACK__ZENOH__PASSWORD", "12345")];
+    let configuration = load(None, &password, &assignments).unwrap();
     assert_eq!(
         configuration.zenoh.password.as_ref().map(Secret::reveal),
         Some("12345")
@@ -209,7 +291,8 @@ fn what_is_printed_can_be_read_again_and_shows_no_secret() {
     let again = load(Some(&text), &[], &[]).unwrap();
     assert_eq!(again.to_toml().unwrap(), text);
     assert_eq!(again.hash(), configuration.hash());
-    let error = load(None, &[], &["zenoh.user=me", "zenoh.password=[\"12345\"]"]).unwrap_err();
+    let password = [("PPNPACK__ZENOH__PASSWORD", "[\"12345\"]")];
+    let error = load(None, &password, &["zenoh.user=me"]).unwrap_err();
     assert!(!error.to_string().contains("12345"), "{error}");
 }
 

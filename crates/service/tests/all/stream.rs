@@ -101,6 +101,21 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
 }
 
 #[test]
+fn what_is_too_large_for_others_is_not_published() {
+    let hub = hub().unwrap();
+    let writer = embedded::process(&hub, Service::Bridge, "w").unwrap();
+    let publisher = Publisher::new(&writer, &cell(), Stream::Cloud).unwrap();
+    let cloud = |bytes| v1::PointCloud {
+        data: vec![0; bytes],
+        ..v1::PointCloud::default()
+    };
+    publisher.put(&cloud(MAX_MESSAGE_BYTES)).unwrap();
+    let refused = publisher.put(&cloud(MAX_MESSAGE_BYTES + (1 << 20)));
+    let refused = refused.unwrap_err().to_string();
+    assert!(refused.contains("zenoh.max_message_bytes"), "{refused}");
+}
+
+#[test]
 fn who_is_alive_is_seen_to_come_and_go() {
     let hub = hub().unwrap();
     let watcher = embedded::session(&hub).unwrap();

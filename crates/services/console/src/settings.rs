@@ -1,5 +1,6 @@
 //! What can be set.
 
+use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
@@ -13,6 +14,9 @@ const DEFAULT_PORT: u16 = 8770;
 
 /// Characters of a token: fewer can be guessed.
 const TOKEN_LENGTH: std::ops::RangeInclusive<usize> = 16..=256;
+
+/// Different characters of a token at least: 16 random hexadecimal digits have fewer in one of 30,000 cases.
+const TOKEN_VARIETY: usize = 6;
 
 /// Why controls are off where no token is set.
 pub(crate) const NO_TOKEN: &str = "no token is configured: set service.token_file (of `ppnpack up`, the variable PPNPACK_CONSOLE_TOKEN)";
@@ -94,19 +98,25 @@ impl Settings {
 
 fn check(token: &Secret) -> Result<(), String> {
     let text = token.reveal();
-    if TOKEN_LENGTH.contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_graphic()) {
+    let variety = text.bytes().collect::<BTreeSet<u8>>().len();
+    if TOKEN_LENGTH.contains(&text.len())
+        && variety >= TOKEN_VARIETY
+        && text.bytes().all(|byte| byte.is_ascii_graphic())
+    {
         return Ok(());
     }
     let (least, most) = TOKEN_LENGTH.into_inner();
     Err(format!(
-        "token: {least} to {most} visible ASCII characters without blanks are needed, such as `openssl rand -hex 32` prints \
-         (of `ppnpack up`, in the variable PPNPACK_CONSOLE_TOKEN)"
+        "token: {least} to {most} visible ASCII characters without blanks are needed, {TOKEN_VARIETY} of them different, such as \
+         `openssl rand -hex 32` prints (of `ppnpack up`, in the variable PPNPACK_CONSOLE_TOKEN)"
     ))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const TOKEN_LIKE: &str = "0123456789abcdef";
 
     fn with_token(text: &str) -> Settings {
         Settings {
@@ -125,8 +135,9 @@ mod tests {
 
     #[test]
     fn a_token_has_to_be_hard_to_guess_and_to_fit_into_a_header() {
-        assert_eq!(with_token("0123456789abcdef").validate(), Ok(()));
-        for text in ["", "short", "with a blank in it", &"x".repeat(257)] {
+        assert_eq!(with_token(TOKEN_LIKE).validate(), Ok(()));
+        let (repeated, long) = ("ab".repeat(16), TOKEN_LIKE.repeat(17));
+        for text in ["", "short", "with a blank in it", &repeated, &long] {
             let refusal = with_token(text).validate().unwrap_err();
             assert!(refusal.starts_with("token: "), "{refusal}");
             assert!(text.is_empty() || !refusal.contains(text), "{refusal}");

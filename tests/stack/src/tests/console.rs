@@ -1,5 +1,7 @@
 //! The operator's page over real processes: what it shows, what it refuses, how soon a cell is held.
 
+use std::io::Write;
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use crate::http::Watch;
@@ -15,8 +17,13 @@ const TOKEN: &str = "a-token-for-tests-0123456789";
 /// A cell that is held at the page stands still within this time.
 const HELD_WITHIN: Duration = Duration::from_millis(200);
 
-fn with_token(mut options: Options) -> Options {
-    let setting = format!("service.token={TOKEN}");
+/// How long a connection may take to ask for something.
+const HALF_A_REQUEST: Duration = Duration::from_secs(5);
+
+fn with_token(stack: &Stack, mut options: Options) -> Options {
+    let path = stack.folder.path().join("token");
+    std::fs::write(&path, TOKEN).unwrap();
+    let setting = format!("service.token_file={}", path.display());
     options.settings.push((Service::Console, setting));
     options
 }
@@ -145,7 +152,8 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
     let refused = without.with_token(TOKEN).control("hold", &order).unwrap();
     assert_eq!(refused.error(), (403, "controls_off".to_owned()));
 
-    let page = stack.add_console(2, &with_token(options)).unwrap();
+    let options = with_token(&stack, options);
+    let page = stack.add_console(2, &options).unwrap();
     for (who, status) in [
         (page.clone(), 401),
         (page.with_token("another-token-0123456"), 401),
@@ -263,6 +271,35 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
             "{action} {body}"
         );
     }
+}
+
+#[test]
+fn connections_on_which_nobody_asks_hold_up_no_hold() {
+    let mut stack = Stack::start(&Options::default()).unwrap();
+    let options = with_token(&stack, Options::default());
+    let page = stack.add_console(1, &options).unwrap();
+    let mut watch = page.watch().unwrap();
+    watch
+        .until("the state", |it| it.part("cell-1", "state").is_object())
+        .unwrap();
+    let half = |_| {
+        let mut stream = TcpStream::connect(page.address()).unwrap();
+        stream.write_all(b"POST /api/control/ho").unwrap();
+        stream
+    };
+    let halves: Vec<TcpStream> = (0..300).map(half).collect();
+    let began = Instant::now();
+    let held = page.with_token(TOKEN);
+    let held = held.control("hold", &json!({"cell": "cell-1"})).unwrap();
+    assert_eq!(held.status, 200, "{:?}", held.json());
+    // It did not wait for them to be over.
+    assert!(began.elapsed() < HALF_A_REQUEST, "{:?}", began.elapsed());
+    watch
+        .until("the hold", |it| {
+            it.part("cell-1", "status")["doing"] == json!("held")
+        })
+        .unwrap();
+    drop(halves);
 }
 
 #[test]

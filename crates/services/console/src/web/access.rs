@@ -5,6 +5,8 @@
 
 use std::net::IpAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use axum::extract::{Request, State};
 use axum::http::StatusCode;
@@ -15,6 +17,8 @@ use axum::http::header::{
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use ppnpack_service::configuration::Secret;
+use tokio::sync::Mutex;
+use tokio::time::{Instant, sleep};
 
 use super::Served;
 use super::failure::Failure;
@@ -24,12 +28,22 @@ use crate::settings::NO_TOKEN;
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+/// How long the answer to a wrong token takes; the next waits for it.
+const WRONG_TOKEN: Duration = Duration::from_millis(200);
+
+/// How often wrong tokens are told of at most.
+const TOLD: Duration = Duration::from_secs(1);
+
 /// Who may ask for what.
 pub(crate) struct Access {
     /// The hash of the token, which is compared in a time that tells nothing of it; none where controls are off.
     token: Option<blake3::Hash>,
     /// The names of the server, beside its addresses.
     hosts: Vec<String>,
+    /// Wrong tokens that the log has not told of.
+    wrong: AtomicU64,
+    /// When the log told of some; who has it may answer one.
+    told: Mutex<Option<Instant>>,
 }
 
 impl Access {
@@ -38,6 +52,8 @@ impl Access {
         Self {
             token: token.map(hash),
             hosts: hosts.to_vec(),
+            wrong: AtomicU64::default(),
+            told: Mutex::default(),
         }
     }
 
@@ -52,24 +68,62 @@ impl Access {
     }
 
     fn is_own(&self, name: &str) -> bool {
-        let is_same = |own: &str| own.eq_ignore_ascii_case(name);
-        name.parse::<IpAddr>().is_ok()
-            || is_same("localhost")
-            || self.hosts.iter().any(|host| is_same(host))
+        let is_local = name.eq_ignore_ascii_case("localhost");
+        name.parse::<IpAddr>().is_ok() || is_local || self.is_named(name)
     }
 
-    /// Refuses a control that may not be made.
-    pub(super) fn check_control(&self, headers: &HeaderMap) -> Result<(), Failure> {
-        check_origin(headers)?;
+    fn is_named(&self, name: &str) -> bool {
+        let mut hosts = self.hosts.iter();
+        hosts.any(|host| host.eq_ignore_ascii_case(name))
+    }
+
+    /// Refuses a control that may not be made. Wrong tokens are refused one after the other, slowly; nobody else waits.
+    pub(super) async fn admit(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        let checked = self.check_control(headers);
+        if let Err(failure) = &checked
+            && failure.is_of_token()
+        {
+            self.wrong.fetch_add(1, Ordering::Relaxed);
+            let mut told = self.told.lock().await;
+            sleep(WRONG_TOKEN).await;
+            if told.is_none_or(|told| told.elapsed() >= TOLD) {
+                let tries = self.wrong.swap(0, Ordering::Relaxed);
+                tracing::warn!(tries, "controls without the token");
+                *told = Some(Instant::now());
+            }
+        }
+        checked
+    }
+
+    fn check_control(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        self.check_origin(headers)?;
         let off = || Failure::new(StatusCode::FORBIDDEN, "controls_off", NO_TOKEN);
         let token = self.token.as_ref().ok_or_else(off)?;
         let given = text(headers, AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
         // Hashes are compared in constant time.
         if given.is_none_or(|given| blake3::hash(given.as_bytes()) != *token) {
-            tracing::warn!("a control without the token");
             return Err(Failure::token());
         }
         check_type(headers)
+    }
+
+    /// Refuses what comes from a page of another origin. What is no page has none. The page itself has TLS only behind a proxy, whose
+    /// name is configured.
+    fn check_origin(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        let Some(origin) = headers.get(ORIGIN) else {
+            return Ok(());
+        };
+        let origin = origin.to_str().unwrap_or_default().split_once("://");
+        let host = text(headers, HOST).unwrap_or_default();
+        let is_own = |(scheme, from): (&str, &str)| {
+            let is_possible = scheme == "http" || scheme == "https" && self.is_named(name_of(host));
+            is_possible && from.eq_ignore_ascii_case(host)
+        };
+        if origin.is_some_and(is_own) {
+            return Ok(());
+        }
+        let text = "this came from a page of another origin";
+        Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
     }
 }
 
@@ -87,30 +141,13 @@ fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     headers.get(name)?.to_str().ok()
 }
 
-/// Refuses what comes from a page of another origin. What is no page has none.
-fn check_origin(headers: &HeaderMap) -> Result<(), Failure> {
-    let Some(origin) = headers.get(ORIGIN) else {
-        return Ok(());
-    };
-    let origin = origin.to_str().unwrap_or_default();
-    let authority = origin.split_once("://").map(|(_, authority)| authority);
-    let host = text(headers, HOST);
-    if authority
-        .zip(host)
-        .is_some_and(|(from, to)| from.eq_ignore_ascii_case(to))
-    {
-        return Ok(());
-    }
-    let text = "this came from a page of another origin";
-    Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
-}
-
 /// Refuses what a page of another site asks for, though it could not read the answer: all pages that may be connected, or a planner's
-/// time. A link from there may lead to the page. What is no browser says nothing of this.
-fn check_site(headers: &HeaderMap) -> Result<(), Failure> {
+/// time. A link from there may lead to the page and its files. What is no browser says nothing of this.
+fn check_site(path: &str, headers: &HeaderMap) -> Result<(), Failure> {
     let said = |name: &'static str| text(headers, HeaderName::from_static(name));
     let is_foreign = matches!(said("sec-fetch-site"), Some("cross-site" | "same-site"));
-    if !is_foreign || said("sec-fetch-mode") == Some("navigate") {
+    let is_link = said("sec-fetch-mode") == Some("navigate") && !path.starts_with("/api");
+    if !is_foreign || is_link {
         return Ok(());
     }
     let text = "this was asked for by a page of another site";
@@ -137,9 +174,9 @@ pub(super) async fn guard(
     request: Request,
     next: Next,
 ) -> Response {
-    let asked = request.headers();
+    let (path, asked) = (request.uri().path(), request.headers());
     let checked = served.access.check_host(asked);
-    let mut response = match checked.and_then(|()| check_site(asked)) {
+    let mut response = match checked.and_then(|()| check_site(path, asked)) {
         Ok(()) => next.run(request).await,
         Err(failure) => failure.into_response(),
     };
@@ -160,6 +197,8 @@ pub(super) async fn guard(
 
 #[cfg(test)]
 mod tests {
+    use futures_util::future::join;
+
     use super::*;
 
     const TOKEN: &str = "0123456789abcdef";
@@ -204,20 +243,24 @@ mod tests {
 
     #[test]
     fn pages_of_other_sites_ask_for_nothing_and_may_lead_here() {
-        let from = |site, mode| {
+        let from = |path, site, mode| {
             let names = ["sec-fetch-site", "sec-fetch-mode"].map(HeaderName::from_static);
             let [of_site, of_mode] = names;
-            code(check_site(&headers(&[(of_site, site), (of_mode, mode)])))
+            let headers = headers(&[(of_site, site), (of_mode, mode)]);
+            code(check_site(path, &headers))
         };
-        assert_eq!(code(check_site(&HeaderMap::new())), "ok");
-        for (site, mode, expected) in [
-            ("same-origin", "cors", "ok"),
-            ("none", "navigate", "ok"),
-            ("cross-site", "navigate", "ok"),
-            ("cross-site", "no-cors", "other_origin"),
-            ("same-site", "cors", "other_origin"),
+        let events = "/api/events";
+        assert_eq!(code(check_site(events, &HeaderMap::new())), "ok");
+        for (path, site, mode, expected) in [
+            (events, "same-origin", "cors", "ok"),
+            (events, "none", "navigate", "ok"),
+            ("/", "cross-site", "navigate", "ok"),
+            ("/main.js", "same-site", "navigate", "ok"),
+            (events, "cross-site", "navigate", "other_origin"),
+            ("/", "cross-site", "no-cors", "other_origin"),
+            (events, "same-site", "cors", "other_origin"),
         ] {
-            assert_eq!(from(site, mode), expected, "{site} {mode}");
+            assert_eq!(from(path, site, mode), expected, "{path} {site} {mode}");
         }
     }
 
@@ -245,15 +288,51 @@ mod tests {
             let checked = check(Some(TOKEN), &given(token, kind));
             assert_eq!(checked, expected, "{token} {kind}");
         }
-        for foreign in ["http://evil.example", "null", "http://127.0.0.1:2", ""] {
+        for (host, origin, expected) in [
+            ("127.0.0.1:1", "http://evil.example", "other_origin"),
+            ("127.0.0.1:1", "null", "other_origin"),
+            ("127.0.0.1:1", "http://127.0.0.1:2", "other_origin"),
+            ("127.0.0.1:1", "", "other_origin"),
+            ("127.0.0.1:1", "https://127.0.0.1:1", "other_origin"),
+            ("cell.example", "https://cell.example", "ok"),
+            ("cell.example", "http://cell.example", "ok"),
+            ("cell.example", "ftp://cell.example", "other_origin"),
+        ] {
             let headers = headers(&[
-                (HOST, "127.0.0.1:1"),
-                (ORIGIN, foreign),
+                (HOST, host),
+                (ORIGIN, origin),
                 (AUTHORIZATION, right),
                 (CONTENT_TYPE, json),
             ]);
-            let refused = code(access(Some(TOKEN)).check_control(&headers));
-            assert_eq!(refused, "other_origin", "{foreign}");
+            let checked = code(access(Some(TOKEN)).check_control(&headers));
+            assert_eq!(checked, expected, "{host} {origin}");
         }
+    }
+
+    #[test]
+    fn wrong_tokens_wait_for_one_another_and_hold_up_no_right_one() {
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_time()
+            .build()
+            .unwrap();
+        let access = access(Some(TOKEN));
+        let json = (CONTENT_TYPE, "application/json");
+        let right = format!("Bearer {TOKEN}");
+        let right = headers(&[(AUTHORIZATION, &right), json.clone()]);
+        let wrong = headers(&[(AUTHORIZATION, "Bearer another-token"), json]);
+        let guess = async || {
+            assert_eq!(code(access.admit(&wrong).await), "token");
+            Instant::now()
+        };
+        let began = Instant::now();
+        let guesses = async { join(guess(), guess()).await };
+        let admitted = async {
+            assert_eq!(code(access.admit(&right).await), "ok");
+            Instant::now()
+        };
+        let ((first, second), admitted) = runtime.block_on(join(guesses, admitted));
+        assert!(admitted < first, "a right token waited for a wrong one");
+        assert!(first - began >= WRONG_TOKEN && second - first >= WRONG_TOKEN);
+        assert_eq!(access.wrong.load(Ordering::Relaxed), 0, "both are told of");
     }
 }

@@ -24,7 +24,7 @@ pub(super) async fn control(
     body: Result<Bytes, BytesRejection>,
 ) -> Result<Response, Failure> {
     let began = Instant::now();
-    served.access.check_control(&headers)?;
+    served.access.admit(&headers).await?;
     let text = match action.as_str() {
         CHECK => "The token is right.".to_owned(),
         name => {

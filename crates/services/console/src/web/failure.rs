@@ -56,6 +56,10 @@ impl Failure {
         }
     }
 
+    pub(super) fn is_of_token(&self) -> bool {
+        self.status == StatusCode::UNAUTHORIZED
+    }
+
     /// More pages are connected than may be.
     pub(super) fn too_many_pages() -> Self {
         let text = "too many pages are connected: close one";

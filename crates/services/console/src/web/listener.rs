@@ -1,75 +1,142 @@
 //! Connections, of which there is a bounded number, and of which none is kept that nobody uses.
 
 use std::io;
-use std::net::SocketAddr;
 use std::pin::Pin;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
+use axum::Router;
+use axum::extract::Request;
 use axum::serve::Listener;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use ppnpack_service::sync::lock;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::task::AbortHandle;
 use tokio::time::{Instant, Sleep, sleep};
 
-/// Connections at most: others wait until one ends.
+/// Connections at most: where there are as many, one gives way to each that comes.
 const MOST_CONNECTIONS: usize = 256;
+
+/// How long a connection may take to ask for something: from its beginning, or from the answer before.
+pub(super) const MOST_HEAD: Duration = Duration::from_secs(5);
 
 /// How long nothing may come or go on a connection before it is closed: longer than any control takes. Pages are told something every
 /// second; one that has gone without a word, as a tablet that sleeps, takes nothing any more.
 const MOST_IDLE: Duration = Duration::from_secs(60);
 
-/// A listener that takes no more connections than there may be.
-pub(super) struct Limited {
-    listener: TcpListener,
-    connections: Arc<Semaphore>,
+/// What a connection is used for. Of two the lesser gives way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Use {
+    stage: Stage,
+    /// When it began, or the last of an answer went.
+    since: Instant,
 }
 
-impl Limited {
-    pub(super) fn new(listener: TcpListener) -> Self {
-        Self {
-            listener,
-            connections: Arc::new(Semaphore::new(MOST_CONNECTIONS)),
+/// How far a connection has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Stage {
+    /// Nothing was asked for.
+    Silent,
+    /// What was asked for is answered, or its answer is on its way.
+    Answered,
+    /// What was asked for is being done.
+    Asked,
+}
+
+type Shared = Arc<Mutex<Use>>;
+
+/// A connection that is served.
+struct Open {
+    used: Shared,
+    task: AbortHandle,
+}
+
+/// Serves a router to all who connect, as long as the runtime lives.
+pub(super) async fn serve(mut listener: TcpListener, router: Router, most_head: Duration) {
+    let router = TowerToHyperService::new(router);
+    let mut open: Vec<Open> = Vec::new();
+    loop {
+        let (stream, _) = Listener::accept(&mut listener).await;
+        open.retain(|one| !one.task.is_finished());
+        if open.len() >= MOST_CONNECTIONS {
+            let uses = open.iter().map(|one| *lock(&one.used)).enumerate();
+            if let Some((least, _)) = uses.min_by_key(|(_, used)| *used) {
+                open.swap_remove(least).task.abort();
+            }
         }
+        let used = Arc::new(Mutex::new(Use {
+            stage: Stage::Silent,
+            since: Instant::now(),
+        }));
+        let answering = answer(stream, Arc::clone(&used), router.clone(), most_head);
+        let task = tokio::spawn(answering).abort_handle();
+        open.push(Open { used, task });
     }
 }
 
-impl Listener for Limited {
-    type Io = Connection;
-    type Addr = SocketAddr;
-
-    async fn accept(&mut self) -> (Connection, SocketAddr) {
-        // It fails only where the semaphore is closed, which nobody does.
-        let permit = Arc::clone(&self.connections).acquire_owned().await.ok();
-        let (stream, address) = Listener::accept(&mut self.listener).await;
-        // A change is to be seen at once; where that is not possible, a little later.
-        stream.set_nodelay(true).ok();
-        let connection = Connection {
-            stream,
-            idle: Box::pin(sleep(MOST_IDLE)),
-            _permit: permit,
-        };
-        (connection, address)
-    }
-
-    fn local_addr(&self) -> io::Result<SocketAddr> {
-        self.listener.local_addr()
-    }
-}
-
-/// A connection, which counts until it is dropped.
-pub(super) struct Connection {
+/// Answers what is asked on a connection until it ends.
+async fn answer(
     stream: TcpStream,
+    used: Shared,
+    router: TowerToHyperService<Router>,
+    most_head: Duration,
+) {
+    // A change is to be seen at once; where that is not possible, a little later.
+    stream.set_nodelay(true).ok();
+    let connection = Connection {
+        stream,
+        used: Arc::clone(&used),
+        idle: Box::pin(sleep(MOST_IDLE)),
+    };
+    let service = service_fn(move |request: Request<Incoming>| {
+        lock(&used).stage = Stage::Asked;
+        let (used, done) = (Arc::clone(&used), router.call(request));
+        async move {
+            let answer = done.await;
+            *lock(&used) = Use {
+                stage: Stage::Answered,
+                since: Instant::now(),
+            };
+            answer
+        }
+    });
+    let served = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(most_head)
+        .serve_connection(TokioIo::new(connection), service)
+        .await;
+    if let Err(error) = served {
+        tracing::debug!(%error, "a connection ended");
+    }
+}
+
+/// The stream of a connection, which fails once nobody uses it.
+struct Connection {
+    stream: TcpStream,
+    used: Shared,
     /// Over once nothing has come or gone for too long.
     idle: Pin<Box<Sleep>>,
-    _permit: Option<OwnedSemaphorePermit>,
 }
 
 impl Connection {
     /// Something has come or gone.
     fn touch(&mut self) {
         self.idle.as_mut().reset(Instant::now() + MOST_IDLE);
+    }
+
+    /// Something was written, where it was.
+    fn wrote(&mut self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
+        if written.is_ready() {
+            self.touch();
+            lock(&self.used).since = Instant::now();
+        }
+        written
     }
 }
 
@@ -96,10 +163,7 @@ impl AsyncWrite for Connection {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         let written = Pin::new(&mut self.stream).poll_write(context, bytes);
-        if written.is_ready() {
-            self.touch();
-        }
-        written
+        self.wrote(written)
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -116,13 +180,89 @@ impl AsyncWrite for Connection {
         slices: &[io::IoSlice<'_>],
     ) -> Poll<io::Result<usize>> {
         let written = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
-        if written.is_ready() {
-            self.touch();
-        }
-        written
+        self.wrote(written)
     }
 
     fn is_write_vectored(&self) -> bool {
         self.stream.is_write_vectored()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{ErrorKind, Read, Write};
+    use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+
+    use axum::routing::get;
+    use tokio::runtime::Runtime;
+
+    use super::*;
+
+    /// The longest that anything here may take.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// A page that says "held", as long as the runtime lives.
+    fn page(most_head: Duration) -> (Runtime, SocketAddr) {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .unwrap();
+        let listener = TcpListener::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)));
+        let listener = runtime.block_on(listener).unwrap();
+        let address = listener.local_addr().unwrap();
+        let router = Router::new().route("/hold", get(|| async { "held" }));
+        runtime.spawn(serve(listener, router, most_head));
+        (runtime, address)
+    }
+
+    fn send(address: SocketAddr, text: &str) -> TcpStream {
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream.write_all(text.as_bytes()).unwrap();
+        stream
+    }
+
+    /// Waits until the other side has closed a connection.
+    fn assert_closed(mut stream: TcpStream) {
+        let ended = stream.read_to_end(&mut Vec::new());
+        let is_reset = |error: io::Error| error.kind() == ErrorKind::ConnectionReset;
+        assert!(ended.is_ok() || ended.is_err_and(is_reset));
+    }
+
+    #[test]
+    fn connections_on_which_nobody_asks_give_way() {
+        let (_runtime, address) = page(PATIENCE * 60);
+        let halves: Vec<_> = (0..300).map(|_| send(address, "GET /hold HT")).collect();
+        let asked = "GET /hold HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n";
+        let mut answer = String::new();
+        send(address, asked).read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200 ") && answer.ends_with("held"));
+        assert_closed(halves.into_iter().next().unwrap());
+    }
+
+    #[test]
+    fn half_a_request_is_waited_for_only_so_long() {
+        let (_runtime, address) = page(Duration::from_millis(50));
+        assert_closed(send(address, "GET /hold HT"));
+        let asked = "GET /hold HTTP/1.1\r\nHost: a\r\n\r\n";
+        assert_closed(send(address, asked));
+    }
+
+    #[test]
+    fn what_is_being_done_gives_way_last_and_the_oldest_first() {
+        let now = Instant::now();
+        let of = |stage, age_s| Use {
+            stage,
+            since: now - Duration::from_secs(age_s),
+        };
+        let in_order = [
+            of(Stage::Silent, 1),
+            of(Stage::Silent, 0),
+            of(Stage::Answered, 9),
+            of(Stage::Answered, 0),
+            of(Stage::Asked, 9),
+        ];
+        assert!(in_order.is_sorted());
     }
 }

@@ -26,7 +26,6 @@ use crate::controls::Controls;
 use crate::directory::Directory;
 use crate::shapes::ShapeStore;
 pub(crate) use access::Access;
-use listener::Limited;
 use ppnpack_service::rpc::Client;
 
 /// The longest body of a request, in bytes.
@@ -96,11 +95,7 @@ pub(crate) fn serve(
         .map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?;
     let router = router(Arc::new(served));
-    runtime.spawn(async move {
-        if let Err(error) = axum::serve(Limited::new(listener), router).await {
-            tracing::error!(%error, "the page is gone");
-        }
-    });
+    runtime.spawn(listener::serve(listener, router, listener::MOST_HEAD));
     Ok(address)
 }
 
