@@ -59,14 +59,25 @@ class Check(unittest.TestCase):
         return "\n".join(getattr(self.check, check)())
 
     def test_the_files_are_as_they_should_be(self):
-        for check in ("of_configuration", "of_kubernetes", "of_monitoring", "of_tags", "of_passwords"):
+        for check in ("of_configuration", "of_page", "of_kubernetes", "of_monitoring", "of_tags", "of_passwords"):
             self.assertEqual(list(getattr(self.check, check)()), [], check)
 
     def test_cells_are_those_of_the_planner_and_of_the_access_table(self):
-        for path in ("configuration/perception.toml", "configuration/bridge.toml", "secure/access.toml"):
+        for path in (*(f"configuration/{name}.toml" for name in ("perception", "bridge", "heuristic", "ppn")), "secure/access.toml"):
             with self.subTest(path):
                 self.setUp()
                 self.assertIn("cell-2", self.told("of_configuration", path, "cell-1", "cell-2"))
+
+    def test_the_page_is_on_a_network_of_its_own(self):
+        told = "compose.yaml: other containers reach the operator's page, past the access control"
+        for path, before, after in (
+            ("compose.yaml", "networks: {cell: {}, page: {aliases: [page]}}", "networks: [cell, outside]"),
+            ("compose.yaml", "LISTEN=$$(getent ahostsv4 page | head -n 1 | cut -d \" \" -f 1)", "LISTEN=0.0.0.0"),
+            ("compose.observability.yaml", "networks: [cell, outside]", "networks: [cell, page]"),
+        ):
+            with self.subTest(path):
+                self.setUp()
+                self.assertEqual(self.told("of_page", path, before, after), told)
 
     def test_grids_are_those_of_the_planner(self):
         told = self.told("of_configuration", "configuration/perception.toml", "z_m = 0.30", "z_m = 0.40")

@@ -29,6 +29,9 @@ TABLE = pathlib.Path(os.environ.get("ACCESS") or HERE / "access.toml")
 ENTRIES = ("serves", "publishes", "subscribes", "puts", "reads", "asks", "checks", "watches", "cells")
 # Answers for itself: what it says passes no access control.
 ROUTER = "router"
+NAME = r"[a-z0-9_-]{1,64}"
+# The names of other folders that `make` writes.
+TAKEN = ("authority", ROUTER)
 # Health is asked for under any cell, and under `all`.
 ANY_CELL = ["*"]
 # What may be asked in every cell at once: requests that change nothing.
@@ -122,18 +125,19 @@ def watched(wire, name, entry):
 
 
 def cells_of(name, entry):
-    """The cells of an identity, which it has to name; every one only where it changes nothing there by itself."""
+    """The cells of an identity, which it has to name; every one only where nothing there rests on it."""
     cells = entry.get("cells", [])
-    if not cells or not all(re.fullmatch(r"[a-z0-9_-]{1,64}|\*", cell) for cell in cells):
+    if not cells or not all(re.fullmatch(rf"{NAME}|\*", cell) for cell in cells):
         raise Wrong(f'{name}: name its cells, such as cells = ["cell-1"]; found {cells}')
     return cells
 
 
 def changes(wire, name, entry):
-    """What an identity publishes, and what it asks for that changes something."""
+    """What an identity publishes and answers, on which decisions rest, and what it asks for that changes something."""
     asks = [f"{service}/{method}" for service, method in asked(wire, name, entry) if method not in (*LOOKS, "health")]
     published = streams(wire, name, entry, "publishes")
-    return [*published, *entry.get("puts", []), *asks]
+    answers = [f"answers of {entry['serves']}/{method}" for method in wire.methods.get(entry.get("serves"), [])]
+    return [*published, *entry.get("puts", []), *asks, *answers]
 
 
 def streams_in_sources(wire, service):
@@ -190,6 +194,8 @@ def rules_of(wire, name, entry):
 def check(wire, table):
     """Whatever the wire has, somebody must be allowed to do, and somebody to use."""
     for name, entry in table.items():
+        if name in TAKEN or not re.fullmatch(NAME, name):
+            raise Wrong(f"'{name}' can be no identity: 1 to 64 of a-z, 0-9, _ and - are possible, but not {' or '.join(TAKEN)}")
         for key in set(entry) - set(ENTRIES):
             raise Wrong(f"{name}: '{key}' is no entry; there are {', '.join(ENTRIES)}")
         for what in ("puts", "reads"):

@@ -47,10 +47,16 @@ class Table(unittest.TestCase):
         told = self.refusal(lambda table: table["observer"]["asks"].append("bridge/hold"))
         self.assertIn("observer: name its cells, as it changes what is in them, by bridge/hold", told)
 
-    def test_the_network_publishes_nothing_in_every_cell(self):
+    def test_who_answers_what_decisions_rest_on_is_not_for_every_cell(self):
         self.assertEqual(self.keys("ppn", "ingress", "put"), [])
-        told = self.refusal(lambda table: table["ppn"].update(publishes=["state"]))
-        self.assertIn("ppn: name its cells, as it changes what is in them, by state", told)
+        for name, method in (("ppn", "propose"), ("heuristic", "evaluate")):
+            told = self.refusal(lambda table: table[name].update(cells=["*"]))
+            self.assertIn(f"{name}: name its cells, as it changes what is in them, by answers of {name}/{method}", told)
+
+    def test_identities_have_names_of_their_own(self):
+        for name in ("authority", "router", "a/b", "*", "Controller", ""):
+            told = self.refusal(lambda table: table.update({name: table["sensor"]}))
+            self.assertIn(f"'{name}' can be no identity", told)
 
     def test_a_controller_reaches_no_other_cell(self):
         sent = self.keys("controller", "ingress", "query")
@@ -62,7 +68,7 @@ class Table(unittest.TestCase):
         self.assertEqual(self.keys("sensor", "ingress", "put"), ["ppnpack/v1/cell-1/cloud", "ppnpack/v1/cell-1/tray_cloud"])
 
     def test_a_service_answers_for_its_cells(self):
-        for name in ("perception", "bridge", "planner"):
+        for name in ("perception", "bridge", "planner", "heuristic", "ppn"):
             for message in ("reply", "declare_queryable", "liveliness_token"):
                 own = [key for key in self.keys(name, "ingress", message) if "/health" not in key]
                 self.assertTrue(own)

@@ -143,6 +143,16 @@ impl Alive {
         lock(&self.seen.known).instances()
     }
 
+    /// Those that are there for a cell, sorted.
+    pub fn instances_for(&self, cell: &Cell) -> Vec<Instance> {
+        let known = lock(&self.seen.known);
+        let is_for = |of: &Option<Cell>| of.as_ref().is_none_or(|of| of == cell);
+        let tokens = known.tokens.iter().filter(|(_, of)| is_for(of));
+        let mut instances: Vec<Instance> = tokens.map(|(instance, _)| instance.clone()).collect();
+        instances.dedup();
+        instances
+    }
+
     /// Whether an instance has gone since then, even where it came back.
     pub fn has_left_since(&self, instance: &Instance, since: Instant) -> bool {
         let known = lock(&self.seen.known);

@@ -45,7 +45,7 @@ pub fn hub_at(listen: &[String]) -> Result<Hub, ServiceError> {
     let settings = ZenohSettings {
         mode: Mode::Router,
         listen: Endpoints(listen),
-        ..ZenohSettings::default()
+        ..ZenohSettings::default().with_largest_clouds()
     };
     let action = "opening the hub";
     let session = zenoh::open(settings.to_zenoh()?)
@@ -97,7 +97,7 @@ impl Drop for Hub {
 pub fn session(hub: &Hub) -> Result<Session, ServiceError> {
     let settings = ZenohSettings {
         connect: Some(Endpoints(vec![hub.endpoint().to_owned()])),
-        ..ZenohSettings::default()
+        ..ZenohSettings::default().with_largest_clouds()
     };
     zenoh::open(settings.to_zenoh()?)
         .wait()
@@ -112,7 +112,9 @@ pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, S
     let identity = Identity::new(service, Instance::new(instance)?, String::new());
     Process::new(
         session(hub)?,
-        ZenohSettings::default().max_message_bytes,
+        ZenohSettings::default()
+            .with_largest_clouds()
+            .max_message_bytes,
         Arc::new(identity),
         Health::default(),
         hub.shutdown.clone(),

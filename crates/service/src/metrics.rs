@@ -189,7 +189,9 @@ pub fn tidy() {
 
 fn resident_bytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
     let kib: f64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
     Some(kib * 1024.0)
 }
@@ -212,7 +214,9 @@ mod tests {
         gauge(Metric::Ready, &[]).set(1.0);
         tidy();
         let text = render();
-        let resident = text.lines().find_map(|line| line.strip_prefix("ppnpack_resident_bytes "));
+        let resident = text
+            .lines()
+            .find_map(|line| line.strip_prefix("ppnpack_resident_bytes "));
         let resident: f64 = resident.unwrap().parse().unwrap();
         assert!(resident > 1e6, "a process has a megabyte: {resident}");
         for line in [

@@ -1,11 +1,11 @@
-//! Services of one worker that answers one method, for any cell.
+//! Services of one worker that answers one method, for some cells or any.
 
 use std::thread::JoinHandle;
 use std::time::Instant;
 
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::item_store::MissingItems;
-use ppnpack_wire::keys::Service;
+use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::rpc::{Reply, Request};
 use ppnpack_wire::v1::{self, Status};
 
@@ -15,6 +15,7 @@ use crate::error::ServiceError;
 use crate::health::HealthLatch;
 use crate::process::Process;
 use crate::rpc::{Done, Incoming, Listener};
+use crate::stream::each_or_all;
 use crate::{Running, join};
 
 /// What answers the requests of planners, one after another.
@@ -110,14 +111,15 @@ impl<W: Worker> Actor for Answering<W> {
 /// A running service of one worker.
 pub struct OneWorker {
     // Requests stop coming before the worker ends: fields are dropped in this order.
-    alive: alive::Token,
-    listener: Listener,
+    alive: Vec<alive::Token>,
+    listeners: Vec<Listener>,
     _ready: HealthLatch,
     thread: JoinHandle<()>,
 }
 
 impl OneWorker {
-    /// Starts a worker on a thread of this name, with so many requests waiting for it at most. The health check passes then.
+    /// Starts a worker on a thread of this name, for these cells or any where none is named, with so many requests waiting for it at
+    /// most. The health check passes then.
     ///
     /// # Errors
     /// [`ServiceError`] where the session or the thread cannot be had.
@@ -125,18 +127,21 @@ impl OneWorker {
         process: &Process,
         name: &str,
         ready: HealthLatch,
+        cells: &[Cell],
         queue: usize,
         worker: impl Worker,
     ) -> Result<Self, ServiceError> {
         let planners = Alive::watch(process.session(), Service::Planner)?;
         let (address, mailbox) = actor::mailbox(queue.max(1));
         let thread = actor::spawn(process, name, Answering { worker, planners }, mailbox)?;
-        let listener = address.listen(process, None, |incoming| incoming)?;
-        let alive = alive::announce(process, None)?;
+        let listen = |cell| address.listen(process, cell, |incoming| incoming);
+        let listeners = each_or_all(cells).map(listen).collect::<Result<_, _>>()?;
+        let announce = |cell| alive::announce(process, cell);
+        let alive = each_or_all(cells).map(announce).collect::<Result<_, _>>()?;
         ready.pass();
         Ok(Self {
             alive,
-            listener,
+            listeners,
             _ready: ready,
             thread,
         })
@@ -145,8 +150,8 @@ impl OneWorker {
 
 impl Running for OneWorker {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        // Without the listener nobody has the worker's address: it ends when its mailbox is empty.
-        drop((self.alive, self.listener));
+        // Without the listeners nobody has the worker's address: it ends when its mailbox is empty.
+        drop((self.alive, self.listeners));
         join(vec![self.thread], deadline)
     }
 }

@@ -26,7 +26,7 @@ pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Sessio
     let settings = ZenohSettings {
         connect: Some(Endpoints(vec![endpoint.to_owned()])),
         file: file.map(Path::to_owned),
-        ..ZenohSettings::default()
+        ..ZenohSettings::default().with_largest_clouds()
     };
     let config = settings.to_zenoh().or_input()?;
     Ok(zenoh::open(config).wait().map_err(|error| {

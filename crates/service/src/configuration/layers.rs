@@ -59,7 +59,8 @@ pub(super) fn extract<T: DeserializeOwned>(
             .ok_or_else(|| ConfigurationError::Assignment(assignment.clone()))?;
         let key = key.trim();
         if SECRETS.contains(&key.rsplit('.').next().unwrap_or_default()) {
-            let reason = "everybody on the machine sees what a program is started with: say it in a file";
+            let reason =
+                "everybody on the machine sees what a program is started with: say it in a file";
             return Err(ConfigurationError::invalid(key, reason));
         }
         figment = figment.merge(layer(format!("option --set {key}"), key, value.trim())?);

@@ -35,7 +35,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use ppnpack_wire::keys::{Instance, Service};
+use ppnpack_wire::keys::{Cell, Instance, Service};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +60,16 @@ pub fn in_range<T: PartialOrd + Display + Copy>(
     Err(format!(
         "{name} is {value} where {least} to {most} is possible"
     ))
+}
+
+/// Reads the names of cells, and of their containers, in the setting `cells`.
+///
+/// # Errors
+/// Which name is none.
+pub fn cells(names: &[String]) -> Result<Vec<Cell>, String> {
+    let cells = names.iter().map(|name| Cell::new(name));
+    let cells: Result<_, _> = cells.collect();
+    cells.map_err(|error| format!("cells: {error}"))
 }
 
 /// What a service itself has to configure: the section `[service]`. Its types refuse unknown keys

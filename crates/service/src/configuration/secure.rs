@@ -26,7 +26,11 @@ pub(super) fn check(mode: Mode, config: &zenoh::Config) -> Result<(), Configurat
         Mode::Peer | Mode::Router => endpoints(mode, &said("listen/endpoints")),
     };
     let connect = endpoints(mode, &said("connect/endpoints"));
-    let files = ["root_ca_certificate", "listen_certificate", "connect_certificate"];
+    let files = [
+        "root_ca_certificate",
+        "listen_certificate",
+        "connect_certificate",
+    ];
     let has_certificates = files.iter().any(|name| !tls(name).is_null());
     let is_secure = |endpoint: &String| endpoint.starts_with("tls/");
     for (key, endpoints) in [("zenoh.listen", &listen), ("zenoh.connect", &connect)] {

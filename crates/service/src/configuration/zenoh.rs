@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
-use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 use x509_parser::pem::Pem;
@@ -12,6 +12,9 @@ use super::{ConfigurationError, Secret, check, secure};
 
 /// Where clients look for a router if nothing else is said.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
+
+/// What a message may have beside its content: its key and the like.
+const MESSAGE_OVERHEAD_BYTES: usize = 1 << 20;
 
 /// The key here, the path in Zenoh's configuration, the value there.
 type Entry = (String, String, Value);
@@ -122,8 +125,8 @@ impl Default for ZenohSettings {
             user: None,
             password: None,
             users_file: None,
-            // With its key and the like. A router keeps as much for each priority of whoever connects: larger clouds have to be asked for.
-            max_message_bytes: MAX_MESSAGE_BYTES + (1 << 20),
+            // A router may have to keep as much for each priority of all who connect: larger clouds have to be asked for.
+            max_message_bytes: MAX_MESSAGE_BYTES + MESSAGE_OVERHEAD_BYTES,
             max_sessions: 256,
             lease_s: 3.0,
             file: None,
@@ -132,6 +135,15 @@ impl Default for ZenohSettings {
 }
 
 impl ZenohSettings {
+    /// The same, with room for the largest clouds: for who hears only of its own router, or is one for this machine.
+    #[must_use]
+    pub fn with_largest_clouds(self) -> Self {
+        Self {
+            max_message_bytes: MAX_CLOUD_BYTES + MESSAGE_OVERHEAD_BYTES,
+            ..self
+        }
+    }
+
     /// Fills in what depends on the mode.
     pub(super) fn fill_in(&mut self) {
         let mode = self.mode;

@@ -9,6 +9,7 @@ use ppnpack_service::configuration::{
     Sources, ZenohSettings,
 };
 use ppnpack_wire::keys::Service;
+use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
 use serde::{Deserialize, Serialize};
 
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -115,6 +116,19 @@ fn nothing_given_is_a_client_on_this_machine() {
 }
 
 #[test]
+fn messages_are_as_large_as_those_of_the_protocol_by_default() {
+    let zenoh = load(None, &[], &[]).unwrap().zenoh;
+    let said = |zenoh: ZenohSettings| -> usize {
+        let config = zenoh.to_zenoh().unwrap();
+        let said = config.get_json("transport/link/rx/max_message_size");
+        said.unwrap().parse().unwrap()
+    };
+    let most = said(zenoh.clone());
+    assert!((MAX_MESSAGE_BYTES..MAX_MESSAGE_BYTES + (2 << 20)).contains(&most));
+    assert!(said(zenoh.with_largest_clouds()) > MAX_CLOUD_BYTES);
+}
+
+#[test]
 fn a_link_is_closed_when_its_certificate_ends() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("certificate.pem");
@@ -135,7 +149,9 @@ fn load_router(folder: &Path, assignments: &[&str]) -> Result<(), ConfigurationE
     std::fs::write(&certificate, include_str!("certificate.pem")).unwrap();
     let own = ["certificate", "root_ca"];
     let own = own.map(|of| format!("zenoh.tls.{of}={}", certificate.display()));
-    let given = assignments.iter().map(|text| text.replace("FOLDER", folder.to_str().unwrap()));
+    let given = assignments
+        .iter()
+        .map(|text| text.replace("FOLDER", folder.to_str().unwrap()));
     let assignments: Vec<String> = own.into_iter().chain(given).collect();
     let sources = Sources {
         assignments: &assignments,
@@ -150,10 +166,22 @@ fn a_router_with_a_certificate_denies_by_default_or_does_not_start() {
     let folder = folder.path();
     for (name, text) in [
         ("none", "{}"),
-        ("open", "{access_control: {enabled: true, default_permission: 'allow'}}"),
-        ("off", "{access_control: {enabled: false, default_permission: 'deny'}}"),
-        ("closed", "{access_control: {enabled: true, default_permission: 'deny'}}"),
-        ("plain", "{access_control: {enabled: true, default_permission: 'deny'}, listen: {endpoints: {router: ['tcp/a:1']}}}"),
+        (
+            "open",
+            "{access_control: {enabled: true, default_permission: 'allow'}}",
+        ),
+        (
+            "off",
+            "{access_control: {enabled: false, default_permission: 'deny'}}",
+        ),
+        (
+            "closed",
+            "{access_control: {enabled: true, default_permission: 'deny'}}",
+        ),
+        (
+            "plain",
+            "{access_control: {enabled: true, default_permission: 'deny'}, listen: {endpoints: {router: ['tcp/a:1']}}}",
+        ),
     ] {
         std::fs::write(folder.join(format!("{name}.json5")), text).unwrap();
     }
@@ -165,9 +193,18 @@ fn a_router_with_a_certificate_denies_by_default_or_does_not_start() {
         (vec![tls, "zenoh.file=FOLDER/open.json5"], "zenoh.file: "),
         (vec![tls, "zenoh.file=FOLDER/off.json5"], "zenoh.file: "),
         (vec![closed], "zenoh.listen: "),
-        (vec!["zenoh.listen=[]", "zenoh.file=FOLDER/plain.json5"], "zenoh.listen: "),
-        (vec!["zenoh.listen=tls/a:1, tcp/a:2", closed], "zenoh.listen: "),
-        (vec![tls, closed, "zenoh.connect=tcp/b:1"], "zenoh.connect: "),
+        (
+            vec!["zenoh.listen=[]", "zenoh.file=FOLDER/plain.json5"],
+            "zenoh.listen: ",
+        ),
+        (
+            vec!["zenoh.listen=tls/a:1, tcp/a:2", closed],
+            "zenoh.listen: ",
+        ),
+        (
+            vec![tls, closed, "zenoh.connect=tcp/b:1"],
+            "zenoh.connect: ",
+        ),
     ] {
         let refused = load_router(folder, &assignments).unwrap_err().to_string();
         assert!(refused.starts_with(key), "{assignments:?}: {refused}");

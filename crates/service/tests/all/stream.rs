@@ -7,7 +7,7 @@ use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::embedded::{self, hub};
 use ppnpack_service::stream::{Latest, Publisher, subscribe};
 use ppnpack_wire::keys::{Cell, Instance, Service, Stream};
-use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
+use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES, v1};
 use zenoh::Wait;
 
 fn cell() -> Cell {
@@ -110,7 +110,7 @@ fn what_is_too_large_for_others_is_not_published() {
         ..v1::PointCloud::default()
     };
     publisher.put(&cloud(MAX_MESSAGE_BYTES)).unwrap();
-    let refused = publisher.put(&cloud(MAX_MESSAGE_BYTES + (1 << 20)));
+    let refused = publisher.put(&cloud(MAX_CLOUD_BYTES + (1 << 20)));
     let refused = refused.unwrap_err().to_string();
     assert!(refused.contains("zenoh.max_message_bytes"), "{refused}");
 }

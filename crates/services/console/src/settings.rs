@@ -5,7 +5,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::Secret;
+use ppnpack_service::configuration::{self, Secret};
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
@@ -75,9 +75,7 @@ impl ServiceSettings for Settings {
 impl Settings {
     /// The cells and containers that are shown; none where all are.
     pub(crate) fn cell_names(&self) -> Result<Vec<Cell>, String> {
-        let names = self.cells.iter().map(|name| Cell::new(name));
-        let names: Result<_, _> = names.collect();
-        names.map_err(|error| format!("cells: {error}"))
+        configuration::cells(&self.cells)
     }
 
     /// The token that controls ask for, where there is one.

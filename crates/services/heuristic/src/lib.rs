@@ -1,11 +1,12 @@
 //! The heuristic service: the best valid placements of a step.
 //!
-//! It serves any cell. Its worker, one thread, keeps the searches of the cells that ask it, with the memory that they need.
+//! It serves any cell, or those that are named. Its worker, one thread, keeps the searches of the cells that ask it, with the memory that they need.
 
 mod evaluate;
 mod settings;
 mod worker;
 
+use ppnpack_service::configuration;
 use ppnpack_service::process::Process;
 use ppnpack_service::{OneWorker, ServiceError};
 
@@ -19,5 +20,6 @@ use worker::Worker;
 pub fn start(process: &Process, settings: &Settings) -> Result<OneWorker, ServiceError> {
     let ready = process.health().check("workers");
     let worker = Worker::new(settings)?;
-    OneWorker::start(process, "heuristic", ready, settings.queue, worker)
+    let cells = configuration::cells(&settings.cells).map_err(ServiceError::start)?;
+    OneWorker::start(process, "heuristic", ready, &cells, settings.queue, worker)
 }

@@ -1,13 +1,15 @@
 //! What can be set.
 
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::in_range;
+use ppnpack_service::configuration::{self, in_range};
 use serde::{Deserialize, Serialize};
 
 /// Settings of the heuristic service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
+    /// The cells that are served, and their containers where a cell has several; where none is named, all.
+    pub cells: Vec<String>,
     /// Requests that wait at most; more are refused.
     pub queue: usize,
     /// Threads that one search is spread over. More cells at once: more such services.
@@ -27,6 +29,7 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            cells: Vec::new(),
             queue: 16,
             threads_per_search: 1,
             items_kept_mib: 128,
@@ -39,6 +42,7 @@ impl Default for Settings {
 
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
+        configuration::cells(&self.cells)?;
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("threads_per_search", self.threads_per_search, 1..=256)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;

@@ -9,6 +9,7 @@ use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::Heuristic;
 use ppnpack_packing::search::SearchSettings;
+use ppnpack_service::alive::Alive;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::{OneWorker, Process};
@@ -26,7 +27,7 @@ struct Rig {
     client: Client,
     _service: OneWorker,
     _process: Process,
-    _hub: Hub,
+    hub: Hub,
 }
 
 impl Rig {
@@ -37,7 +38,7 @@ impl Rig {
             client: Client::new(&embedded::session(&hub).unwrap()),
             _service: ppnpack_heuristic::start(&process, settings).unwrap(),
             _process: process,
-            _hub: hub,
+            hub,
         }
     }
 
@@ -60,6 +61,26 @@ impl Rig {
         let refused = self.ask(request, PATIENCE).unwrap_err();
         assert_eq!(refused.status(), Some(Status::Invalid), "{refused}");
         refused.to_string()
+    }
+}
+
+#[test]
+fn a_service_of_named_cells_is_there_for_no_other() {
+    let rig = Rig::new(&Settings {
+        cells: vec!["cell-2".to_owned()],
+        ..Settings::default()
+    });
+    let session = embedded::session(&rig.hub).unwrap();
+    let alive = Alive::watch(&session, Service::Heuristic).unwrap();
+    assert!(alive.wait(Instant::now() + PATIENCE, |now| now.len() == 1));
+    for (name, within) in [("cell-1", None), ("cell-2", Some(PATIENCE))] {
+        let cell = Cell::new(name).unwrap();
+        let there = alive.instances_for(&cell).len();
+        assert_eq!(there, usize::from(within.is_some()), "{name}");
+        let request = evaluate(&grid(32, 4), block(5, 4), 1, Heuristic::Sdfm);
+        let deadline = Instant::now() + within.unwrap_or(Duration::from_millis(500));
+        let answer = rig.client.call(&cell, request, deadline);
+        assert_eq!(answer.is_ok(), within.is_some(), "{name}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! The ppn service: which placements the network scores best, for the planners of any cell.
+//! The ppn service: which placements the network scores best, for the planners of any cell, or of those that are named.
 //!
 //! One thread owns the network; requests wait for it in a bounded queue. The network itself is behind the traits [`Network`]
 //! and [`Scorer`]: this crate does not link libtorch.
@@ -12,6 +12,7 @@ use ppnpack_packing::item::Item;
 use ppnpack_packing::placement::Placement;
 use ppnpack_packing::proposals::Percent;
 use ppnpack_packing::step::StageError;
+use ppnpack_service::configuration;
 use ppnpack_service::process::Process;
 use ppnpack_service::{OneWorker, ServiceError};
 
@@ -76,8 +77,9 @@ pub fn start(
 ) -> Result<OneWorker, StartError> {
     let ready = process.health().check("network");
     process.set_model(Some(network.model().to_owned()));
+    let cells = configuration::cells(&settings.cells).map_err(ServiceError::start)?;
     let mut worker = Worker::new(network, settings);
     worker.warm_up().map_err(StartError::Network)?;
-    let started = OneWorker::start(process, "network", ready, settings.queue, worker);
+    let started = OneWorker::start(process, "network", ready, &cells, settings.queue, worker);
     Ok(started?)
 }

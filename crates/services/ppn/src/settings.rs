@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::in_range;
+use ppnpack_service::configuration::{self, in_range};
 use serde::{Deserialize, Serialize};
 
 /// Settings of the ppn service.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
+    /// The cells that are served, and their containers where a cell has several; where none is named, all.
+    pub cells: Vec<String>,
     /// The weights, a .safetensors file with its card beside it; those that ship where none is given.
     pub model: Option<PathBuf>,
     /// Where the network runs.
@@ -40,6 +42,7 @@ pub enum Device {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            cells: Vec::new(),
             model: None,
             device: Device::Cpu,
             queue: 16,
@@ -53,6 +56,7 @@ impl Default for Settings {
 
 impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
+        configuration::cells(&self.cells)?;
         in_range("queue", self.queue, 1..=65_536)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
         in_range("grids_kept", self.grids_kept, 1..=256)?;

@@ -21,7 +21,7 @@ pub(crate) struct Peers {
 impl Peers {
     /// The instance that is asked for this cell: the same as long as the same ones are alive.
     pub(super) fn chosen(&self) -> Option<Instance> {
-        let alive = self.alive.instances();
+        let alive = self.alive.instances_for(&self.cell);
         let sum: usize = self.cell.as_str().bytes().map(usize::from).sum();
         alive.get(sum % alive.len().max(1)).cloned()
     }
