@@ -318,7 +318,7 @@ mod tests {
         let access = access(Some(TOKEN));
         let json = (CONTENT_TYPE, "application/json");
         let right = format!("Bearer {TOKEN}");
-        let right = headers(&[(AUTHORIZATION, &right), json.clone()]);
+        let right = headers(&[(AUTHORIZATION, right.as_str()), json.clone()]);
         let wrong = headers(&[(AUTHORIZATION, "Bearer another-token"), json]);
         let guess = async || {
             assert_eq!(code(access.admit(&wrong).await), "token");
