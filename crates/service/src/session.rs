@@ -1,6 +1,6 @@
 //! The Zenoh session of a process: opened, watched, closed.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use zenoh::{Session, Wait};
 
@@ -16,6 +16,10 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// How often the connection is looked at.
 const WATCH_PERIOD: Duration = Duration::from_millis(500);
+
+/// How long a client may be without the router that it had; networks are cut for shorter. A session
+/// keeps its id, which somebody else may have taken meanwhile: the router lets in a new one alone.
+const ROUTER_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Opens the session. A client tries until there is a router, or until the end is asked for (`None`).
 pub(crate) fn open(
@@ -47,6 +51,7 @@ pub(crate) fn watch(
     let endpoints = settings.connect().to_vec();
     let has_needs = settings.mode == Mode::Client || !endpoints.is_empty();
     let shutdown = process.shutdown().clone();
+    let mut cut = Cut::of(settings.mode);
     let process = process.weak();
     let look = move || {
         while let Some(process) = process() {
@@ -56,10 +61,16 @@ pub(crate) fn watch(
                 return supervisor.give_up("the Zenoh session was closed".to_owned());
             }
             supervisor.look();
-            if !has_needs || is_connected(process.session()) {
-                latch.pass();
-            } else {
-                latch.fail(format!("no connection to any of {}", endpoints.join(", ")));
+            let is_fine = !has_needs || is_connected(process.session());
+            let trouble = format!("no connection to any of {}", endpoints.join(", "));
+            if cut.is_too_long(is_fine, Instant::now()) && !supervisor.is_kept() {
+                let patience_s = ROUTER_PATIENCE.as_secs();
+                latch.fail(trouble.clone());
+                return supervisor.give_up(format!("{trouble} for {patience_s} s"));
+            }
+            match is_fine {
+                true => latch.pass(),
+                false => latch.fail(trouble),
             }
             drop(process);
             if shutdown.wait_timeout(WATCH_PERIOD) {
@@ -70,7 +81,57 @@ pub(crate) fn watch(
     thread("zenoh-watch", look).map(drop)
 }
 
-fn is_connected(session: &Session) -> bool {
+/// How long a session has been without those it needs.
+struct Cut {
+    /// Whether that ends the process: a client whose router is gone can do nothing.
+    is_client: bool,
+    since: Option<Instant>,
+}
+
+impl Cut {
+    fn of(mode: Mode) -> Self {
+        Self {
+            is_client: mode == Mode::Client,
+            since: None,
+        }
+    }
+
+    /// Whether it has been for too long.
+    fn is_too_long(&mut self, is_fine: bool, now: Instant) -> bool {
+        if is_fine {
+            self.since = None;
+            return false;
+        }
+        let since = *self.since.get_or_insert(now);
+        self.is_client && now.saturating_duration_since(since) >= ROUTER_PATIENCE
+    }
+}
+
+/// Whether a session reaches anybody.
+pub(crate) fn is_connected(session: &Session) -> bool {
     let info = session.info();
     info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_client_without_a_router_ends_and_cuts_of_seconds_end_nobody() {
+        let begun = Instant::now();
+        let at = |seconds| begun + Duration::from_secs(seconds);
+        let mut client = Cut::of(Mode::Client);
+        // A cut of five seconds, and what it takes to connect again.
+        assert!(!client.is_too_long(false, at(0)));
+        assert!(!client.is_too_long(false, at(6)));
+        assert!(!client.is_too_long(true, at(7)));
+        // The next one is another.
+        assert!(!client.is_too_long(false, at(8)));
+        assert!(!client.is_too_long(false, at(17)));
+        assert!(client.is_too_long(false, at(18)));
+        let mut peer = Cut::of(Mode::Peer);
+        assert!(!peer.is_too_long(false, begun));
+        assert!(!peer.is_too_long(false, at(3600)));
+    }
 }

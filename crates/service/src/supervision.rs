@@ -23,6 +23,8 @@ pub struct Supervisor {
 struct Shared {
     shutdown: Shutdown,
     fault: Mutex<Option<String>>,
+    /// Held by those who keep the process.
+    kept: Arc<()>,
     pulses: Mutex<Vec<Weak<Pulse>>>,
 }
 
@@ -33,9 +35,24 @@ impl Supervisor {
             shared: Arc::new(Shared {
                 shutdown,
                 fault: Mutex::default(),
+                kept: Arc::default(),
                 pulses: Mutex::default(),
             }),
         }
+    }
+
+    /// Keeps the process, until the guard is dropped, from ending for want of a router: for who does
+    /// what cannot be broken off.
+    #[must_use]
+    pub fn keep(&self) -> Kept {
+        Kept {
+            _counted: Arc::clone(&self.shared.kept),
+        }
+    }
+
+    /// Whether somebody keeps the process.
+    pub(crate) fn is_kept(&self) -> bool {
+        Arc::strong_count(&self.shared.kept) > 1
     }
 
     /// Ends the process, which fails for this reason; of several the first stays.
@@ -99,6 +116,12 @@ impl Supervisor {
     }
 }
 
+/// Keeps a process, until it is dropped.
+#[derive(Debug)]
+pub struct Kept {
+    _counted: Arc<()>,
+}
+
 /// Held by a thread: ends the process where that ends by a panic.
 struct Guard {
     supervisor: Supervisor,
@@ -159,6 +182,17 @@ mod tests {
             supervisor.fault().unwrap(),
             "the thread first ended by a panic"
         );
+    }
+
+    #[test]
+    fn the_process_is_kept_as_long_as_somebody_keeps_it() {
+        let supervisor = Supervisor::new(Shutdown::default());
+        assert!(!supervisor.is_kept());
+        let (one, other) = (supervisor.keep(), supervisor.clone().keep());
+        drop(one);
+        assert!(supervisor.is_kept());
+        drop(other);
+        assert!(!supervisor.is_kept());
     }
 
     #[test]

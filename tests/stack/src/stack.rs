@@ -229,6 +229,20 @@ impl Stack {
         Ok(std::fs::read_to_string(path)?)
     }
 
+    /// Waits until an instance has ended by itself, with an error.
+    #[cfg(test)]
+    pub(crate) fn wait_failed(&mut self, name: &str) -> Result<()> {
+        let process = self.processes.get_mut(name);
+        let process = process.with_context(|| format!("there is no {name}"))?;
+        let status = process.wait()?;
+        ensure!(
+            !status.success(),
+            "{name} ended with {status}: {}",
+            self.log(name)?
+        );
+        Ok(())
+    }
+
     /// Sends a signal to an instance, such as `planner-1`, or to the `router`.
     pub(crate) fn signal(&mut self, name: &str, signal: Signal) -> Result<()> {
         let process = self.processes.get_mut(name);

@@ -263,6 +263,21 @@ fn a_process_is_ready_again_when_the_router_is_back() {
 }
 
 #[test]
+fn a_process_whose_router_is_away_for_long_ends_with_an_error() {
+    let hub = hub().unwrap();
+    let mut tiny = Tiny::start(hub.endpoint(), &[]);
+    tiny.await_line("started");
+    drop(hub);
+    let began = Instant::now();
+    let line = tiny.await_line("the process ends, to begin anew");
+    // A cut of five seconds, and a second to connect again, end nobody.
+    assert!(began.elapsed() > Duration::from_secs(6));
+    let fault = line["fault"].as_str().unwrap();
+    assert!(fault.contains("no connection to any of tcp/"), "{fault}");
+    assert_eq!(tiny.child.wait().unwrap().code(), Some(1));
+}
+
+#[test]
 fn a_process_waits_for_a_router_and_is_not_ready() {
     let first = hub().unwrap();
     let endpoint = first.endpoint().to_owned();

@@ -153,7 +153,7 @@ impl Bridge {
         let works = CellWorks {
             streams: Streams::new(process, cell, robot.as_ref(), settings)?,
             name: cell.clone(),
-            runner: Runner::new(robot, address.clone(), camera),
+            runner: Runner::new(robot, address.clone(), camera, process.supervisor()),
             journal,
             supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),

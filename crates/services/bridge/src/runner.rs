@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{self, Actor, Address, Mailbox};
+use ppnpack_service::supervision::Supervisor;
 
 use crate::camera::Camera;
 use crate::desk::Message;
@@ -29,6 +30,7 @@ pub(crate) struct Runner {
     pub(crate) robot: Box<dyn Robot>,
     desk: Address<Message>,
     camera: Camera,
+    supervisor: Supervisor,
     /// The state that is shown. Until a change is written down, nothing is shown of it.
     shown: Option<u64>,
     next_cloud: Instant,
@@ -38,6 +40,7 @@ impl Actor for Runner {
     type Message = Job;
 
     fn handle(&mut self, job: Job) {
+        let _kept = self.supervisor.keep();
         self.shown = None;
         // After a change the next cloud is due at once.
         self.next_cloud = Instant::now();
@@ -69,11 +72,17 @@ impl Actor for Runner {
 }
 
 impl Runner {
-    pub(crate) fn new(robot: Box<dyn Robot>, desk: Address<Message>, camera: Camera) -> Self {
+    pub(crate) fn new(
+        robot: Box<dyn Robot>,
+        desk: Address<Message>,
+        camera: Camera,
+        supervisor: &Supervisor,
+    ) -> Self {
         Self {
             robot,
             desk,
             camera,
+            supervisor: supervisor.clone(),
             shown: None,
             next_cloud: Instant::now(),
         }

@@ -249,6 +249,35 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
 }
 
 #[test]
+fn services_without_a_router_end_to_begin_anew_and_a_bridge_once_its_robot_stands_still() {
+    // Longer than the patience and the grace of a process together.
+    let slow = "service.cells.cell-1.place_duration_s=18";
+    let mut stack = Stack::start(&common::with(&[(Service::Bridge, slow)])).unwrap();
+    let cell = stack.cell(0).unwrap();
+    cell.begin("no-router", &OBJECTS[..4], false).unwrap();
+    let decision = cell.plan().unwrap().unwrap();
+    cell.ask(v1::PlaceRequest::from(&decision)).unwrap();
+    let begun = Instant::now();
+    stack.signal("router", Signal::Kill).unwrap();
+    let others = ["planner-1", "perception-1", "heuristic-1"];
+    for name in others {
+        stack.wait_failed(name).unwrap();
+    }
+    assert!(begun.elapsed() > Duration::from_secs(6), "a short cut");
+    stack.wait_failed("bridge-1").unwrap();
+
+    for name in others.into_iter().chain(["bridge-1", "router"]) {
+        stack.restart(name).unwrap();
+    }
+    let ended = Instant::now();
+    let outcome = cell.place(&decision).unwrap();
+    assert_eq!(outcome.kind(), OutcomeKind::Placed, "{}", outcome.failure);
+    cell.report(&decision, outcome).unwrap();
+    assert_serves_again(&cell, ended, "a router that was away for long");
+    assert_consistent(&cell, "afterwards");
+}
+
+#[test]
 fn a_request_for_a_plan_that_is_repeated_gives_the_same_decision() {
     let mut stack = Stack::start(&Options::default()).unwrap();
     let cell = stack.cell(0).unwrap();
