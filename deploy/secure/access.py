@@ -80,7 +80,7 @@ class Wire:
         return [key, f"{key}/*"]
 
     def alive(self, service, cell="*"):
-        return f"{self.prefix}/{cell}/@live/{service}/*"
+        return f"{self.prefix}/{cell}/@live/{service}/*/*"
 
     def anything_alive(self):
         return f"{self.prefix}/*/@live/**"

@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
 use ppnpack_wire::header::MAX_TIME_LIMIT;
-use ppnpack_wire::keys::{Cell, Instance, Key, Service, everything_alive};
+use ppnpack_wire::keys::{Cell, Instance, Key, Service, Start, everything_alive};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
@@ -35,7 +35,17 @@ impl Drop for Token {
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.
 pub fn announce(process: &Process, cell: Option<&Cell>) -> Result<Token, ServiceError> {
-    let key = Key::Alive(cell.cloned(), process.service(), process.instance().clone()).to_string();
+    announce_start(process, cell, process.identity().start)
+}
+
+/// As [`announce`], as this start of the process.
+pub(crate) fn announce_start(
+    process: &Process,
+    cell: Option<&Cell>,
+    start: Start,
+) -> Result<Token, ServiceError> {
+    let (service, instance) = (process.service(), process.instance().clone());
+    let key = Key::Alive(cell.cloned(), service, instance, start).to_string();
     let token = process
         .session()
         .liveliness()
@@ -51,6 +61,57 @@ pub fn announce(process: &Process, cell: Option<&Cell>) -> Result<Token, Service
         cell: cell.cloned(),
         identity,
     })
+}
+
+/// What a token says.
+#[derive(Debug, Clone)]
+pub(crate) struct Said {
+    pub(crate) cell: Option<Cell>,
+    pub(crate) service: Service,
+    pub(crate) instance: Instance,
+    pub(crate) start: Start,
+}
+
+impl Said {
+    /// Reads a token; `None` where it is none of this protocol.
+    pub(crate) fn read(sample: &Sample) -> Option<Self> {
+        match Key::parse(sample.key_expr().as_str()) {
+            Ok(Key::Alive(cell, service, instance, start)) => Some(Self {
+                cell,
+                service,
+                instance,
+                start,
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// The tokens of a service, or of all, and whether there are surely no more.
+pub(crate) fn tokens(
+    session: &Session,
+    service: Option<Service>,
+    deadline: Instant,
+) -> Result<(Vec<Said>, bool), ServiceError> {
+    let key = everything_alive(service);
+    let replies = session
+        .liveliness()
+        .get(key.clone())
+        .timeout(deadline.saturating_duration_since(Instant::now()))
+        .wait()
+        .map_err(|error| ServiceError::zenoh(format!("looking for {key}"), &error))?;
+    let (mut found, mut is_all) = (Vec::new(), true);
+    loop {
+        match replies.recv_deadline(deadline) {
+            Ok(Some(reply)) => match reply.into_result() {
+                Ok(sample) => found.extend(Said::read(&sample)),
+                Err(_) => is_all = false,
+            },
+            Ok(None) => return Ok((found, false)),
+            // The channel ends after the last reply.
+            Err(_) => return Ok((found, is_all)),
+        }
+    }
 }
 
 /// An instance that is there.
@@ -69,21 +130,10 @@ pub struct Found {
 /// # Errors
 /// [`ServiceError::Zenoh`] where the session is closed.
 pub fn find(session: &Session, deadline: Instant) -> Result<Vec<Found>, ServiceError> {
-    let key = everything_alive(None);
-    let replies = session
-        .liveliness()
-        .get(key.clone())
-        .timeout(deadline.saturating_duration_since(Instant::now()))
-        .wait()
-        .map_err(|error| ServiceError::zenoh(format!("looking for {key}"), &error))?;
     let mut found: BTreeMap<(Service, Instance), BTreeSet<Cell>> = BTreeMap::new();
-    // The channel ends after the last reply.
-    while let Ok(Some(reply)) = replies.recv_deadline(deadline) {
-        if let Ok(sample) = reply.into_result()
-            && let Ok(Key::Alive(cell, service, instance)) = Key::parse(sample.key_expr().as_str())
-        {
-            found.entry((service, instance)).or_default().extend(cell);
-        }
+    for said in tokens(session, None, deadline)?.0 {
+        let cells = found.entry((said.service, said.instance)).or_default();
+        cells.extend(said.cell);
     }
     let found = found.into_iter().map(|((service, instance), cells)| Found {
         service,
@@ -107,8 +157,8 @@ struct Seen {
 
 #[derive(Default)]
 struct Known {
-    /// Each with the cell that it is there for; `None`: all.
-    tokens: BTreeSet<(Instance, Option<Cell>)>,
+    /// Each with the cell that it is there for, `None` for all, and the nonce of its start.
+    tokens: BTreeSet<(Instance, Option<Cell>, u64)>,
     /// When those that went did so last; for as long as a request of theirs may wait.
     left: BTreeMap<Instance, Instant>,
 }
@@ -172,15 +222,16 @@ impl Alive {
 
 impl Seen {
     fn note(&self, sample: &Sample) {
-        let Ok(Key::Alive(cell, _, instance)) = Key::parse(sample.key_expr().as_str()) else {
+        let Some(said) = Said::read(sample) else {
             return;
         };
+        let token = (said.instance, said.cell, said.start.nonce);
         let mut known = lock(&self.known);
         match sample.kind() {
             SampleKind::Put => {
-                known.tokens.insert((instance, cell));
+                known.tokens.insert(token);
             }
-            SampleKind::Delete => known.remove(instance, cell, Instant::now()),
+            SampleKind::Delete => known.remove(token, Instant::now()),
         }
         self.changed.notify_all();
     }
@@ -190,17 +241,16 @@ impl Known {
     /// Those that are there, sorted.
     fn instances(&self) -> Vec<Instance> {
         let tokens = self.tokens.iter();
-        let mut instances: Vec<Instance> = tokens.map(|(instance, _)| instance.clone()).collect();
+        let mut instances: Vec<Instance> = tokens.map(|token| token.0.clone()).collect();
         instances.dedup();
         instances
     }
 
     /// An instance goes with the last of its tokens.
-    fn remove(&mut self, instance: Instance, cell: Option<Cell>, now: Instant) {
-        let token = (instance, cell);
+    fn remove(&mut self, token: (Instance, Option<Cell>, u64), now: Instant) {
         self.tokens.remove(&token);
-        let (instance, _) = token;
-        if self.tokens.iter().all(|(own, _)| *own != instance) {
+        let (instance, ..) = token;
+        if self.tokens.iter().all(|(own, ..)| *own != instance) {
             self.left
                 .retain(|_, left| now.saturating_duration_since(*left) <= MAX_TIME_LIMIT);
             self.left.insert(instance, now);

@@ -1,14 +1,16 @@
 //! What a service runs on.
 
 use std::collections::BTreeMap;
+use std::hash::{BuildHasher, RandomState};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use ppnpack_wire::keys::{Cell, Instance, Service};
+use ppnpack_wire::keys::{Cell, Instance, Service, Start};
 use ppnpack_wire::v1;
 use zenoh::Session;
 
+use crate::clock::now_ns;
 use crate::error::ServiceError;
 use crate::health::Health;
 use crate::rpc::{self, Listener};
@@ -36,6 +38,8 @@ struct Inner {
 pub(crate) struct Identity {
     pub(crate) service: Service,
     pub(crate) instance: Instance,
+    /// Tells it from others of its name, as long as it serves after nobody.
+    pub(crate) start: Start,
     /// The hash of its configuration.
     configuration: String,
     model: Mutex<Option<String>>,
@@ -49,6 +53,7 @@ impl Identity {
         Self {
             service,
             instance,
+            start: fresh_start(),
             configuration,
             model: Mutex::default(),
             cells: Mutex::default(),
@@ -91,6 +96,15 @@ impl Identity {
             uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
             cells: lock(&self.cells).keys().map(Cell::to_string).collect(),
         }
+    }
+}
+
+/// A start unlike any other.
+fn fresh_start() -> Start {
+    let random = RandomState::new().hash_one(()) & u64::from(u32::MAX);
+    Start {
+        term: 0,
+        nonce: ((now_ns() / 1_000_000_000) << 32) | random,
     }
 }
 

@@ -5,10 +5,12 @@
 //! | `ppnpack/v1/<cell>/<stream>` | data of a cell |
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>` | a request to any instance of a service that serves the cell |
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
-//! | `ppnpack/v1/<cell>/@live/<service>/<instance>` | there while the instance is alive |
+//! | `ppnpack/v1/<cell>/@live/<service>/<instance>/<start>` | there while this start of the instance is alive |
 //!
-//! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`.
+//! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`: to its name,
+//! and to that of its [`Start`], which no other process has.
 
+use std::cmp::Reverse;
 use std::fmt;
 
 /// What all keys begin with: the name of the protocol and its version.
@@ -46,6 +48,15 @@ pub struct Cell(String);
 /// The name of a running process of a service: 1 to 64 characters of `[a-z0-9_-]`.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Instance(String);
+
+/// A start of an instance, which tells apart two of one name. In keys it has 24 hexadecimal digits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Start {
+    /// How many are known to have served the cell before, one after another.
+    pub term: u32,
+    /// When the process started, in seconds since 1970, above 32 random bits.
+    pub nonce: u64,
+}
 
 fn name(what: &'static str, text: &str) -> Result<String, KeyError> {
     let is_possible = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
@@ -89,6 +100,35 @@ impl Instance {
     /// The name.
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+}
+
+impl Start {
+    /// Orders those that serve one cell, of which the greatest stays: who knows of more before it,
+    /// else who was there first.
+    pub fn rank(self) -> impl Ord {
+        (self.term, Reverse(self.nonce))
+    }
+
+    /// The name to which its process alone answers `health`.
+    pub fn name(self) -> Instance {
+        Instance(format!("{:016x}", self.nonce))
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
+        let (term, nonce) = text.split_at_checked(8)?;
+        (nonce.len() == 16 && text.bytes().all(is_digit)).then_some(())?;
+        Some(Self {
+            term: u32::from_str_radix(term, 16).ok()?,
+            nonce: u64::from_str_radix(nonce, 16).ok()?,
+        })
+    }
+}
+
+impl fmt::Display for Start {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:08x}{:016x}", self.term, self.nonce)
     }
 }
 
@@ -243,7 +283,7 @@ pub enum Key {
     /// A request; `None` for the cell is [`ALL_CELLS`], `None` for the instance any of them.
     Request(Option<Cell>, Service, Method, Option<Instance>),
     /// Says that an instance is alive; `None` for the cell is [`ALL_CELLS`].
-    Alive(Option<Cell>, Service, Instance),
+    Alive(Option<Cell>, Service, Instance, Start),
 }
 
 impl Key {
@@ -274,10 +314,11 @@ impl Key {
                 };
                 Ok(Self::Request(cell(name)?, service, method, instance))
             }
-            ["", name, "@live", service, instance] => {
+            ["", name, "@live", service, instance, start] => {
                 let service = Service::parse(service).ok_or_else(unknown)?;
                 let instance = Instance::new(instance)?;
-                Ok(Self::Alive(cell(name)?, service, instance))
+                let start = Start::parse(start).ok_or_else(unknown)?;
+                Ok(Self::Alive(cell(name)?, service, instance, start))
             }
             _ => Err(unknown()),
         }
@@ -299,9 +340,12 @@ impl fmt::Display for Key {
                     None => Ok(()),
                 }
             }
-            Self::Alive(cell, service, instance) => {
+            Self::Alive(cell, service, instance, start) => {
                 let cell = cell_or_all(cell);
-                write!(formatter, "{PREFIX}/{cell}/@live/{service}/{instance}")
+                write!(
+                    formatter,
+                    "{PREFIX}/{cell}/@live/{service}/{instance}/{start}"
+                )
             }
         }
     }
@@ -317,23 +361,24 @@ pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")
 }
 
-/// The key expressions on which an instance answers a method, for one cell or every: sent to any instance, and to it.
+/// The key expressions on which an instance answers a method, for one cell or every: sent to any
+/// instance, and to each of its names.
 pub fn answered(
     cell: Option<&Cell>,
     service: Service,
     method: Method,
-    instance: &Instance,
-) -> [String; 2] {
+    names: &[Instance],
+) -> (String, Vec<String>) {
     let cell = cell.map_or("*", Cell::as_str);
     let any = format!("{PREFIX}/{cell}/rpc/{service}/{method}");
-    let own = format!("{any}/{instance}");
-    [any, own]
+    let own = names.iter().map(|name| format!("{any}/{name}")).collect();
+    (any, own)
 }
 
 /// The key expression of everything that is alive: of one service, or of all.
 pub fn everything_alive(service: Option<Service>) -> String {
     let service = service.map_or("*", Service::as_str);
-    format!("{PREFIX}/*/@live/{service}/*")
+    format!("{PREFIX}/*/@live/{service}/*/*")
 }
 
 #[cfg(test)]
@@ -353,6 +398,7 @@ mod tests {
     fn any_key() -> impl Strategy<Value = Key> {
         let instance = || "[a-z0-9_-]{1,64}".prop_map(|name| Instance::new(&name).unwrap());
         let cell = || proptest::option::of(any_cell());
+        let start = (any::<u32>(), any::<u64>()).prop_map(|(term, nonce)| Start { term, nonce });
         prop_oneof![
             (any_cell(), any_of(Stream::ALL)).prop_map(|(cell, stream)| Key::Stream(cell, stream)),
             (
@@ -364,8 +410,9 @@ mod tests {
                 .prop_map(|(cell, service, method, instance)| Key::Request(
                     cell, service, method, instance
                 )),
-            (cell(), any_of(Service::ALL), instance())
-                .prop_map(|(cell, service, instance)| Key::Alive(cell, service, instance)),
+            (cell(), any_of(Service::ALL), instance(), start).prop_map(
+                |(cell, service, instance, start)| Key::Alive(cell, service, instance, start)
+            ),
         ]
     }
 
@@ -387,6 +434,11 @@ mod tests {
     fn keys_are_what_the_protocol_says() {
         let cell = Cell::new("cell-1").unwrap();
         let instance = Instance::new("h1").unwrap();
+        let start = Start {
+            term: 2,
+            nonce: 0xbeef,
+        };
+        assert_eq!(start.name().as_str(), "000000000000beef");
         let cases = [
             (
                 Key::Stream(cell.clone(), Stream::Cloud),
@@ -401,14 +453,22 @@ mod tests {
                 "ppnpack/v1/all/rpc/ppn/health/h1",
             ),
             (
-                Key::Alive(None, Service::Heuristic, instance),
-                "ppnpack/v1/all/@live/heuristic/h1",
+                Key::Alive(None, Service::Heuristic, instance, start),
+                "ppnpack/v1/all/@live/heuristic/h1/00000002000000000000beef",
             ),
         ];
         for (key, text) in cases {
             assert_eq!(key.to_string(), text);
             assert_eq!(Key::parse(text), Ok(key));
         }
+    }
+
+    #[test]
+    fn who_took_over_stays_and_else_who_was_there_first() {
+        let start = |term, nonce| Start { term, nonce };
+        assert!(start(0, 7).rank() > start(0, 8).rank());
+        assert!(start(1, 8).rank() > start(0, 7).rank());
+        assert!(start(1, 8).rank() > start(1, 9).rank());
     }
 
     #[test]
@@ -427,6 +487,10 @@ mod tests {
             "ppnpack/v1/all/log",
             "ppnpack/v1/c/log/h1",
             "ppnpack/v1cell/cloud",
+            "ppnpack/v1/all/@live/heuristic/h1",
+            "ppnpack/v1/all/@live/heuristic/h1/2",
+            "ppnpack/v1/all/@live/heuristic/h1/+0000002000000000000beef",
+            "ppnpack/v1/all/@live/heuristic/h1/00000002000000000000BEEF",
         ] {
             assert!(Key::parse(key).is_err(), "{key}");
         }

@@ -229,6 +229,16 @@ impl Stack {
         Ok(std::fs::read_to_string(path)?)
     }
 
+    /// The admin port of an instance, once it is open.
+    #[cfg(test)]
+    pub(crate) fn admin(&self, name: &str) -> Result<std::net::SocketAddr> {
+        let log = self.log(name)?;
+        let address = log.rsplit_once("admin port open address=");
+        let address = address.and_then(|(_, rest)| rest.split_whitespace().next());
+        let address = address.with_context(|| format!("{name} tells no admin port: {log}"))?;
+        Ok(address.parse()?)
+    }
+
     /// Waits until an instance has ended by itself, with an error.
     #[cfg(test)]
     pub(crate) fn wait_failed(&mut self, name: &str) -> Result<()> {

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::header::{self, RequestHeader};
-use ppnpack_wire::keys::{Cell, Key, answered};
+use ppnpack_wire::keys::{Cell, Instance, Key, answered};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use zenoh::bytes::ZBytes;
@@ -20,7 +20,7 @@ use crate::process::{Identity, Process};
 
 /// Answers a method, until it is dropped.
 pub struct Listener {
-    _queryables: [Queryable<()>; 2],
+    _queryables: Vec<Queryable<()>>,
 }
 
 /// Answers a method for a cell, or for every cell. `accept` runs on Zenoh's thread: it must only hand the request on.
@@ -42,10 +42,12 @@ pub fn listen<R: Request>(
         }),
         None => pending.refuse(v1::Status::Invalid, "send this to a cell, not to all"),
     };
-    declare(process.session(), process.identity(), cell, on_request)
+    let identity = process.identity();
+    let names = std::slice::from_ref(&identity.instance);
+    declare(process.session(), identity, cell, names, on_request)
 }
 
-/// Answers for the health of a process.
+/// Answers for the health of a process, by its name and by that of its start: others may have the same name.
 pub(crate) fn answer_health(
     session: &Session,
     identity: &Arc<Identity>,
@@ -59,14 +61,16 @@ pub(crate) fn answer_health(
         };
         pending.reply(who.health_reply(&health), done);
     };
-    declare(session, identity, None, on_request)
+    let names = [identity.instance.clone(), identity.start.name()];
+    declare(session, identity, None, &names, on_request)
 }
 
-/// `on_request` is told the cell, which is `None` for what is sent to no single one.
+/// Answers to these names. `on_request` is told the cell: `None` for what is sent to no single one.
 fn declare<R: Request>(
     session: &Session,
     identity: &Arc<Identity>,
     cell: Option<&Cell>,
+    names: &[Instance],
     on_request: impl Fn(Option<Cell>, R, RequestHeader, Pending<R>) + Send + Sync + 'static,
 ) -> Result<Listener, ServiceError> {
     let service = R::SERVICE.unwrap_or(identity.service);
@@ -94,10 +98,11 @@ fn declare<R: Request>(
             .wait()
             .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))
     };
-    let [any, own] = answered(cell, service, R::METHOD, &identity.instance);
+    let (any, own) = answered(cell, service, R::METHOD, names);
     // In this order, who finds any instance finds this one by its name too.
+    let keys = own.into_iter().chain([any]);
     Ok(Listener {
-        _queryables: [queryable(own)?, queryable(any)?],
+        _queryables: keys.map(queryable).collect::<Result<_, _>>()?,
     })
 }
 

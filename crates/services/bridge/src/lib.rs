@@ -95,7 +95,7 @@ pub fn start(
 pub fn start_robots(
     process: &Process,
     settings: &Settings,
-    robots: BTreeMap<Cell, Box<dyn Robot>>,
+    mut robots: BTreeMap<Cell, Box<dyn Robot>>,
 ) -> Result<Bridge, ServiceError> {
     let health = process.health().check("journal");
     let journal = match &settings.journal {
@@ -113,11 +113,15 @@ pub fn start_robots(
         _health: health,
     };
     let mut shared = shared_robots(settings);
-    for (cell, robot) in robots {
-        let journal = CellJournal::new(journal.clone(), cell.clone());
-        let own = shared.remove(cell.as_str()).unwrap_or_default();
-        bridge.add(process, settings, &cell, journal, robot, own)?;
-    }
+    let cells: Vec<Option<Cell>> = robots.keys().cloned().map(Some).collect();
+    lease::take_each(process, cells, |cell, lease| {
+        let own = cell.and_then(|cell| Some((cell, robots.remove(cell)?)));
+        own.map_or(Ok(()), |(cell, robot)| {
+            let journal = CellJournal::new(journal.clone(), cell.clone());
+            let own = shared.remove(cell.as_str()).unwrap_or_default();
+            bridge.add(process, settings, journal, (cell, lease), (robot, own))
+        })
+    })?;
     match shared.keys().next() {
         Some(unknown) => Err(ServiceError::start(format_args!(
             "robots: there is no cell {unknown}: name those that this bridge serves"
@@ -142,12 +146,10 @@ impl Bridge {
         &mut self,
         process: &Process,
         settings: &Settings,
-        cell: &Cell,
         journal: CellJournal,
-        robot: Box<dyn Robot>,
-        shared: SharedRobot,
+        (cell, lease): (&Cell, Lease),
+        (robot, shared): (Box<dyn Robot>, SharedRobot),
     ) -> Result<(), ServiceError> {
-        let lease = lease::take(process, cell)?;
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let camera = Camera::new(process, cell, settings)?;
         let works = CellWorks {

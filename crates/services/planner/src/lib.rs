@@ -83,33 +83,50 @@ pub fn start(
         threads: Vec::new(),
         ready: cells_health,
     };
-    for (name, cell_settings) in &settings.cells {
-        let cell = Cell::new(name)?;
-        let lease = lease::take(process, &cell)?;
-        if lease.is_after_another {
-            let settled = shared.store.settle(&cell, AFTER_ANOTHER);
-            settled.map_err(ServiceError::start)?;
-        }
-        service.leases.push(lease);
-        let (address, mailbox) = actor::mailbox(settings.queue.max(1));
-        let interruption = Interruption::default();
-        let own = Own {
-            address: address.downgrade(),
-            interruption: interruption.clone(),
-        };
-        let planner = CellPlanner::new(process, &cell, cell_settings, &shared, own)?;
-        let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
-        service.threads.push(thread);
-        service.listen(process, &cell, &address, interruption)?;
-        for container in cell_settings.container_plans(&cell)? {
-            service.hear(process, &container.address, &address)?;
-        }
-    }
+    let cells = settings.cells.keys().map(|name| Cell::new(name).map(Some));
+    let cells: Vec<Option<Cell>> = cells.collect::<Result<_, _>>()?;
+    lease::take_each(process, cells, |cell, lease| {
+        let own = cell.and_then(|cell| Some((cell, settings.cells.get(cell.as_str())?)));
+        own.map_or(Ok(()), |(cell, own)| {
+            service.add(process, settings.queue, cell, own, &shared, lease)
+        })
+    })?;
     service.ready.pass();
     Ok(service)
 }
 
 impl PlannerService {
+    /// Starts the actor of a cell, and has it take requests.
+    fn add(
+        &mut self,
+        process: &Process,
+        queue: usize,
+        cell: &Cell,
+        settings: &CellSettings,
+        shared: &Arc<Shared>,
+        lease: Lease,
+    ) -> Result<(), ServiceError> {
+        if lease.is_after_another {
+            let settled = shared.store.settle(cell, AFTER_ANOTHER);
+            settled.map_err(ServiceError::start)?;
+        }
+        self.leases.push(lease);
+        let (address, mailbox) = actor::mailbox(queue.max(1));
+        let interruption = Interruption::default();
+        let own = Own {
+            address: address.downgrade(),
+            interruption: interruption.clone(),
+        };
+        let planner = CellPlanner::new(process, cell, settings, shared, own)?;
+        let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
+        self.threads.push(thread);
+        self.listen(process, cell, &address, interruption)?;
+        for container in settings.container_plans(cell)? {
+            self.hear(process, &container.address, &address)?;
+        }
+        Ok(())
+    }
+
     /// Has a cell's actor take requests.
     fn listen(
         &mut self,
