@@ -26,10 +26,11 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use ppnpack_service::actor::{self, Address, LatestValues};
+use ppnpack_service::lease::{self, Lease};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Listener;
 use ppnpack_service::stream::{self, Subscription, Unread};
-use ppnpack_service::{Running, ServiceError, alive};
+use ppnpack_service::{Running, ServiceError};
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
@@ -52,7 +53,6 @@ use worker::{Outputs, Worker};
 pub struct Perception {
     // Nothing comes any more before the threads end: fields are dropped in this order.
     inputs: Vec<Input>,
-    cameras: Vec<Subscriber<()>>,
     router: Arc<Router>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<Counts>,
@@ -60,9 +60,10 @@ pub struct Perception {
 
 /// Takes the clouds and requests of one cell or of all, until it is dropped.
 struct Input {
-    _alive: alive::Token,
+    _lease: Lease,
     _listeners: [Listener; 3],
     _clouds: [Subscription; 2],
+    _cameras: Vec<Subscriber<()>>,
 }
 
 /// Who takes clouds and requests.
@@ -72,9 +73,11 @@ struct Actors {
     trays: Address<tray::Message>,
     tray_clouds: tray::Clouds,
     inspections: Address<inspect::Message>,
+    counts: Arc<Counts>,
 }
 
-/// Starts the service with the objects that can be recognised, which cells with trays need.
+/// Starts the service with the objects that can be recognised, which cells with trays need. Where
+/// another perception serves a cell this waits until that has ended; other cells are served meanwhile.
 ///
 /// # Errors
 /// [`ServiceError`] where a cell's name is impossible, or the session or a thread cannot be had.
@@ -85,24 +88,26 @@ pub fn start(
 ) -> Result<Perception, ServiceError> {
     let counts = Arc::new(Counts::new());
     let (actors, threads) = start_actors(process, settings, objects, &counts)?;
-    let mut inputs = Vec::new();
-    if settings.has_unlisted_cells {
-        inputs.push(Input::new(process, None, &actors)?);
-    } else {
-        for name in settings.cells.keys() {
-            inputs.push(Input::new(process, Some(&Cell::new(name)?), &actors)?);
-        }
-    }
-    let (router, trays) = (actors.router, actors.tray_clouds);
-    let subscribe = |camera| ros::subscribe(process, camera, &router, &trays, &counts);
-    let cameras = settings.ros.iter().map(subscribe);
-    Ok(Perception {
-        inputs,
-        cameras: cameras.collect::<Result<_, _>>()?,
-        router,
+    let mut perception = Perception {
+        inputs: Vec::new(),
+        router: Arc::clone(&actors.router),
         threads,
         counts,
-    })
+    };
+    let cells: Vec<Option<Cell>> = match settings.has_unlisted_cells {
+        true => vec![None],
+        false => {
+            let names = settings.cells.keys();
+            let cells = names.map(|name| Cell::new(name).map(Some));
+            cells.collect::<Result<_, _>>()?
+        }
+    };
+    lease::take_each(process, cells, |cell, lease| {
+        let input = Input::new(process, settings, cell, &actors, lease)?;
+        perception.inputs.push(input);
+        Ok(())
+    })?;
+    Ok(perception)
 }
 
 fn start_actors(
@@ -157,6 +162,7 @@ fn start_actors(
         trays,
         tray_clouds,
         inspections,
+        counts: Arc::clone(counts),
     };
     Ok((actors, threads))
 }
@@ -178,7 +184,19 @@ fn known_trays(
 }
 
 impl Input {
-    fn new(process: &Process, cell: Option<&Cell>, actors: &Actors) -> Result<Self, ServiceError> {
+    fn new(
+        process: &Process,
+        settings: &Settings,
+        cell: Option<&Cell>,
+        actors: &Actors,
+        lease: Lease,
+    ) -> Result<Self, ServiceError> {
+        let cameras = settings.ros.iter();
+        let cameras = cameras.filter(|camera| cell.is_none_or(|cell| camera.cell == cell.as_str()));
+        let cameras = cameras.map(|camera| {
+            let (router, trays) = (&actors.router, &actors.tray_clouds);
+            ros::subscribe(process, camera, router, trays, &actors.counts)
+        });
         let (router, tray_clouds) = (Arc::clone(&actors.router), actors.tray_clouds.clone());
         let listeners = [
             actors
@@ -200,7 +218,8 @@ impl Input {
         Ok(Self {
             _listeners: listeners,
             _clouds: clouds,
-            _alive: alive::announce(process, cell)?,
+            _cameras: cameras.collect::<Result<_, _>>()?,
+            _lease: lease,
         })
     }
 }
@@ -233,7 +252,6 @@ impl Perception {
     /// Nothing comes any more, and the actors of cells end.
     fn stop(&mut self) {
         self.inputs.clear();
-        self.cameras.clear();
         self.threads.extend(self.router.close());
     }
 }

@@ -113,6 +113,23 @@ impl Settings {
         listed.or_else(|| self.has_unlisted_cells.then_some(&self.grid))
     }
 
+    /// A hash of what decides what the heightmaps of a cell say.
+    pub(crate) fn fingerprint_of(&self, cell: &Cell) -> u64 {
+        let cameras = self.ros.iter();
+        let cameras = cameras.filter(|camera| camera.cell == cell.as_str() && !camera.is_tray);
+        let cameras: Vec<&RosCamera> = cameras.collect();
+        let sensors = self.sensors.get(cell.as_str());
+        // Numbers are written exactly.
+        let text = format!(
+            "{:?} {:?} {sensors:?} {cameras:?}",
+            self.grid_of(cell),
+            self.mapper
+        );
+        let hash = blake3::hash(text.as_bytes());
+        let first = hash.as_bytes().first_chunk();
+        first.map_or(0, |first| u64::from_le_bytes(*first))
+    }
+
     /// The sensors of a cell.
     pub(crate) fn sensors_of(&self, cell: &Cell) -> Sensors {
         let names = self.sensors.get(cell.as_str());
@@ -192,8 +209,45 @@ impl ServiceSettings for Settings {
 #[cfg(test)]
 mod tests {
     use ppnpack_packing::grid::Grid;
+    use ppnpack_perception::extrinsics::Extrinsics;
 
     use super::*;
+
+    #[test]
+    fn what_decides_what_heightmaps_say_has_another_fingerprint() {
+        let cell = Cell::new("cell-1").unwrap();
+        let camera = |cell: &str, x_m| RosCamera {
+            key: "0/camera/points/**".to_owned(),
+            cell: cell.to_owned(),
+            sensor: String::new(),
+            is_tray: false,
+            container_from_sensor: Extrinsics {
+                position_m: [x_m, 0.16, 0.9],
+                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
+            },
+            message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
+        };
+        let with = |change: &dyn Fn(&mut Settings)| {
+            let mut settings = Settings::default();
+            settings.ros.push(camera("cell-1", 0.16));
+            change(&mut settings);
+            settings.fingerprint_of(&cell)
+        };
+        let plain = with(&|_| {});
+        assert_ne!(plain, 0);
+        assert_eq!(with(&|s| s.queue = 7), plain);
+        assert_eq!(with(&|s| s.ros.push(camera("cell-2", 0.2))), plain);
+        let left = || vec!["left".to_owned()];
+        let others = [
+            with(&|s| s.grid.cell_m = 0.02),
+            with(&|s| s.mapper.floor_tolerance_m += 1e-9),
+            with(&|s| s.ros = vec![camera("cell-1", 0.16 + 1e-12)]),
+            with(&|s| s.sensors = BTreeMap::from([("cell-1".to_owned(), left())])),
+        ];
+        for (index, other) in others.iter().enumerate() {
+            assert_ne!(*other, plain, "{index}");
+        }
+    }
 
     #[test]
     fn impossible_settings_are_named() {

@@ -49,6 +49,8 @@ pub(crate) struct Worker {
     /// Drawn at random when the service starts.
     epoch: u64,
     sequence: u64,
+    /// Of the settings that decide what heightmaps say.
+    fingerprint: u64,
     heightmaps: Publisher<v1::Heightmap>,
     outputs: Outputs,
     /// When silence is told; `None` once it is.
@@ -122,6 +124,7 @@ impl Worker {
             state_number: 0,
             epoch,
             sequence: 0,
+            fingerprint: settings.fingerprint_of(cell),
             heightmaps: heightmaps.map_err(|error| error.to_string())?,
             outputs,
             silent_at: Some(Instant::now() + SILENCE),
@@ -225,6 +228,7 @@ impl Worker {
                 sequence: self.sequence,
             }),
             cell: self.cell.to_string(),
+            settings: self.fingerprint,
             state_number: self.state_number,
             captured_at_ns: captured_at_ns.min().unwrap_or_default(),
             scene: Some(scene::write(grid, &mapped.scene)),

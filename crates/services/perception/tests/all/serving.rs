@@ -7,12 +7,14 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception_service::{Fate, Settings};
-use ppnpack_service::rpc::CallError;
+use ppnpack_service::Process;
+use ppnpack_service::embedded;
+use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::scene;
-use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::v1::{self, Status};
 use prost::Message;
 
@@ -92,6 +94,63 @@ impl Rig {
             }
         }
     }
+}
+
+#[test]
+fn a_second_perception_of_a_cell_waits_and_serves_its_other_cells_meanwhile() {
+    let hub = embedded::hub().unwrap();
+    let process = || embedded::process(&hub, Service::Perception, "perception-1").unwrap();
+    let start = |process: &Process, cells: &[&str]| {
+        let grid = GridSettings::from(&Grid::reference());
+        let settings = Settings {
+            cells: cells
+                .iter()
+                .map(|name| ((*name).to_owned(), grid))
+                .collect(),
+            has_unlisted_cells: false,
+            ..settings()
+        };
+        ppnpack_perception_service::start(process, &settings, None).unwrap()
+    };
+    let (of_first, second) = (process(), process());
+    let first = start(&of_first, &["cell-1"]);
+    let starting = std::thread::spawn({
+        let second = second.clone();
+        move || start(&second, &["cell-1", "cell-2"])
+    });
+
+    let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
+    let free = Cell::new("cell-2").unwrap();
+    let (clouds, client) = (
+        Sensor::new(&sensor, &free, Stream::Cloud),
+        Client::new(sensor.session()),
+    );
+    let mut cloud = flat(1, 0);
+    let until = deadline();
+    loop {
+        assert!(Instant::now() < until, "no heightmap");
+        cloud.sequence += 1;
+        clouds.put(&cloud);
+        let soon = Instant::now() + Duration::from_secs(1);
+        if client
+            .call(&free, v1::HeightmapRequest::default(), soon)
+            .is_ok()
+        {
+            break;
+        }
+    }
+    let waits = "another perception, instance perception-1, serves cell cell-1";
+    loop {
+        let checks = second.health().report();
+        if checks.iter().any(|check| check.message.contains(waits)) {
+            break;
+        }
+        assert!(Instant::now() < until, "{checks:?}");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert!(!starting.is_finished() && !second.health().is_ready());
+    drop(first);
+    drop(starting.join().unwrap());
 }
 
 fn read(heightmap: &v1::Heightmap) -> (Grid, Scene) {

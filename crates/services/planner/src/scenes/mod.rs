@@ -40,6 +40,8 @@ pub(crate) struct Scenes {
     limits: SceneLimits,
     interruption: Interruption,
     newest: Option<Seen>,
+    /// When the last clouds came of which a heightmap was made by other settings than the newest.
+    other_settings_at: Option<Instant>,
     /// Heightmaps without a state number show what was done last when their clouds came after this.
     shown_after: Option<Instant>,
     complaint: String,
@@ -51,6 +53,8 @@ pub(crate) struct Seen {
     pub(crate) id: v1::HeightmapId,
     pub(crate) state_number: u64,
     pub(crate) scene: Scene,
+    /// A hash of perception's settings.
+    settings: u64,
     /// When the first of its clouds came to perception.
     received: Instant,
     /// Why nothing is to be planned on it.
@@ -73,6 +77,7 @@ impl Scenes {
             limits,
             interruption: interruption.clone(),
             newest: None,
+            other_settings_at: None,
             shown_after: None,
             complaint: "none has come yet".to_owned(),
         })
@@ -151,13 +156,34 @@ impl Scenes {
 
     fn take_over(&mut self, heightmap: Result<v1::Heightmap, String>, age: Duration) {
         match heightmap.and_then(|heightmap| self.read(&heightmap, age)) {
-            Ok(seen) if self.is_newer(&seen) => self.newest = Some(seen),
+            Ok(seen) if self.is_newer(&seen) => {
+                self.compare_settings(&seen);
+                self.newest = Some(seen);
+            }
             Ok(_) => {}
             Err(error) => {
                 tracing::warn!(cell = %self.cell, error, "a heightmap is not used");
                 self.complaint = error;
             }
         }
+    }
+
+    /// Notices that another perception has begun, or begun anew, with other settings.
+    fn compare_settings(&mut self, seen: &Seen) {
+        let newest = self.newest.as_ref();
+        if let Some(other) = newest.filter(|newest| newest.settings != seen.settings) {
+            let at = other.received;
+            if !self.has_other_settings() {
+                tracing::warn!(cell = %self.cell, "heightmaps of different settings come");
+            }
+            self.other_settings_at = Some(at);
+        }
+    }
+
+    /// Whether heightmaps of different settings came of late.
+    fn has_other_settings(&self) -> bool {
+        let at = self.other_settings_at;
+        at.is_some_and(|at| at.elapsed() <= self.limits.age)
     }
 
     /// Heightmaps of one epoch come in their order; one that perception repeats on request is not newer.
@@ -192,6 +218,7 @@ impl Scenes {
             id: heightmap.id.unwrap_or_default(),
             state_number: heightmap.state_number,
             scene,
+            settings: heightmap.settings,
             received,
             doubts: doubts(&quality),
         })
@@ -204,7 +231,7 @@ impl Scenes {
         } else {
             seen.state_number >= least_state_number
         };
-        is_recent && shows_all && seen.doubts.is_none()
+        is_recent && shows_all && seen.doubts.is_none() && !self.has_other_settings()
     }
 
     fn why(&self, least_state_number: u64) -> String {
@@ -215,6 +242,10 @@ impl Scenes {
                 seen.received.elapsed().as_secs_f64(),
                 self.complaint
             ),
+            Some(_) if self.has_other_settings() => {
+                "two perceptions with different settings serve the cell: end one of them. Plans go on when the last picture of the other is too old"
+                    .to_owned()
+            }
             Some(Seen {
                 doubts: Some(doubts),
                 ..

@@ -231,3 +231,34 @@ fn a_heightmap_of_another_cell_is_not_planned_on() {
     let seen = rig.scenes.current(0, in_ms(1000)).unwrap();
     assert_eq!(seen.state_number, 7);
 }
+
+#[test]
+fn nothing_is_planned_while_two_perceptions_of_different_settings_serve_a_cell() {
+    let of = |epoch, sequence, settings| v1::Heightmap {
+        id: Some(v1::HeightmapId { epoch, sequence }),
+        settings,
+        ..heightmap(1, 3, v1::HeightmapQuality::default())
+    };
+    let mut rig = Rig::new();
+    let mut plan_on = |heightmap, age| {
+        rig.scenes.take_over(Ok(heightmap), age);
+        rig.scenes.current(3, in_ms(0)).map(|seen| seen.id.epoch)
+    };
+    let now = Duration::ZERO;
+    assert_eq!(plan_on(of(1, 1, 7), now), Ok(1));
+    // Started anew with the same settings.
+    assert_eq!(plan_on(of(2, 1, 7), now), Ok(2));
+    for sequence in 1..4 {
+        for (epoch, settings) in [(3, 8), (2, 7)] {
+            let refused = plan_on(of(epoch, sequence + 1, settings), now).unwrap_err();
+            assert!(refused.contains("two perceptions"), "{refused}");
+        }
+    }
+
+    // Started anew with others, after its pictures of before are too old.
+    let mut rig = Rig::new();
+    let old = LIMITS.age + Duration::from_secs(1);
+    rig.scenes.take_over(Ok(of(1, 1, 7)), old);
+    rig.scenes.take_over(Ok(of(2, 1, 8)), now);
+    assert_eq!(rig.scenes.current(3, in_ms(0)).unwrap().id.epoch, 2);
+}
