@@ -105,6 +105,13 @@ impl Supervisor {
         }
     }
 
+    /// Whose work is watched: whoever never comes back from it ends the process.
+    pub fn watched(&self) -> Vec<String> {
+        let pulses = lock(&self.shared.pulses);
+        let alive = pulses.iter().filter_map(Weak::upgrade);
+        alive.map(|pulse| pulse.name.clone()).collect()
+    }
+
     /// Tells whether somebody works.
     pub(crate) fn pulse(&self, name: &str) -> Arc<Pulse> {
         let pulse = Arc::new(Pulse {

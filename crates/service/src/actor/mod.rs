@@ -71,7 +71,7 @@ pub use pending::PendingRequests;
 
 use crate::error::ServiceError;
 use crate::process::Process;
-use crate::supervision::Pulse;
+use crate::supervision::{Pulse, Supervisor};
 
 /// What an actor does.
 pub trait Actor {
@@ -98,6 +98,17 @@ pub trait Actor {
 /// Works as an actor until it ends, or nobody has its address any more.
 pub fn run<A: Actor>(actor: A, mailbox: &Mailbox<A::Message>) {
     work(actor, mailbox, None);
+}
+
+/// As [`run`], where the process cannot do without it: that ends where the actor never comes back from a message.
+pub fn run_watched<A: Actor>(
+    supervisor: &Supervisor,
+    name: &str,
+    actor: A,
+    mailbox: &Mailbox<A::Message>,
+) {
+    let pulse = supervisor.pulse(name);
+    work(actor, mailbox, Some(&pulse));
 }
 
 /// Works as an actor; the pulse tells while it does not wait.
@@ -134,9 +145,10 @@ where
     A: Actor + Send + 'static,
     A::Message: Send + 'static,
 {
-    let pulse = process.supervisor().pulse(name);
-    let supervisor = process.supervisor();
-    supervisor.thread(name, move || work(actor, &mailbox, Some(&pulse)))
+    let (supervisor, own) = (process.supervisor().clone(), name.to_owned());
+    process.supervisor().thread(name, move || {
+        run_watched(&supervisor, &own, actor, &mailbox);
+    })
 }
 
 #[cfg(test)]

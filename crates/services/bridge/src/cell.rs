@@ -1,19 +1,24 @@
 //! The actors of a cell.
 
 use ppnpack_service::Shutdown;
-use ppnpack_service::actor::{self, Mailbox};
+use ppnpack_service::actor::{self, Address, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 use ppnpack_wire::keys::Cell;
 
+use crate::camera::Camera;
 use crate::desk::{self, Desk, DeskRobot, Early, Message, Reach, Share, TimeLimits};
 use crate::journal::CellJournal;
-use crate::runner::{JOBS, Job, Runner};
+use crate::robot::Robot;
+use crate::runner::{Jobs, Runner};
 use crate::streams::Streams;
 
 /// What the actors of a cell work with.
 pub(crate) struct CellWorks {
     pub(crate) name: Cell,
-    pub(crate) runner: Runner,
+    pub(crate) robot: Box<dyn Robot>,
+    pub(crate) camera: Camera,
+    /// Where the robot's actor tells what came of its work.
+    pub(crate) desk: Address<Message>,
     pub(crate) journal: CellJournal,
     pub(crate) streams: Streams,
     pub(crate) supervisor: Supervisor,
@@ -29,7 +34,7 @@ pub(crate) struct CellWorks {
 impl CellWorks {
     /// Works as the desk until the end is asked for. The robot's actor works meanwhile, and tells it what came of that.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
-        let robot = self.runner.robot.as_mut();
+        let robot = self.robot.as_mut();
         let early = Early {
             mailbox,
             share: &self.share,
@@ -39,13 +44,16 @@ impl CellWorks {
             return;
         };
         let reach = Reach::of(robot);
-        let (robot, jobs) = actor::mailbox(JOBS);
-        robot.send(Job::Show(ledger.head().state_number)).ok();
+        let (actor, robot_mailbox) = actor::mailbox(1);
+        let jobs = Jobs::new(&actor);
+        let (supervisor, desk) = (&self.supervisor, self.desk);
+        let runner = Runner::new(self.robot, desk, jobs.clone(), self.camera, supervisor);
         let desk = Desk::new(
             ledger,
             self.journal,
             DeskRobot {
-                jobs: robot,
+                actor,
+                jobs,
                 reach,
                 share: self.share,
             },
@@ -53,11 +61,12 @@ impl CellWorks {
             self.cut_off,
             self.limits,
         );
-        let work = move || self.runner.run(&jobs);
+        let work = move || runner.run(&robot_mailbox);
         let name = format!("robot-{}", self.name);
         match self.supervisor.thread(&name, work) {
             Ok(runner) => {
-                actor::run(desk, mailbox);
+                let name = format!("bridge-{}", self.name);
+                actor::run_watched(&self.supervisor, &name, desk, mailbox);
                 // Without a desk it has no more jobs and ends. A panic of its was told when it happened.
                 runner.join().ok();
             }

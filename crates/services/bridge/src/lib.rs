@@ -36,7 +36,6 @@ use cell::CellWorks;
 use desk::{Message, Share, SharedRobot, TimeLimits};
 use journal::{CellJournal, Journal};
 use robot::Robot;
-use runner::Runner;
 pub use settings::Settings;
 use simulated::SimulatedRobot;
 use streams::Streams;
@@ -155,7 +154,9 @@ impl Bridge {
         let works = CellWorks {
             streams: Streams::new(process, cell, robot.as_ref(), settings)?,
             name: cell.clone(),
-            runner: Runner::new(robot, address.clone(), camera, process.supervisor()),
+            robot,
+            camera,
+            desk: address.clone(),
             journal,
             supervisor: process.supervisor().clone(),
             cut_off: self.cut_off.clone(),

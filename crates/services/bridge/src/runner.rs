@@ -1,17 +1,30 @@
 //! The actor of a robot: does one job after another, and looks at the container between them.
+//!
+//! The desk puts jobs where the robot finds them, and never waits for it. So the desk takes whatever comes, and a robot that waits
+//! for room in its mailbox is never in a circle.
 
+use std::convert::Infallible;
 use std::time::Instant;
 
 use ppnpack_service::Shutdown;
-use ppnpack_service::actor::{self, Actor, Address, Mailbox};
+use ppnpack_service::actor::{self, Actor, Address, LatestValues, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 
 use crate::camera::Camera;
 use crate::desk::Message;
 use crate::robot::{Body, CutOff, Placement, Robot};
 
-/// Jobs that wait at most: a desk gives the next one when it has heard of the last.
-pub(crate) const JOBS: usize = 4;
+/// What waits for a robot: one job of each kind. A newer one to take over or to show says all that the older one did.
+pub(crate) type Jobs = LatestValues<Kind, Job>;
+
+/// Kinds of jobs, in the order in which those that wait are done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    TakeOver,
+    Show,
+    /// The desk gives the next one when it has heard how the last ended.
+    Work,
+}
 
 /// What a robot is told.
 pub(crate) enum Job {
@@ -19,16 +32,27 @@ pub(crate) enum Job {
     Place(Placement, Shutdown),
     /// Bring an empty container.
     Renew,
-    /// People changed what lies in the container.
-    Changed(Vec<Body>),
+    /// People changed what lies in the container, for the so-many-eth time.
+    Changed(u64, Vec<Body>),
     /// The content of the container is written down as this state: it may be shown.
     Show(u64),
 }
 
+impl Job {
+    pub(crate) fn kind(&self) -> Kind {
+        match self {
+            Self::Changed(..) => Kind::TakeOver,
+            Self::Show(_) => Kind::Show,
+            Self::Place(..) | Self::Renew => Kind::Work,
+        }
+    }
+}
+
 /// Works as a robot.
 pub(crate) struct Runner {
-    pub(crate) robot: Box<dyn Robot>,
+    robot: Box<dyn Robot>,
     desk: Address<Message>,
+    jobs: Jobs,
     camera: Camera,
     supervisor: Supervisor,
     /// The state that is shown. Until a change is written down, nothing is shown of it.
@@ -37,27 +61,16 @@ pub(crate) struct Runner {
 }
 
 impl Actor for Runner {
-    type Message = Job;
+    type Message = Infallible;
 
-    fn handle(&mut self, job: Job) {
-        let _kept = self.supervisor.keep();
-        self.shown = None;
-        // After a change the next cloud is due at once.
-        self.next_cloud = Instant::now();
-        let done = match job {
-            Job::Show(state_number) => {
-                self.shown = Some(state_number);
-                return;
-            }
-            Job::Place(placement, break_off) => self.place(&placement, &break_off),
-            Job::Changed(bodies) => Message::TakenOver(self.robot.take_over(bodies)),
-            Job::Renew => Message::Renewed(self.robot.renew(), self.robot.bodies()),
-        };
-        // A desk that is gone needs to be told nothing.
-        self.desk.send(done).ok();
+    fn handle(&mut self, message: Infallible) {
+        match message {}
     }
 
     fn tick(&mut self) {
+        for job in self.jobs.take().into_values() {
+            self.work(job);
+        }
         if let Some(state_number) = self.shown
             && self.next_cloud <= Instant::now()
         {
@@ -75,12 +88,14 @@ impl Runner {
     pub(crate) fn new(
         robot: Box<dyn Robot>,
         desk: Address<Message>,
+        jobs: Jobs,
         camera: Camera,
         supervisor: &Supervisor,
     ) -> Self {
         Self {
             robot,
             desk,
+            jobs,
             camera,
             supervisor: supervisor.clone(),
             shown: None,
@@ -89,9 +104,29 @@ impl Runner {
     }
 
     /// Works until the desk is gone.
-    pub(crate) fn run(self, jobs: &Mailbox<Job>) {
+    pub(crate) fn run(self, mailbox: &Mailbox<Infallible>) {
         let _gone = SaysThatItIsGone(self.desk.clone());
-        actor::run(self, jobs);
+        actor::run(self, mailbox);
+    }
+
+    fn work(&mut self, job: Job) {
+        let _kept = self.supervisor.keep();
+        self.shown = None;
+        // After a change the next cloud is due at once.
+        self.next_cloud = Instant::now();
+        let done = match job {
+            Job::Show(state_number) => {
+                self.shown = Some(state_number);
+                return;
+            }
+            Job::Place(placement, break_off) => self.place(&placement, &break_off),
+            Job::Changed(change, bodies) => {
+                Message::TakenOver(change, self.robot.take_over(bodies))
+            }
+            Job::Renew => Message::Renewed(self.robot.renew(), self.robot.bodies()),
+        };
+        // A desk that is gone needs to be told nothing.
+        self.desk.send(done).ok();
     }
 
     fn place(&mut self, placement: &Placement, break_off: &Shutdown) -> Message {

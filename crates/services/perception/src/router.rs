@@ -172,8 +172,9 @@ impl<A: Actor<Message = Infallible> + 'static> Router<A> {
         let clouds = LatestValues::new(&actor);
         let (of, build, own) = (cell.clone(), Arc::clone(&open.build), clouds.clone());
         let counts = Arc::clone(&self.counts);
+        let (supervisor, name) = (self.supervisor.clone(), format!("perception-{cell}"));
         let work = move || match build(&of, own.clone()) {
-            Ok(worker) => actor::run(worker, &mailbox),
+            Ok(worker) => actor::run_watched(&supervisor, &name, worker, &mailbox),
             Err(reason) => {
                 let unserved = Unserved {
                     cell: of,

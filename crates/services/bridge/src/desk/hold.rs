@@ -165,9 +165,7 @@ impl Desk {
             return incoming.refuse(Status::Unavailable, error.to_string());
         }
         tracing::info!(?removed, "the container was changed by hand");
-        let head = self.ledger.head();
-        self.send(Job::Changed(head.bodies.clone()));
-        self.send(Job::Show(head.state_number));
+        self.send_change();
         let reply = v1::ChangedReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),

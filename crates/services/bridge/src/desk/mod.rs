@@ -12,6 +12,7 @@ mod reach;
 mod renew;
 mod share;
 
+use std::convert::Infallible;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::Shutdown;
@@ -23,7 +24,7 @@ use ppnpack_wire::v1::{self, Status};
 
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::{Body, Ending, Finding, RobotError};
-use crate::runner::Job;
+use crate::runner::{Job, Jobs};
 use crate::streams::Streams;
 pub(crate) use expiry::TimeLimits;
 pub(crate) use opening::{Early, open};
@@ -56,8 +57,8 @@ pub(crate) enum Message {
     Placed(Finding, Vec<Body>),
     /// The robot gave up before it touched anything.
     CutOff,
-    /// The robot took over what people changed; what lies in the container now.
-    TakenOver(Vec<Body>),
+    /// The robot took over what people changed for the so-many-eth time; what lies in the container now.
+    TakenOver(u64, Vec<Body>),
     /// A renewal has ended; what lies in the container now.
     Renewed(Result<(), RobotError>, Vec<Body>),
     /// The robot's thread is gone.
@@ -77,8 +78,10 @@ enum Ended {
 
 /// The robot, as a desk has it.
 pub(crate) struct DeskRobot {
+    /// Where it is reached.
+    pub(crate) actor: Address<Infallible>,
     /// What it is told.
-    pub(crate) jobs: Address<Job>,
+    pub(crate) jobs: Jobs,
     /// Where it can place.
     pub(crate) reach: Reach,
     /// Who else has it.
@@ -92,7 +95,9 @@ pub(crate) struct Desk {
     reach: Reach,
     /// The robot, where others have it too.
     share: Share,
-    robot: Address<Job>,
+    jobs: Jobs,
+    /// Keeps the robot's actor from ending.
+    _robot: Address<Infallible>,
     streams: Streams,
     /// The end of this service, at once.
     cut_off: Shutdown,
@@ -102,6 +107,8 @@ pub(crate) struct Desk {
     /// When the placement under way takes too long.
     overdue_at: Option<Instant>,
     is_robot_busy: bool,
+    /// How often people changed what lies in the container.
+    changes: u64,
     is_ending: bool,
     /// An end that could not be written down yet.
     unwritten: Option<Ended>,
@@ -139,7 +146,9 @@ impl Actor for Desk {
                 self.is_robot_busy = false;
                 self.end(Ended::NoRenewal(error.to_string(), bodies));
             }
-            Message::TakenOver(bodies) => self.find(bodies),
+            Message::TakenOver(change, bodies) if change == self.changes => self.find(bodies),
+            // That of a later change is still to come.
+            Message::TakenOver(..) => {}
             Message::CutOff => self.was_cut_off(),
             // The process ends.
             Message::RobotIsGone => self.is_robot_busy = false,
@@ -194,7 +203,8 @@ impl Desk {
         limits: TimeLimits,
     ) -> Self {
         let DeskRobot {
-            jobs: robot,
+            actor,
+            jobs,
             reach,
             share,
         } = robot;
@@ -203,13 +213,15 @@ impl Desk {
             journal,
             reach,
             share,
-            robot,
+            jobs,
+            _robot: actor,
             streams,
             cut_off,
             break_off: None,
             limits,
             overdue_at: None,
             is_robot_busy: false,
+            changes: 0,
             is_ending: false,
             unwritten: None,
             trouble: None,
@@ -217,6 +229,7 @@ impl Desk {
             outcomes: PendingRequests::new(MOST_OUTCOMES),
             renewals: PendingRequests::new(MOST_RENEWALS),
         };
+        desk.show();
         desk.begin_held_with_others();
         // What came while the journal was opened.
         desk.follow_others();
@@ -299,7 +312,7 @@ impl Desk {
         // Where it cannot be written down, the bodies are told with the next change.
         if self.commit(self.ledger.find_bodies(bodies)).is_ok() {
             self.streams.tell_state(&self.ledger);
-            self.send(Job::Show(self.ledger.head().state_number));
+            self.show();
         }
     }
 
@@ -327,11 +340,26 @@ impl Desk {
             (None, _) => {}
         }
         self.streams.tell_state(&self.ledger);
-        self.send(Job::Show(self.ledger.head().state_number));
+        self.show();
     }
 
-    /// The robot is there as long as the desk; where its thread ended by a panic, the process ends too.
+    /// Has the robot do this as soon as it can. Where its thread ended by a panic, the process ends too.
     fn send(&self, job: Job) {
-        self.robot.send(job).ok();
+        self.jobs.put(job.kind(), job);
+    }
+
+    /// Has the robot take over what people changed, and show it then.
+    fn send_change(&mut self) {
+        self.changes += 1;
+        let bodies = self.ledger.head().bodies.clone();
+        self.send(Job::Changed(self.changes, bodies));
+        self.show();
+    }
+
+    /// Has the present state shown, where nothing is under way that changes it.
+    fn show(&self) {
+        if self.ledger.under_way().is_none() {
+            self.send(Job::Show(self.ledger.head().state_number));
+        }
     }
 }

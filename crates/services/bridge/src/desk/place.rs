@@ -57,7 +57,7 @@ impl Desk {
         if let Err(error) = self.change(self.ledger.change_by_hand(&[])) {
             return incoming.refuse(Status::Unavailable, error.to_string());
         }
-        self.send(Job::Show(self.ledger.head().state_number));
+        self.show();
         tracing::info!(
             placement = incoming.message().placement_id,
             reason,

@@ -1,8 +1,9 @@
 //! A cell that is held, aborted, changed by hand and resumed.
 
+use std::sync::Mutex;
 use std::time::Duration;
 
-use crate::common::{self, Rig, changed, deadline, hold, place, renew};
+use crate::common::{self, Rig, Script, changed, deadline, hold, place, renew};
 use ppnpack_bridge::Settings;
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_service::rpc::CallError;
@@ -197,6 +198,63 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
         controller.refused(place("p2", state + 1, 0.16)),
         Status::Held
     );
+}
+
+/// Holds a cell whose robot hangs where the test has it, after all that could fill what waits for the robot.
+fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
+    /// Far more than an answer takes, far less than a test waits for one.
+    const AT_ONCE: Duration = Duration::from_secs(5);
+    let (rig, script) = Rig::scripted(false, None);
+    let controller = &rig.controller;
+    let first = controller.state_number();
+    for (id, state) in [("p1", first), ("p2", first + 1)] {
+        controller.place(place(id, state, 0.16));
+        script.go.send(()).unwrap();
+        assert_eq!(controller.outcome(id).kind(), OutcomeKind::Placed);
+    }
+    let clouds: Latest<v1::PointCloud> =
+        Latest::subscribe(&rig.caller, &common::cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
+
+    let hanging = hangs(&script).lock().unwrap();
+    let taken_out = [vec!["item-p1"], vec!["item-p2"]];
+    for removed in taken_out.into_iter().chain(vec![Vec::new(); 98]) {
+        controller.call_for(changed(&removed), AT_ONCE).unwrap();
+    }
+    for _ in 0..100 {
+        let request = v1::CellStateRequest::default();
+        controller.call_for(request, AT_ONCE).unwrap();
+    }
+    let held = controller.call_for(hold("a door is open", false), AT_ONCE);
+    assert_eq!(
+        reason(held.unwrap().state).as_deref(),
+        Some("a door is open")
+    );
+
+    drop(hanging);
+    let resumed = controller.call(v1::ResumeRequest::default()).unwrap();
+    let state = resumed.state.unwrap();
+    assert_eq!(state.state_number, first + 2 + 100 + 1);
+    assert!(state.bodies.is_empty());
+    // The robot heard of all that was taken out, though not of each change by itself.
+    let is_shown = |cloud: v1::PointCloud| cloud.state_number == state.state_number;
+    let mut clouds = std::iter::from_fn(|| clouds.wait(deadline()));
+    assert!(clouds.any(|arrived| is_shown(arrived.message.unwrap())));
+    controller.place(place("p3", state.state_number, 0.16));
+    script.go.send(()).unwrap();
+    assert_eq!(controller.outcome("p3").kind(), OutcomeKind::Placed);
+    let bodies = controller.state().bodies;
+    let ids: Vec<&str> = bodies.iter().map(|body| body.item_id.as_str()).collect();
+    assert_eq!(ids, ["item-p3"]);
+}
+
+#[test]
+fn a_robot_that_hangs_as_it_takes_over_a_change_keeps_nobody_from_holding_the_cell() {
+    hold_while_it_hangs(|script| &script.taking_over);
+}
+
+#[test]
+fn a_sensor_that_hangs_keeps_nobody_from_holding_the_cell() {
+    hold_while_it_hangs(|script| &script.capturing);
 }
 
 #[test]

@@ -350,6 +350,14 @@ fn a_robot_that_panics_ends_the_process() {
 }
 
 #[test]
+fn a_desk_that_does_not_come_back_from_a_message_would_be_noticed() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    rig.controller.state();
+    let watched = rig.process.supervisor().watched();
+    assert_eq!(watched, ["bridge-cell-1"]);
+}
+
+#[test]
 fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     let (rig, script) = Rig::scripted(true, None);
     let cycle = common::cycle(2.5);

@@ -92,6 +92,7 @@ impl Sensor {
 /// The service, a sensor of a cell, and somebody who asks.
 pub(crate) struct Rig {
     pub(crate) perception: Perception,
+    pub(crate) process: Process,
     pub(crate) sensor: Process,
     pub(crate) clouds: Sensor,
     pub(crate) client: Client,
@@ -123,6 +124,7 @@ impl Rig {
         let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
         Self {
             perception,
+            process,
             clouds: Sensor::new(&sensor, &cell(), stream),
             client: Client::new(sensor.session()),
             sensor,

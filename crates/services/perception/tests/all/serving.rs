@@ -158,6 +158,13 @@ fn read(heightmap: &v1::Heightmap) -> (Grid, Scene) {
 }
 
 #[test]
+fn the_actor_of_a_cell_that_does_not_come_back_from_a_cloud_would_be_noticed() {
+    let rig = Rig::connected(&settings());
+    let watched = rig.process.supervisor().watched();
+    assert!(watched.contains(&"perception-cell-1".to_owned()));
+}
+
+#[test]
 fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
     let rig = Rig::connected(&settings());
     let heightmaps: Latest<v1::Heightmap> =

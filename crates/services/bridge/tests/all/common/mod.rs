@@ -251,6 +251,8 @@ pub(crate) struct ScriptedRobot {
     pub(crate) done: Arc<Mutex<Vec<String>>>,
     motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
     go: Receiver<()>,
+    taking_over: Arc<Mutex<()>>,
+    capturing: Arc<Mutex<()>>,
     bodies: Vec<Body>,
 }
 
@@ -262,20 +264,33 @@ pub(crate) struct Script {
     pub(crate) motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
     /// Lets it carry one out.
     pub(crate) go: Sender<()>,
+    /// While a test has one of these locked, the robot hangs there.
+    pub(crate) taking_over: Arc<Mutex<()>>,
+    pub(crate) capturing: Arc<Mutex<()>>,
 }
 
 pub(crate) fn scripted(is_simulated: bool) -> (ScriptedRobot, Script) {
     let (go, going) = channel();
     let done = Arc::new(Mutex::new(Vec::new()));
     let motions = Arc::new(Mutex::new(Vec::new()));
+    let [taking_over, capturing] = [(); 2].map(|()| Arc::new(Mutex::new(())));
     let robot = ScriptedRobot {
         is_simulated,
         done: Arc::clone(&done),
         motions: Arc::clone(&motions),
         go: going,
+        taking_over: Arc::clone(&taking_over),
+        capturing: Arc::clone(&capturing),
         bodies: Vec::new(),
     };
-    (robot, Script { done, motions, go })
+    let script = Script {
+        done,
+        motions,
+        go,
+        taking_over,
+        capturing,
+    };
+    (robot, script)
 }
 
 impl Script {
@@ -298,6 +313,7 @@ impl Robot for ScriptedRobot {
     }
 
     fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body> {
+        drop(self.taking_over.lock());
         self.bodies = bodies;
         self.bodies.clone()
     }
@@ -340,6 +356,7 @@ impl Robot for ScriptedRobot {
     }
 
     fn capture(&mut self) -> Result<Vec<View>, RobotError> {
+        drop(self.capturing.lock());
         Ok(vec![View {
             sensor: String::new(),
             points_m: Vec::new(),
