@@ -461,8 +461,12 @@ class Bridge:
 
     def _renew(self, request: bridge.RenewRequest, reply: bridge.RenewReply) -> None:
         renewal = request.header.request_id
+        if not request.state_number:
+            raise Refusal(Status.INVALID, "state_number: name the state whose container is to go")
         if renewal not in self._renewals and self._under_way != renewal:
             self._check_idle()
+            if request.state_number != self._state_number:
+                raise Refusal(Status.STALE, f"the cell is in state {self._state_number}: ask anew where its container is still to go")
             self._begin(renewal, lambda: self._bring_empty(renewal))
         self._wait(request, lambda: renewal in self._renewals)
         reply.state_number = self._renewals[renewal]

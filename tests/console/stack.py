@@ -131,7 +131,8 @@ class Stack:
         self.call("bridge", "resume")
         # Refused where there is no session.
         call(self.programs, self.endpoint, "planner", "automatic", {"is_automatic": False}, ("STATUS_OK", "STATUS_CONFLICT"))
-        self.call("bridge", "renew")
+        state = self.call("bridge", "state")["state"]
+        self.call("bridge", "renew", state_number=state["state_number"])
         begin(self.programs, self.endpoint, name, objects)
 
 

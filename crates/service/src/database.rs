@@ -3,20 +3,28 @@
 //! A service has faults of its own beside those of any database: what it reads may be no part of what it keeps. It says of them
 //! whether the file is damaged ([`OwnFault`]), and puts a damaged one aside ([`put_aside`]), for people to look at.
 
+mod file;
+mod mark;
+
 use std::fs;
 use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use redb::backends::InMemoryBackend;
-use redb::{Builder, Database, Key, ReadTransaction, TableDefinition, TableError, Value};
+use redb::{Builder, Key, ReadTransaction, TableDefinition, TableError, Value};
 
-/// What a file says of itself, in numbers: its version, under [`VERSION_KEY`], and what else its service counts.
+pub use file::{DatabaseFile, in_memory, open};
+pub use mark::remove as forget_mark;
+
+/// What a file says of itself, in numbers.
 pub const FORMAT: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
 
 /// The key of the version in [`FORMAT`].
 pub const VERSION_KEY: &str = "version";
+
+/// The key of how many times the file was written in [`FORMAT`].
+const REVISION_KEY: &str = "revision";
 
 /// Memory for pages of a database.
 const CACHE_BYTES: usize = 16 << 20;
@@ -41,6 +49,20 @@ pub enum Fault<Own: OwnFault> {
         /// That of this program.
         known: u64,
     },
+    /// It is not what was written last.
+    #[error("it holds revision {found}, and revision {written} was written")]
+    RolledBack {
+        /// That of the file.
+        found: u64,
+        /// That of its mark.
+        written: u64,
+    },
+    /// The path leads to another file than the one that is open, or to none.
+    #[error(
+        "{} was moved, deleted or replaced while it was open: put that file back; where it is lost, look what the cell holds, and \
+         restart this service", .0.display()
+    )]
+    Moved(PathBuf),
     /// It gave up.
     #[error("the database gave up on its file")]
     Panic,
@@ -79,6 +101,7 @@ impl<Own: OwnFault> Fault<Own> {
     pub fn is_damage(&self) -> bool {
         match self {
             Self::Database(redb::Error::Corrupted(_) | redb::Error::RepairAborted)
+            | Self::RolledBack { .. }
             | Self::Panic => true,
             // A file that was cut off, or is no database at all.
             Self::Database(redb::Error::Io(error)) => {
@@ -86,29 +109,10 @@ impl<Own: OwnFault> Fault<Own> {
                 matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
             }
             // What another version wrote is left as it is.
-            Self::Database(_) | Self::Disk(_) | Self::OtherVersion { .. } => false,
+            Self::Database(_) | Self::Disk(_) | Self::OtherVersion { .. } | Self::Moved(_) => false,
             Self::Own(own) => own.is_damage(),
         }
     }
-}
-
-/// Opens a file, and begins it where there is none. What another program, or the disk, changed in it is found here.
-///
-/// # Errors
-/// [`Fault`] says why that cannot be.
-pub fn open<Own: OwnFault>(path: &Path) -> Result<Database, Fault<Own>> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    guarded(|| Ok(builder().set_check_integrity_on_open(true).create(path)?))
-}
-
-/// A new database in memory, which is lost with the process.
-///
-/// # Errors
-/// [`Fault`] says why that cannot be.
-pub fn in_memory<Own: OwnFault>() -> Result<Database, Fault<Own>> {
-    Ok(builder().create_with_backend(InMemoryBackend::new())?)
 }
 
 fn builder() -> Builder {
@@ -180,9 +184,9 @@ impl<Opened> Kept<Opened> {
         };
         let generation = self.generation;
         let result = guarded(|| work(&mut opened, generation));
-        // After a refusal of the service's own the file is as good as before.
+        // After a refusal of the service's own the file is as good as before. One that was moved may be put back.
         let is_good = match &result {
-            Ok(_) => true,
+            Ok(_) | Err(Fault::Moved(_)) => true,
             Err(Fault::Own(own)) => !own.is_damage(),
             Err(_) => false,
         };
@@ -196,7 +200,7 @@ impl<Opened> Kept<Opened> {
     }
 }
 
-/// Gives a damaged file another name, which is returned.
+/// Gives a damaged file another name, which is returned. Its mark is forgotten.
 ///
 /// # Errors
 /// What the system says.
@@ -211,6 +215,7 @@ pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
     let free = (0..1000).map(name).find(|name| !name.exists());
     let aside = free.unwrap_or_else(|| name(1000));
     fs::rename(path, &aside)?;
+    forget_mark(path)?;
     Ok(aside)
 }
 

@@ -107,7 +107,10 @@ impl CellClient {
 
     /// Takes the container away and brings an empty one.
     pub(crate) fn renew(&self) -> Result<()> {
-        self.ask(v1::RenewRequest::default())?;
+        self.ask(v1::RenewRequest {
+            state_number: self.state()?.state_number,
+            ..v1::RenewRequest::default()
+        })?;
         Ok(())
     }
 

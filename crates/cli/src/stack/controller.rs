@@ -58,7 +58,11 @@ impl Controller {
     /// # Errors
     /// What the bridge said, or that it does not serve.
     pub fn renew(&self) -> Outcome {
-        self.ask("bridge", v1::RenewRequest::default(), PLACE_LIMIT)?;
+        let request = v1::RenewRequest {
+            state_number: self.state()?.state_number,
+            ..v1::RenewRequest::default()
+        };
+        self.ask("bridge", request, PLACE_LIMIT)?;
         Ok(())
     }
 

@@ -106,8 +106,8 @@ fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>
         requests.serve(node, &name.join("resume"), cell, |_: &Trigger| {
             v1::ResumeRequest::default()
         })?,
-        requests.serve(node, &name.join("renew"), cell, |_: &Trigger| {
-            v1::RenewRequest::default()
+        requests.serve_by(node, &name.join("renew"), cell, |requests, cell, _: &Trigger| {
+            requests.renew(cell)
         })?,
         requests.serve(node, &name.join("changed"), cell, |asked: &Changed| {
             v1::ChangedRequest {

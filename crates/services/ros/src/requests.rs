@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::rpc;
+use ppnpack_wire::{rpc, v1};
 
 use crate::error::RosError;
 use crate::rmw::keys::Name;
@@ -60,14 +60,38 @@ impl Requests {
         self.client.call(cell, request, Instant::now() + limit)
     }
 
-    /// Answers a service by whether the stack does what the request of ROS is made to. Each has a thread: one that waits, as
-    /// long as a request of ROS may, holds up no other.
+    /// Has an empty container brought in place of the one that is there.
+    pub(crate) fn renew(&self, cell: &Cell) -> Result<(), CallError> {
+        let told = self.ask(cell, v1::CellStateRequest::default(), self.limit)?;
+        let request = v1::RenewRequest {
+            state_number: told.state.unwrap_or_default().state_number,
+            ..v1::RenewRequest::default()
+        };
+        self.ask(cell, request, self.limit).map(drop)
+    }
+
+    /// Answers a service by whether the stack does what the request of ROS is made to.
     pub(crate) fn serve<S: Service<Response = Done>, R: rpc::Request + 'static>(
         &self,
         node: &Node,
         name: &Name,
         cell: &Cell,
         to_request: fn(&S) -> R,
+    ) -> Result<Server, RosError> {
+        self.serve_by(node, name, cell, move |requests, cell, asked: &S| {
+            let request = to_request(asked);
+            requests.ask(cell, request, requests.limit).map(drop)
+        })
+    }
+
+    /// Answers a service by whether the stack does what it is asked. Each request has a thread: one that waits, as long as a request of
+    /// ROS may, holds up no other.
+    pub(crate) fn serve_by<S: Service<Response = Done>>(
+        &self,
+        node: &Node,
+        name: &Name,
+        cell: &Cell,
+        ask: impl Fn(&Self, &Cell, &S) -> Result<(), CallError> + Copy + Send + Sync + 'static,
     ) -> Result<Server, RosError> {
         let (requests, cell) = (self.clone(), cell.clone());
         node.serve(name, move |request: Request<S>| {
@@ -77,8 +101,8 @@ impl Requests {
             };
             let (requests, cell) = (requests.clone(), cell.clone());
             let work = move || {
-                let done = requests.ask(&cell, to_request(&request.message), requests.limit);
-                request.answer(&answer(done.map(drop).map_err(|error| error.to_string())));
+                let done = ask(&requests, &cell, &request.message);
+                request.answer(&answer(done.map_err(|error| error.to_string())));
                 drop(under_way);
             };
             let thread = std::thread::Builder::new().name("ros-request".to_owned());

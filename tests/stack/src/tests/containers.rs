@@ -170,7 +170,11 @@ fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
     own.ask(hold).unwrap();
     let refused = other.ask(elsewhere).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
-    let refused = other.ask(v1::RenewRequest::default()).unwrap_err();
+    let renewal = v1::RenewRequest {
+        state_number: other.state().unwrap().state_number,
+        ..v1::RenewRequest::default()
+    };
+    let refused = other.ask(renewal).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
     until_hold_is(&other, true);
     other.ask(v1::ResumeRequest::default()).unwrap();

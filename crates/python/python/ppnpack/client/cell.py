@@ -227,9 +227,12 @@ class Cell:
         request = bridge.ChangedRequest(removed_item_ids=list(removed_item_ids))
         return self.ask("bridge", "changed", request, bridge.ChangedReply, container=container).state
 
-    def renew(self, *, request_id: str = "", container: str = "") -> int:
-        """Has an empty container brought; gives its state number. request_id: makes this happen once, over restarts of the caller, too."""
-        request = bridge.RenewRequest()
+    def renew(self, *, request_id: str = "", state_number: int | None = None, container: str = "") -> int:
+        """Has an empty container brought; gives its state number. request_id: makes this happen once, over restarts of the caller, too.
+        state_number: the state whose content is to go, in place of the present one; where that has passed, it is refused (STALE)."""
+        if state_number is None:
+            state_number = self.state(container=container).state_number
+        request = bridge.RenewRequest(state_number=state_number)
         request.header.request_id = request_id
         return self.ask("bridge", "renew", request, bridge.RenewReply, container=container).state_number
 

@@ -165,6 +165,7 @@ impl Actor for Desk {
                 None => drop(self.commit(self.ledger.no_change())),
             }
         }
+        self.hold_where_moved();
         for incoming in self.outcomes.take_expired() {
             self.refuse_outcome(incoming);
         }
@@ -284,6 +285,18 @@ impl Desk {
                 self.trouble = Some((error.clone(), again));
                 Err(error)
             }
+        }
+    }
+
+    /// Holds the cell where its journal is not in its place any more: a restart would not know what was acknowledged.
+    fn hold_where_moved(&mut self) {
+        let moved = self.trouble.as_ref().and_then(|(error, _)| error.moved());
+        let Some(change) = moved.map(|reason| self.ledger.hold_besides(reason)) else {
+            return;
+        };
+        if change.head != *self.ledger.head() {
+            self.apply(change);
+            self.streams.tell_state(&self.ledger);
         }
     }
 

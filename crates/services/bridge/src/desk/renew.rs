@@ -11,6 +11,14 @@ use ppnpack_protocol::ledger::RenewalVerdict;
 impl Desk {
     pub(super) fn renew(&mut self, incoming: Incoming<v1::RenewRequest>) {
         let request_id = incoming.header().request_id.clone();
+        let (asked, now) = (
+            incoming.message().state_number,
+            self.ledger.head().state_number,
+        );
+        if asked == 0 {
+            let message = "state_number: 0 is no state: name the one whose container is to go, as bridge/state tells it";
+            return incoming.refuse(Status::Invalid, message);
+        }
         match self.ledger.judge_renewal(&request_id) {
             RenewalVerdict::Done(state_number) => {
                 incoming.reply(reply(state_number), Done::default());
@@ -18,6 +26,12 @@ impl Desk {
             RenewalVerdict::UnderWay => self.renewals.keep_or_refuse(incoming),
             RenewalVerdict::Busy => self.refuse_busy(incoming),
             RenewalVerdict::Held(reason) => refuse_held(incoming, reason),
+            RenewalVerdict::New if asked != now => {
+                let message = format!(
+                    "state_number: the cell is in state {now}, not {asked}: ask anew where its container is still to go"
+                );
+                incoming.refuse(Status::Stale, message);
+            }
             RenewalVerdict::New => {
                 if let Err(taken) = self.share.may_begin() {
                     return refuse_taken(incoming, &taken);

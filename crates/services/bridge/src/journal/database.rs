@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ppnpack_packing::motion::Cycle;
-use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, is_new, read};
+use ppnpack_service::database::{DatabaseFile, OwnFault, is_new, read};
 use redb::{
     Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
     WriteTransaction,
@@ -94,25 +94,22 @@ fn load_records(transaction: &ReadTransaction, cell: &str) -> Result<BTreeMap<u6
 
 /// Writes a change of a cell's ledger; the whole ledger before it, where one is given.
 pub(super) fn write(
-    database: &Database,
+    database: &mut DatabaseFile,
     cell: &str,
     whole: Option<&Ledger>,
     change: &Change,
 ) -> Result<(), Fault> {
-    let mut transaction = database.begin_write()?;
-    transaction.set_two_phase_commit(true);
-    transaction
-        .open_table(FORMAT)?
-        .insert(VERSION_KEY, VERSION)?;
-    write_one(&transaction, HEADS, cell, &change.head)?;
-    write_records(&transaction, cell, whole, change)?;
-    if let Some((number, Record::Placement { placement, .. })) = &change.written
-        && let Some(cycle) = &placement.cycle
-    {
-        write_one(&transaction, CYCLES, cell, &(number, &**cycle))?;
-    }
-    transaction.commit()?;
-    Ok(())
+    database.write(VERSION, |transaction| {
+        transaction.set_two_phase_commit(true);
+        write_one(transaction, HEADS, cell, &change.head)?;
+        write_records(transaction, cell, whole, change)?;
+        if let Some((number, Record::Placement { placement, .. })) = &change.written
+            && let Some(cycle) = &placement.cycle
+        {
+            write_one(transaction, CYCLES, cell, &(number, &**cycle))?;
+        }
+        Ok(())
+    })
 }
 
 /// Writes what a table has for a cell.

@@ -7,24 +7,25 @@
 //! A file that is damaged is put aside under a new name, for people to look at, and a new one begun. With it goes the
 //! knowledge of which placements were executed; so that none is executed again, a cell without a ledger begins at a
 //! state number that no placement was planned on (see [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell
-//! is empty then; a real one has to be seen again. Commits are made in two phases, so that damage is never taken for a
-//! crash, after which the commit before the last would count.
+//! is empty then; a real one has to be seen again. An older copy that somebody put back is put aside so, too. Commits are made in two
+//! phases, so that damage is never taken for a crash, after which the commit before the last would count.
+//!
+//! A file that was moved, deleted or replaced while it is open is not written to: a restart would not find what was acknowledged.
 
 mod database;
 
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use ppnpack_service::database::{Kept, open};
+use ppnpack_service::database::{DatabaseFile, Kept, forget_mark, open};
 use ppnpack_service::{Health, HealthLatch};
 use ppnpack_wire::keys::Cell;
-use redb::Database;
 
 use self::database::Fault;
 use ppnpack_protocol::ledger::{Change, FROM_BACKUP, Ledger};
 
 /// Opens the database: the file, or what a test has in its place.
-type Open = Box<dyn Fn() -> Result<Database, Fault> + Send + Sync>;
+type Open = Box<dyn Fn() -> Result<DatabaseFile, Fault> + Send + Sync>;
 
 /// Why something could not be written down or read.
 #[derive(Debug, Clone, thiserror::Error)]
@@ -32,6 +33,15 @@ type Open = Box<dyn Fn() -> Result<Database, Fault> + Send + Sync>;
 pub(crate) struct JournalError {
     path: PathBuf,
     reason: String,
+    /// Whether that is because the path does not lead to the journal any more.
+    is_moved: bool,
+}
+
+impl JournalError {
+    /// What to do, where the path does not lead to the journal any more.
+    pub(crate) fn moved(&self) -> Option<&str> {
+        self.is_moved.then_some(self.reason.as_str())
+    }
 }
 
 /// The journal of a process.
@@ -39,7 +49,7 @@ pub(crate) struct Journal {
     path: PathBuf,
     open: Open,
     health: HealthLatch,
-    database: Mutex<Kept<Database>>,
+    database: Mutex<Kept<DatabaseFile>>,
 }
 
 /// The part of a journal that is one cell's. Without a journal, everything is forgotten with the process.
@@ -70,7 +80,7 @@ impl Journal {
     /// Works with the database, as [`Kept::with`] does.
     fn with<T>(
         &self,
-        work: impl FnMut(&mut Database, u64) -> Result<T, Fault>,
+        work: impl FnMut(&mut DatabaseFile, u64) -> Result<T, Fault>,
     ) -> Result<T, JournalError> {
         // An error leaves no database, and a panic is caught: it is whole at any time.
         let database = self.database.lock();
@@ -85,6 +95,7 @@ impl Journal {
                 let error = JournalError {
                     path: self.path.clone(),
                     reason: fault.to_string(),
+                    is_moved: matches!(fault, Fault::Moved(_)),
                 };
                 self.health.fail(error.to_string());
                 Err(error)
@@ -154,10 +165,12 @@ pub(crate) fn after_restore(path: &Path) -> Result<Vec<String>, JournalError> {
     let unusable = |reason: &str| JournalError {
         path: path.to_owned(),
         reason: reason.to_owned(),
+        is_moved: false,
     };
     if !path.is_file() {
         return Err(unusable("there is no such file"));
     }
+    forget_mark(path).map_err(|error| unusable(&error.to_string()))?;
     let journal = Journal::new(path, Health::default().check("journal"));
     let cells = journal.with(|database, _| {
         let cells = database::cells(database)?;

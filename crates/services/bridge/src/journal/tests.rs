@@ -105,7 +105,7 @@ fn journal(disk: &Disk) -> (Arc<Journal>, Health) {
     let open = move || {
         let mut builder = Builder::new();
         builder.set_check_integrity_on_open(true);
-        Ok(builder.create_with_backend(disk.clone())?)
+        Ok(builder.create_with_backend(disk.clone())?.into())
     };
     let path = Path::new("/nowhere/journal");
     let journal = Journal::with_open(path, health.check("journal"), Box::new(open));
@@ -228,9 +228,10 @@ fn every_page_of_the_journal_may_be_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
     let before = in_file(&path);
+    let mark = path.with_extension("revision");
+    let marked = std::fs::read(&mark).unwrap();
     with_each_damage(&path, |damage| {
-        // Of an empty file there is nothing to look at.
-        let is_empty = path.metadata().unwrap().len() == 0;
+        std::fs::write(&mark, &marked).unwrap();
         let aside = count_put_aside(folder.path());
         let health = Health::default();
         let journal = Arc::new(Journal::new(&path, health.check("journal")));
@@ -244,7 +245,7 @@ fn every_page_of_the_journal_may_be_damaged() {
                 "{damage}"
             );
             let is_put_aside = count_put_aside(folder.path()) > aside;
-            assert_eq!(is_put_aside, !is_empty, "{damage}");
+            assert!(is_put_aside, "{damage}");
         }
         place(&mut own, &mut ledger, "p2");
         assert!(health.is_ready(), "{damage}");
@@ -268,6 +269,62 @@ fn a_file_that_is_damaged_while_it_is_open_costs_nothing_that_is_known() {
     assert_eq!(again, ledger);
     let outcome = again.placement("p1").unwrap().1;
     assert!(matches!(outcome, Some(Outcome { .. })));
+}
+
+#[test]
+fn a_journal_that_was_moved_or_replaced_is_not_written_to_until_it_is_put_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal.redb");
+    let health = Health::default();
+    let journal = Arc::new(Journal::new(&path, health.check("journal")));
+    let (mut own, mut ledger) = begin(&journal, "a");
+    place(&mut own, &mut ledger, "p1");
+    let copy = std::fs::read(&path).unwrap();
+    let elsewhere = folder.path().join("elsewhere.redb");
+    std::fs::rename(&path, &elsewhere).unwrap();
+    let change = ledger.accept(placement("p2", ledger.head().state_number));
+    for replacement in [None, Some(copy)] {
+        if let Some(bytes) = replacement {
+            std::fs::write(&path, bytes).unwrap();
+        }
+        let error = own.write(&ledger, &change).unwrap_err();
+        let reason = error.moved().unwrap();
+        assert!(
+            reason.contains("journal.redb") && reason.contains("put that file back"),
+            "{reason}"
+        );
+        assert!(!health.is_ready());
+    }
+    std::fs::rename(&elsewhere, &path).unwrap();
+    place(&mut own, &mut ledger, "p3");
+    assert!(health.is_ready());
+    drop((own, journal));
+    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
+    assert_eq!(begin(&journal, "a").1, ledger);
+}
+
+#[test]
+fn an_older_copy_of_the_journal_is_put_aside_until_it_is_said_to_be_a_backup() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("journal.redb");
+    let before = in_file(&path);
+    let copy = std::fs::read(&path).unwrap();
+    for is_backup in [false, true] {
+        // Far enough that the copy is older.
+        in_file(&path);
+        in_file(&path);
+        std::fs::write(&path, &copy).unwrap();
+        let aside = count_put_aside(folder.path());
+        if is_backup {
+            assert_eq!(after_restore(&path).unwrap(), ["a"]);
+        }
+        let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
+        let (_, again) = begin(&journal, "a");
+        assert_eq!(again.placement("p1").is_some(), is_backup);
+        assert_eq!(count_put_aside(folder.path()) > aside, !is_backup);
+        let stale = placement("p9", before.head().state_number);
+        assert_eq!(again.judge(&stale), PlacementVerdict::Forgotten);
+    }
 }
 
 #[test]

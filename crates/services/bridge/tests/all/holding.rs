@@ -47,7 +47,7 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(controller.refused(renew("r1")), Status::Held);
+    assert_eq!(controller.refused(renew("r1", state + 1)), Status::Held);
     assert_eq!(script.done(), ["p1"]);
 
     for _ in 0..2 {

@@ -133,7 +133,7 @@ fn while_one_is_carried_out_others_are_refused() {
         rig.controller.refused(place("p2", state, 0.16)),
         Status::Busy
     );
-    assert_eq!(rig.controller.refused(renew("r1")), Status::Busy);
+    assert_eq!(rig.controller.refused(renew("r1", 1)), Status::Busy);
     let patience = Duration::from_millis(300);
     match rig.controller.call_for(outcome_request("p1"), patience) {
         Err(CallError::Refused { status, reply, .. }) => {
@@ -220,6 +220,22 @@ fn a_container_is_renewed_once_per_request() {
 }
 
 #[test]
+fn a_renewal_that_comes_late_takes_nothing_away_that_came_after() {
+    let rig = Rig::simulated(SimulatedSettings::default());
+    let controller = &rig.controller;
+    let state = controller.state_number();
+    controller.carry_out("p1", state, 0.16);
+    assert_eq!(controller.refused(renew("r1", 0)), Status::Invalid);
+    assert_eq!(controller.refused(renew("r1", state)), Status::Stale);
+    assert_eq!(controller.state().bodies.len(), 1);
+    let renewed = controller.call(renew("r1", state + 1)).unwrap();
+    assert_eq!(renewed.state_number, state + 2);
+    // What was done is known, whatever state is named.
+    let again = controller.call(renew("r1", state)).unwrap();
+    assert_eq!(again.state_number, renewed.state_number);
+}
+
+#[test]
 fn changes_are_published() {
     let rig = Rig::simulated(SimulatedSettings::default());
     let subscribe = |stream| Latest::subscribe(&rig.caller, &cell(), stream, MAX_MESSAGE_BYTES);
@@ -294,7 +310,7 @@ fn without_a_journal_that_can_be_written_nothing_is_begun() {
     let (rig, script) = Rig::scripted(true, Some(disk.join("bridge.redb")));
     let refused = rig.controller.refused(place("p1", 1, 0.16));
     assert_eq!(refused, Status::Unavailable);
-    assert_eq!(rig.controller.refused(renew("r1")), Status::Unavailable);
+    assert_eq!(rig.controller.refused(renew("r1", 1)), Status::Unavailable);
     let report = rig.process.health().report();
     let message = report[0].message.as_str();
     assert!(

@@ -298,7 +298,12 @@ impl Controls {
 
     /// Has an empty container brought; gives the state that shows it.
     fn renew(&self, container: &Cell) -> Result<u64, ControlError> {
-        let reply = self.ask(container, v1::RenewRequest::default(), RENEWAL_PATIENCE)?;
+        let told = self.ask(container, v1::CellStateRequest::default(), PATIENCE)?;
+        let request = v1::RenewRequest {
+            state_number: told.state.unwrap_or_default().state_number,
+            ..v1::RenewRequest::default()
+        };
+        let reply = self.ask(container, request, RENEWAL_PATIENCE)?;
         Ok(reply.state_number)
     }
 }

@@ -156,7 +156,7 @@ impl CellPlanner {
         let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
         let chosen = prepared.plan.decision(found).ok_or_else(lost)?;
         let place = self.place_of(&chosen.container)?;
-        let decided_at_ns = place.bridge_clock.now_ns();
+        let decided_at_ns = place.bridge_now_ns();
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),

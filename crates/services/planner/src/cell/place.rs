@@ -142,15 +142,29 @@ impl Place {
         if self.left_alone_until.is_some_and(|until| now < until) {
             return None;
         }
-        let until = deadline.min(now + PATIENCE);
-        let request = v1::CellStateRequest::default();
-        let reply = self.client.call(&self.address, request, until);
-        let state = reply.ok().and_then(|reply| reply.state);
-        match &state {
-            Some(state) => self.bridge_clock.heard(state),
-            None => self.left_alone_until = Some(now + LEFT_ALONE),
+        let state = self.ask_state(deadline);
+        if state.is_none() {
+            self.left_alone_until = Some(now + LEFT_ALONE);
         }
         state
+    }
+
+    /// As [`Self::bridge_state`], of a bridge that has to be there: it is asked also where it did not answer last.
+    pub(super) fn ask_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
+        let until = deadline.min(Instant::now() + PATIENCE);
+        let request = v1::CellStateRequest::default();
+        let reply = self.client.call(&self.address, request, until);
+        let state = reply.ok()?.state?;
+        self.bridge_clock.heard(&state);
+        Some(state)
+    }
+
+    /// What the bridge's clock shows now; 0 where no bridge is heard of, not even when it is asked.
+    pub(super) fn bridge_now_ns(&mut self) -> u64 {
+        if !self.bridge_clock.was_heard() {
+            self.bridge_state(Instant::now() + PATIENCE);
+        }
+        self.bridge_clock.now_ns()
     }
 
     /// Has the bridge count the state up, so that all that was decided before is stale, however late its request comes. Gives the new

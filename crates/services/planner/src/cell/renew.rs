@@ -1,6 +1,7 @@
 //! Containers that were closed: the bridge takes them away and brings empty ones, which are opened or stand ready.
 //!
-//! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed once. The cell's actor packs the
+//! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed once. It names the state that the
+//! bridge is in while the session wants this: a request that comes late empties nothing that came after. The cell's actor packs the
 //! others meanwhile: a thread of its own waits for the bridge and sends the answer to the actor.
 
 use std::time::{Duration, Instant};
@@ -60,9 +61,22 @@ impl CellPlanner {
     }
 
     fn ask_renewal(&mut self, name: &str, id: &str) {
-        let Ok(place) = self.place_of(name) else {
-            return;
+        let again_after = match self.try_ask_renewal(name, id) {
+            Ok(limit) => limit + ANSWER_SLACK,
+            Err(reason) => {
+                tracing::warn!(cell = %self.cell, container = name, reason, "a container is not asked for yet");
+                PAUSE
+            }
         };
+        let again_at = Instant::now() + again_after;
+        self.renewals.insert(id.to_owned(), again_at);
+    }
+
+    /// Asks for a container; gives how long that may take, or says why it is not asked for.
+    fn try_ask_renewal(&mut self, name: &str, id: &str) -> Result<Duration, String> {
+        let place = self.place_of(name).map_err(|error| error.to_string())?;
+        let state = place.ask_state(Instant::now() + PAUSE);
+        let state = state.ok_or("the bridge does not say its state")?;
         let address = place.address.clone();
         let limit = Duration::from_secs_f64(self.settings.place_limit_s);
         let request_id = id.to_owned();
@@ -71,17 +85,13 @@ impl CellPlanner {
                 request_id: request_id.clone(),
                 ..v1::RequestHeader::default()
             }),
+            state_number: state.state_number,
         };
         let tell = |answer| Message::Renewed(request_id, answer);
-        let again_after = match self.ask_aside("renewal", address, request, limit, tell) {
-            Ok(()) => limit + ANSWER_SLACK,
-            Err(error) => {
-                tracing::warn!(cell = %self.cell, container = name, %error, "a container is not asked for yet");
-                PAUSE
-            }
-        };
-        let again_at = Instant::now() + again_after;
-        self.renewals.insert(id.to_owned(), again_at);
+        let asked = self.ask_aside("renewal", address, request, limit, tell);
+        asked
+            .map(|()| limit)
+            .map_err(|error| error.to_string())
     }
 
     /// The bridge brought an empty container, or did not.

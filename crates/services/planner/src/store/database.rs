@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ppnpack_service::database::{FORMAT, OwnFault, VERSION_KEY, is_new, read};
+use ppnpack_service::database::{DatabaseFile, OwnFault, is_new, read};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
@@ -15,18 +15,12 @@ const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 /// Per cell and id: heightmaps of items that were announced with them.
 const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
 
-/// Beside the version in [`FORMAT`]: how many times the file was written.
-const REVISION_KEY: &str = "revision";
-
 /// The version of this program.
 pub(super) const VERSION: u64 = 2;
 
 /// What else can be wrong with the file of a cell.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum StoreFault {
-    /// It is not what was written last.
-    #[error("it holds revision {found}, and revision {written} was written")]
-    RolledBack { found: u64, written: u64 },
     /// The heightmaps of a session would take too much.
     #[error("heightmaps of {bytes} bytes where {most} are possible")]
     TooManyShapes { bytes: u64, most: u64 },
@@ -34,10 +28,7 @@ pub(super) enum StoreFault {
 
 impl OwnFault for StoreFault {
     fn is_damage(&self) -> bool {
-        match self {
-            Self::RolledBack { .. } => true,
-            Self::TooManyShapes { .. } => false,
-        }
+        false
     }
 }
 
@@ -81,30 +72,30 @@ pub(super) fn shape(
     )
 }
 
-/// Writes a session, as it is encoded, and what becomes of the heightmaps. Gives the revision.
+/// Writes a session, as it is encoded, and what becomes of the heightmaps.
 pub(super) fn write(
-    database: &Database,
+    database: &mut DatabaseFile,
     cell: &Cell,
     session: &[u8],
     change: &Change<'_>,
-) -> Result<u64, Fault> {
-    let (transaction, revision) = begin_write(database)?;
-    transaction
-        .open_table(SESSIONS)?
-        .insert(cell.as_str(), session)?;
-    match change {
-        Change::Forget => transaction
-            .open_table(SHAPES)?
-            .retain(|(of, _), _| of != cell.as_str())?,
-        Change::Add { shapes: [], .. } => {}
-        Change::Add {
-            shapes,
-            used,
-            most_bytes,
-        } => add(&transaction, cell, shapes, used, *most_bytes)?,
-    }
-    transaction.commit()?;
-    Ok(revision)
+) -> Result<(), Fault> {
+    database.write(VERSION, |transaction| {
+        transaction
+            .open_table(SESSIONS)?
+            .insert(cell.as_str(), session)?;
+        match change {
+            Change::Forget => transaction
+                .open_table(SHAPES)?
+                .retain(|(of, _), _| of != cell.as_str())?,
+            Change::Add { shapes: [], .. } => {}
+            Change::Add {
+                shapes,
+                used,
+                most_bytes,
+            } => add(transaction, cell, shapes, used, *most_bytes)?,
+        }
+        Ok(())
+    })
 }
 
 /// Adds heightmaps. Those that are there already stay as they are.
@@ -136,30 +127,10 @@ fn add(
     Ok(())
 }
 
-/// Makes a new file one of this version. It has no mark: the commit is in two phases, so that damage is never taken for a crash.
-pub(super) fn begin_version(root: &Database) -> Result<(), Fault> {
-    if is_new(&root.begin_read()?, VERSION)? {
-        let (mut transaction, _) = begin_write(root)?;
-        transaction.set_two_phase_commit(true);
-        transaction.commit()?;
+/// Makes a new file one of this version.
+pub(super) fn begin_version(root: &mut DatabaseFile) -> Result<(), Fault> {
+    match is_new(&root.begin_read()?, VERSION)? {
+        true => root.write(VERSION, |_| Ok(())),
+        false => Ok(()),
     }
-    Ok(())
-}
-
-/// How many times the file was written; zero in a new one.
-pub(super) fn revision(database: &Database) -> Result<u64, Fault> {
-    let revision = read(&database.begin_read()?, FORMAT, REVISION_KEY, |found| found)?;
-    Ok(revision.unwrap_or_default())
-}
-
-/// Begins to write, with the version and the revision that it will be.
-fn begin_write(database: &Database) -> Result<(WriteTransaction, u64), Fault> {
-    let transaction = database.begin_write()?;
-    let mut format = transaction.open_table(FORMAT)?;
-    let before = format.get(REVISION_KEY)?.map(|found| found.value());
-    let revision = before.unwrap_or_default().saturating_add(1);
-    format.insert(REVISION_KEY, revision)?;
-    format.insert(VERSION_KEY, VERSION)?;
-    drop(format);
-    Ok((transaction, revision))
 }

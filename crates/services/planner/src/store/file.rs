@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
+use ppnpack_service::database::DatabaseFile;
 use ppnpack_wire::keys::Cell;
-use redb::Database;
 
-use super::database::{self, Fault, StoreFault};
-use super::mark::{self, Mark};
+use super::database::Fault;
 
 /// How the file of a cell ends.
 const EXTENSION: &str = "redb";
@@ -41,53 +40,16 @@ fn folder(store: &Path) -> PathBuf {
 }
 
 /// Opens a file, and begins it where there is none; without one, a database in memory.
-pub(super) fn open(path: Option<&Path>) -> Result<Database, Fault> {
+pub(super) fn open(path: Option<&Path>) -> Result<DatabaseFile, Fault> {
     match path {
         Some(path) => ppnpack_service::database::open(path),
         None => ppnpack_service::database::in_memory(),
     }
 }
 
-/// The database of a cell, with its mark.
-pub(super) struct CellFile {
-    pub(super) database: Database,
-    /// `None` in memory.
-    mark: Option<Mark>,
-}
-
-impl CellFile {
-    /// Opens the file of a cell as [`open`] does.
-    pub(super) fn open(path: Option<&Path>) -> Result<Self, Fault> {
-        let database = open(path)?;
-        let Some(path) = path else {
-            return Ok(Self {
-                database,
-                mark: None,
-            });
-        };
-        let mut mark = Mark::open(path)?;
-        let (found, written) = (database::revision(&database)?, mark.read()?);
-        if found < written {
-            return Err(StoreFault::RolledBack { found, written }.into());
-        }
-        Ok(Self {
-            database,
-            mark: Some(mark),
-        })
-    }
-
-    /// Notes that this revision is on disk.
-    pub(super) fn wrote(&mut self, revision: u64) {
-        if let Some(mark) = &mut self.mark {
-            mark.write(revision);
-        }
-    }
-}
-
 /// Gives a damaged file another name.
 pub(super) fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
     let aside = ppnpack_service::database::put_aside(path)?;
-    mark::remove(path)?;
     tracing::error!(
         store = %path.display(),
         kept_as = %aside.display(),

@@ -9,14 +9,13 @@
 
 mod database;
 mod file;
-mod mark;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use ppnpack_protocol::session::{FROM_BACKUP, Session};
-use ppnpack_service::database::Kept;
+use ppnpack_service::database::{DatabaseFile, Kept, forget_mark};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
@@ -24,7 +23,6 @@ use prost::Message;
 use redb::Database;
 
 use self::database::{Change, Fault, StoreFault};
-use self::file::CellFile;
 
 /// Why the store did not do what was asked.
 #[derive(Debug, thiserror::Error)]
@@ -62,9 +60,9 @@ pub(crate) struct Store {
     /// `None` where it is in memory.
     path: Option<PathBuf>,
     /// Says the version; open as long as the store is, so that no other process has it. `None` in memory.
-    _root: Option<Kept<Database>>,
+    _root: Option<Kept<DatabaseFile>>,
     /// Those that were needed.
-    cells: Mutex<BTreeMap<Cell, Kept<CellFile>>>,
+    cells: Mutex<BTreeMap<Cell, Kept<DatabaseFile>>>,
     /// The most bytes of heightmaps in a session, as they are encoded.
     most_shape_bytes: u64,
 }
@@ -164,7 +162,7 @@ impl Store {
         }
         let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
         for cell in &cells {
-            mark::remove(&file::of_cell(path, cell)).map_err(|error| failed(error.to_string()))?;
+            forget_mark(&file::of_cell(path, cell)).map_err(|error| failed(error.to_string()))?;
         }
         // No heightmaps are added.
         let store = Self::open(Some(path), 0)?;
@@ -187,11 +185,7 @@ impl Store {
 
     fn write(&self, cell: &Cell, session: &Session, change: &Change<'_>) -> Result<(), StoreError> {
         let bytes = session.to_message(0).encode_to_vec();
-        self.with_file(cell, |file| {
-            let revision = database::write(&file.database, cell, &bytes, change)?;
-            file.wrote(revision);
-            Ok(())
-        })
+        self.with_file(cell, |file| database::write(file, cell, &bytes, change))
     }
 
     /// Works with the database of a cell. Where that is damaged, it is put aside, and the work done with a new one.
@@ -200,20 +194,20 @@ impl Store {
         cell: &Cell,
         work: impl Fn(&Database) -> Result<T, Fault>,
     ) -> Result<T, StoreError> {
-        self.with_file(cell, |file| work(&file.database))
+        self.with_file(cell, |file| work(file))
     }
 
     fn with_file<T>(
         &self,
         cell: &Cell,
-        mut work: impl FnMut(&mut CellFile) -> Result<T, Fault>,
+        mut work: impl FnMut(&mut DatabaseFile) -> Result<T, Fault>,
     ) -> Result<T, StoreError> {
         let path = self.file_of(cell);
         // An error leaves no database, and a panic is caught: the guarded value is whole at any time.
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
         let file = cells.entry(cell.clone()).or_default();
         let done = file.with(
-            || CellFile::open(path.as_deref()),
+            || file::open(path.as_deref()),
             |fault| match &path {
                 Some(path) => file::put_aside(path, fault),
                 // In memory there is nothing to be put aside.
@@ -231,7 +225,7 @@ impl Store {
 }
 
 /// Opens the file that says the version, and begins it where there is none.
-fn open_root(path: &Path) -> Result<Kept<Database>, Fault> {
+fn open_root(path: &Path) -> Result<Kept<DatabaseFile>, Fault> {
     let mut root = Kept::default();
     root.with(
         || file::open(Some(path)),

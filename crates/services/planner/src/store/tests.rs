@@ -275,6 +275,23 @@ fn a_file_that_is_damaged_while_it_is_open_is_put_aside() {
     assert_eq!(open(&path).session(&a).unwrap(), session);
 }
 
+#[test]
+fn nothing_is_saved_while_the_file_of_a_cell_is_not_where_it_was() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let a = cell("a");
+    let store = open(&path);
+    let mut session = fill(&store, &a, 2);
+    let (own, elsewhere) = (file::of_cell(&path, &a), folder.path().join("elsewhere"));
+    fs::rename(&own, &elsewhere).unwrap();
+    let refused = store.save(&a, &session, &[]).unwrap_err().to_string();
+    assert!(refused.contains("put that file back"), "{refused}");
+    fs::rename(&elsewhere, &own).unwrap();
+    add(&store, &a, &mut session, 2);
+    drop(store);
+    assert_eq!(open(&path).session(&a).unwrap(), session);
+}
+
 /// The mark of a cell's file.
 fn mark_of(store: &Path, cell: &Cell) -> PathBuf {
     file::of_cell(store, cell).with_extension("revision")

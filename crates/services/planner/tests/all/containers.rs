@@ -1,6 +1,8 @@
 //! A cell with several containers that are packed at the same time.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use crate::common::{
     self, Rig, announcement, block, cell, close, left_and_right, line, of_mass, of_order, open,
@@ -9,9 +11,10 @@ use crate::common::{
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_planner::{CellSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
+use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
-use ppnpack_wire::keys::Stream;
+use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::v1::{self, ClosingReason, Status};
 
 /// A cell with two containers, where it is otherwise than by default.
@@ -203,6 +206,45 @@ fn a_container_that_is_full_is_closed_though_a_smaller_one_is_empty() {
             return assert_eq!(closed(&session), expected);
         }
     }
+}
+
+#[test]
+fn a_renewal_names_the_state_that_it_empties_and_is_asked_anew_where_that_has_passed() {
+    let mut rig = Rig::new(left_and_right());
+    let state_number = Arc::new(AtomicU64::new(70));
+    let told = Arc::clone(&state_number);
+    rig.bridge_says(move || v1::CellState {
+        state_number: told.load(Ordering::Relaxed),
+        ..v1::CellState::default()
+    });
+    let named = Arc::new(Mutex::new(Vec::new()));
+    let noted = Arc::clone(&named);
+    rig.answer(
+        Service::Bridge,
+        move |incoming: Incoming<v1::RenewRequest>| {
+            let asked = incoming.message().state_number;
+            noted.lock().unwrap().push(asked);
+            // Somebody has a hand in the container before the first one comes.
+            if asked == 70 {
+                state_number.store(71, Ordering::Relaxed);
+                return incoming.refuse(Status::Stale, "the cell is in state 71");
+            }
+            let reply = v1::RenewReply {
+                state_number: asked + 1,
+                ..v1::RenewReply::default()
+            };
+            incoming.reply(reply, Done::default());
+        },
+    );
+    rig.begin_with(&["a"]);
+    rig.call(v1::CloseRequest {
+        is_renewed: true,
+        ..close("left", 0)
+    });
+    let renewed = rig.session_once(|session| session.containers[0].sequence == 1);
+    assert!(renewed.containers[0].is_open);
+    assert_eq!(renewed.containers[0].least_state_number, 72);
+    assert_eq!(*named.lock().unwrap(), [70, 71]);
 }
 
 #[test]

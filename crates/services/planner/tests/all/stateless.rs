@@ -85,6 +85,18 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
 }
 
 #[test]
+fn the_first_decision_after_a_start_has_an_age() {
+    let mut rig = Rig::new(common::untried());
+    rig.bridge_says(|| v1::CellState {
+        state_number: 2,
+        clock_ns: 1_000,
+        ..v1::CellState::default()
+    });
+    rig.begin_with(&["a"]);
+    assert!(rig.decision().decided_at_ns >= 1_000);
+}
+
+#[test]
 fn what_a_bridge_that_is_away_may_still_begin_is_not_given_up() {
     let mut rig = rig();
     let state = || v1::CellState {

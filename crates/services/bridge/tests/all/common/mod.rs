@@ -138,7 +138,8 @@ impl Controller {
     }
 
     pub(crate) fn renew(&self, request_id: &str) -> u64 {
-        self.call(renew(request_id)).unwrap().state_number
+        let request = renew(request_id, self.state_number());
+        self.call(request).unwrap().state_number
     }
 }
 
@@ -187,12 +188,14 @@ pub(crate) fn changed(removed_item_ids: &[&str]) -> v1::ChangedRequest {
     }
 }
 
-pub(crate) fn renew(request_id: &str) -> v1::RenewRequest {
+/// Asks for an empty container in place of the one that this state is of.
+pub(crate) fn renew(request_id: &str, state_number: u64) -> v1::RenewRequest {
     v1::RenewRequest {
         header: Some(v1::RequestHeader {
             request_id: request_id.to_owned(),
             ..v1::RequestHeader::default()
         }),
+        state_number,
     }
 }
 

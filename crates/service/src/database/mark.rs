@@ -1,4 +1,4 @@
-//! How far the file of a cell has come, noted beside it.
+//! How far a file has come, noted beside it.
 //!
 //! A database whose last commit is damaged goes on with the one before, as after a crash in the middle of the last. By the mark,
 //! which is written once a commit is on disk, the two are told apart. It is not waited for: after a power failure it may be behind,
@@ -48,13 +48,16 @@ impl Mark {
             .seek(SeekFrom::Start(0))
             .and_then(|_| self.0.write_all(&noted.to_le_bytes()));
         if let Err(error) = written {
-            tracing::warn!(%error, revision, "the mark of a session store cannot be written");
+            tracing::warn!(%error, revision, "the mark of a database cannot be written");
         }
     }
 }
 
 /// Forgets the mark of a database that is put aside, or of which an older copy counts from now on.
-pub(super) fn remove(database: &Path) -> io::Result<()> {
+///
+/// # Errors
+/// What the system says.
+pub fn remove(database: &Path) -> io::Result<()> {
     match fs::remove_file(path_of(database)) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         removed => removed,
