@@ -184,6 +184,14 @@ def test_a_changed_container_has_another_state(cell):
     assert cell.changed().state_number > before
 
 
+def test_a_renewal_of_a_state_that_has_passed_takes_nothing_away(cell):
+    before = cell.state().state_number
+    cell.changed()
+    with pytest.raises(Refused, match="STALE"):
+        cell.renew(state_number=before)
+    assert cell.renew(state_number=before + 1) > before + 1
+
+
 def test_the_planner_packs_by_itself(cell):
     with cell.sessions() as sessions:
         cell.set_automatic(True)

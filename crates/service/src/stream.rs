@@ -17,6 +17,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
+use crate::clock::Boottime;
 use crate::error::ServiceError;
 use crate::metrics::{self, Metric};
 use crate::payload::{self, Malformed};
@@ -88,7 +89,7 @@ impl<M: Message + Name> Publisher<M> {
 #[derive(Debug)]
 pub struct Arrived<T> {
     /// When it came.
-    pub at: Instant,
+    pub at: Boottime,
     /// The message, as it came or as far as it was read.
     pub message: T,
 }
@@ -96,7 +97,7 @@ pub struct Arrived<T> {
 impl<T> Arrived<T> {
     /// A message that comes now.
     pub fn now(message: T) -> Self {
-        let at = Instant::now();
+        let at = Boottime::now();
         Self { at, message }
     }
 

@@ -19,6 +19,7 @@ use zenoh::query::Query;
 
 use super::trace;
 use crate::alive::Alive;
+use crate::clock::Boottime;
 use crate::metrics::{self, Metric};
 use crate::payload::Malformed;
 use crate::process::Identity;
@@ -90,7 +91,11 @@ impl<R: Request> Incoming<R> {
     }
 
     /// When it came.
-    pub fn received(&self) -> Instant {
+    pub fn came(&self) -> Boottime {
+        self.pending.came
+    }
+
+    fn received(&self) -> Instant {
         self.pending.received
     }
 
@@ -194,6 +199,7 @@ pub(super) struct Pending<R: Request> {
     query: Option<Query>,
     pub(super) request_id: String,
     received: Instant,
+    came: Boottime,
     started: Option<Instant>,
     span: Span,
     request: PhantomData<fn(R)>,
@@ -206,6 +212,7 @@ impl<R: Request> Pending<R> {
             query: Some(query),
             request_id: String::new(),
             received,
+            came: Boottime::now(),
             started: None,
             span: Span::none(),
             request: PhantomData,

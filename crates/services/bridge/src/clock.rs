@@ -1,16 +1,18 @@
 //! The clock by which decisions age.
 
 use std::sync::LazyLock;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, SystemTime};
+
+use ppnpack_service::clock::Boottime;
 
 /// When this process looked first, by the time of day and by time passed.
-static BEGAN: LazyLock<(Duration, Instant)> = LazyLock::new(|| {
+static BEGAN: LazyLock<(Duration, Boottime)> = LazyLock::new(|| {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    (since_1970.unwrap_or_default(), Instant::now())
+    (since_1970.unwrap_or_default(), Boottime::now())
 });
 
-/// Nanoseconds since 1970 by the time of day when this process began, and from then on by time passed: a clock that is set changes
-/// nothing before the next start.
+/// Nanoseconds since 1970 by the time of day when this process began, and from then on by time passed, asleep or not: a clock that is
+/// set changes nothing before the next start.
 pub(crate) fn now_ns() -> u64 {
     let (since_1970, began) = *BEGAN;
     let now = since_1970.saturating_add(began.elapsed());

@@ -1,6 +1,8 @@
 //! Clouds that were held up on their way.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use ppnpack_service::clock::Boottime;
 
 /// How much longer the way of a cloud may become in a second without being held up: clocks drift apart. NTP sets
 /// them by no more than 0.5 ms a second.
@@ -26,7 +28,7 @@ pub(crate) struct Delays {
 #[derive(Debug, Clone, Copy)]
 struct Last {
     /// When the first cloud came.
-    began: Instant,
+    began: Boottime,
     captured_at_ns: i64,
     /// When it came, since `began`.
     since_ns: i128,
@@ -43,7 +45,7 @@ impl Delays {
     }
 
     /// When a cloud would have come that came then. The clouds of a sensor come in their order.
-    pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Instant) -> Instant {
+    pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Boottime) -> Boottime {
         let began = self.last.map_or(at, |last| last.began);
         let since_ns = i128::try_from(at.saturating_duration_since(began).as_nanos());
         let since_ns = since_ns.unwrap_or_default();
@@ -85,18 +87,18 @@ mod tests {
 
     /// Delays of clouds, by when they were captured and when they came, in milliseconds.
     fn delays_ms(clouds: impl IntoIterator<Item = (i64, u64)>) -> Vec<u128> {
-        let (mut delays, start) = (Delays::default(), Instant::now());
+        let (mut delays, start) = (Delays::default(), Boottime::now());
         let delay = |(captured, came): (i64, u64)| {
             let at = start + Duration::from_millis(came);
             let undelayed = delays.undelayed(captured_ms(captured), at);
-            (at - undelayed).as_millis()
+            at.saturating_duration_since(undelayed).as_millis()
         };
         clouds.into_iter().map(delay).collect()
     }
 
     #[test]
     fn delays_are_known_after_some_clouds_that_came_as_they_were_captured() {
-        let (mut delays, start) = (Delays::default(), Instant::now());
+        let (mut delays, start) = (Delays::default(), Boottime::now());
         let clouds = [(0, 20), (100, 320)].into_iter();
         let steady = (2..11).map(|number| (number * 100, number as u64 * 100 + 30));
         let are_known = clouds.chain(steady).map(|(captured, came)| {
@@ -148,7 +150,7 @@ mod tests {
         let counts = (0..1_000).map(|number| (number, number as u64 * 33));
         assert_eq!(delays_ms(counts), [0; 1_000]);
         let mut delays = Delays::default();
-        let now = Instant::now();
+        let now = Boottime::now();
         for captured_at_ns in [i64::MIN, i64::MAX, 0, i64::MIN] {
             assert_eq!(delays.undelayed(captured_at_ns, now), now);
         }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ppnpack_service::actor::{Actor, PendingRequests};
+use ppnpack_service::clock::Boottime;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
@@ -22,7 +23,7 @@ pub(crate) enum Message {
 /// A heightmap and when it was made.
 struct Made {
     heightmap: v1::Heightmap,
-    at: Instant,
+    at: Boottime,
 }
 
 /// Answers who asks for heightmaps.
@@ -75,7 +76,7 @@ impl Heightmaps {
     fn take(&mut self, cell: Cell, heightmap: v1::Heightmap) {
         let made = Made {
             heightmap,
-            at: Instant::now(),
+            at: Boottime::now(),
         };
         let can_be_answered = |incoming: &Incoming<v1::HeightmapRequest>| {
             *incoming.cell() == cell && is_enough(&made.heightmap, incoming)

@@ -1,6 +1,8 @@
 //! Which clouds are news.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+use ppnpack_service::clock::Boottime;
 
 /// Tells clouds that are newer than those before from those that are late.
 ///
@@ -16,7 +18,7 @@ pub(crate) struct CloudOrder {
 struct Last {
     state_number: u64,
     sequence: u64,
-    at: Instant,
+    at: Boottime,
 }
 
 impl CloudOrder {
@@ -28,7 +30,7 @@ impl CloudOrder {
     }
 
     /// Whether a cloud is news; it is then the last.
-    pub(crate) fn accept(&mut self, state_number: u64, sequence: u64, at: Instant) -> bool {
+    pub(crate) fn accept(&mut self, state_number: u64, sequence: u64, at: Boottime) -> bool {
         let is_news = self.last.is_none_or(|last| {
             (state_number, sequence) > (last.state_number, last.sequence)
                 || at.saturating_duration_since(last.at) >= self.restart_after
@@ -51,7 +53,7 @@ mod tests {
     #[test]
     fn late_clouds_are_refused_until_the_sensor_counts_anew() {
         let mut order = CloudOrder::new(Duration::from_secs(2));
-        let start = Instant::now();
+        let start = Boottime::now();
         let mut accept = |state, sequence, after_ms| {
             order.accept(state, sequence, start + Duration::from_millis(after_ms))
         };

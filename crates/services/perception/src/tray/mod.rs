@@ -15,6 +15,7 @@ use ppnpack_recognition::library::Library;
 use ppnpack_recognition::recognise::{Recogniser, RecognitionSettings};
 use ppnpack_recognition::segmentation::{SegmentationSettings, segment};
 use ppnpack_service::actor::{Actor, Address, LatestValues, PendingRequests};
+use ppnpack_service::clock::Boottime;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_service::stream::Arrived;
 use ppnpack_wire::convert::cloud::{CheckedCloud, Cloud};
@@ -211,9 +212,9 @@ impl Trays {
 }
 
 /// Whether a cloud of this number that came then is one of those that are wanted.
-fn is_wanted(sequence: u64, at: Instant, incoming: &Message) -> bool {
+fn is_wanted(sequence: u64, at: Boottime, incoming: &Message) -> bool {
     match incoming.message().least_sequence {
-        0 => at > incoming.received(),
+        0 => at > incoming.came(),
         least => sequence >= least,
     }
 }

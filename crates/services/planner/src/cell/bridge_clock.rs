@@ -1,7 +1,5 @@
 //! What time it is on the bridge's clock, by which decisions age.
 
-use std::time::Instant;
-
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::{Arrived, Latest};
@@ -41,8 +39,7 @@ impl BridgeClock {
         self.was_heard();
         let told = self.told.as_ref().filter(|told| told.message != 0);
         told.map_or(0, |told| {
-            let since = Instant::now().saturating_duration_since(told.at);
-            let since_ns = u64::try_from(since.as_nanos()).unwrap_or(u64::MAX);
+            let since_ns = u64::try_from(told.at.elapsed().as_nanos()).unwrap_or(u64::MAX);
             told.message.saturating_add(since_ns)
         })
     }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_service::ServiceError;
+use ppnpack_service::clock::Boottime;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::stream::{Arrived, Latest};
@@ -43,7 +44,7 @@ pub(crate) struct Scenes {
     /// When the last clouds came of which a heightmap was made by other settings than the newest.
     other_settings_at: Option<Instant>,
     /// Heightmaps without a state number show what was done last when their clouds came after this.
-    shown_after: Option<Instant>,
+    shown_after: Option<Boottime>,
     complaint: String,
 }
 
@@ -56,7 +57,7 @@ pub(crate) struct Seen {
     /// A hash of perception's settings.
     settings: u64,
     /// When the first of its clouds came to perception.
-    received: Instant,
+    received: Boottime,
     /// Why nothing is to be planned on it.
     doubts: Option<String>,
 }
@@ -85,7 +86,7 @@ impl Scenes {
 
     /// Tells that the container's content changed just now.
     pub(crate) fn changed(&mut self) {
-        self.shown_after = Some(Instant::now() + self.limits.sensor_latency);
+        self.shown_after = Some(Boottime::now() + self.limits.sensor_latency);
     }
 
     /// A heightmap that shows the state of this number or a later one; waits for it until the deadline.
@@ -122,8 +123,8 @@ impl Scenes {
 
     /// Asks perception, which keeps the newest heightmap. An answer was on its way no longer than since it was asked for.
     fn ask(&mut self, least_state_number: u64, deadline: Instant) {
-        let asked = Instant::now();
-        let until = deadline.min(asked + ANSWER_PATIENCE);
+        let asked = Boottime::now();
+        let until = deadline.min(Instant::now() + ANSWER_PATIENCE);
         let request = v1::HeightmapRequest {
             least_state_number,
             ..v1::HeightmapRequest::default()
@@ -211,7 +212,7 @@ impl Scenes {
         }
         let quality = heightmap.quality.clone().unwrap_or_default();
         let age = age.saturating_add(Duration::from_nanos(quality.processing_ns));
-        let received = Instant::now()
+        let received = Boottime::now()
             .checked_sub(age)
             .ok_or("it is from before this machine started")?;
         Ok(Seen {

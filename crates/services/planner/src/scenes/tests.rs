@@ -92,7 +92,7 @@ impl Rig {
     }
 
     /// Publishes a heightmap until it came; gives when.
-    fn publish_until_it_came(&self, heightmap: &v1::Heightmap) -> Instant {
+    fn publish_until_it_came(&self, heightmap: &v1::Heightmap) -> Boottime {
         // Subscribed after the scenes: what comes here has come there, too.
         let other: Latest<v1::Heightmap> =
             Latest::subscribe(&self.planner, &cell(), Stream::Heightmap, MAX_MESSAGE_BYTES)
