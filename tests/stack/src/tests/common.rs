@@ -45,6 +45,14 @@ pub(crate) fn slow_robot(mut options: Options) -> Options {
     options
 }
 
+/// Names the test that is skipped, and why; fails where `CI` is set.
+pub(crate) fn skip(why: &str) {
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or("a test");
+    assert!(std::env::var_os("CI").is_none(), "{test}: {why}");
+    eprintln!("skipped: {test}: {why}");
+}
+
 /// That a decision was not carried out, for the state that the cell has now.
 pub(crate) fn not_placed(cell: &CellClient) -> v1::Outcome {
     v1::Outcome {

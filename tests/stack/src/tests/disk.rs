@@ -1,7 +1,7 @@
 //! A disk that is full, and one that cannot be written to, under the session store and the journal.
 //!
 //! That takes a small file system of its own, and files that nobody may write to, for which one has to be root; without
-//! that the tests say so and are skipped.
+//! that the tests say so and are skipped, and fail where `CI` is set.
 
 use std::path::Path;
 use std::process::Command;
@@ -90,8 +90,7 @@ fn a_full_disk_keeps_nothing_from_being_true() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path().join("disk");
     let Some(disk) = Disk::mount(&at, 8).unwrap() else {
-        eprintln!("skipped: mounting a file system needs root");
-        return;
+        return common::skip("mounting a file system needs root");
     };
     survives(
         &at,
@@ -114,8 +113,7 @@ fn a_disk_that_cannot_be_written_to_keeps_nothing_from_being_true() {
         std::fs::remove_file(file).unwrap();
     }
     if !is_possible {
-        eprintln!("skipped: making files immutable needs root, and a file system that can");
-        return;
+        return common::skip("making files immutable needs root, and a file system that can");
     }
     let _released = Released(folder.path());
     survives(

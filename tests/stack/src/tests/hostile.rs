@@ -1,6 +1,7 @@
 //! What others may send: malformed payloads at every endpoint, clouds at many times the rate, subscribers that never
 //! read. The services refuse, count and go on; their memory stays bounded.
 
+use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use crate::cell::CellClient;
@@ -8,7 +9,10 @@ use crate::stack::{Options, Stack, connect};
 use crate::tests::common::{
     OBJECTS, RECOVERY, assert_consistent, assert_serves, assert_serves_again,
 };
-use ppnpack_wire::keys::{Key, Stream};
+use ppnpack_service::clock;
+use ppnpack_wire::MAX_MESSAGE_BYTES;
+use ppnpack_wire::header::RequestHeader;
+use ppnpack_wire::keys::{Key, Method, Service, Stream};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use prost::Message;
@@ -40,21 +44,49 @@ fn assert_memory_bounded(stack: &Stack, before: &[f64]) {
     }
 }
 
-/// A request with its key and a valid payload to start from.
-fn target<R: Request>(cell: &CellClient, mut request: R) -> (String, Vec<u8>) {
+/// An endpoint, and a payload that is nearly right.
+struct Target {
+    method: Method,
+    key: String,
+    valid: Vec<u8>,
+    /// Whether a payload is a whole request, where such a one may change something: then none is sent.
+    is_whole: fn(&[u8]) -> bool,
+}
+
+/// An endpoint that refuses this request, or only tells something.
+fn harmless<R: Request>(cell: &CellClient, request: R) -> Target {
+    Target {
+        is_whole: |_| false,
+        ..changing(cell, request)
+    }
+}
+
+/// An endpoint that may do what this request asks for.
+fn changing<R: Request>(cell: &CellClient, request: R) -> Target {
+    to(cell, R::SERVICE.unwrap(), request)
+}
+
+fn to<R: Request>(cell: &CellClient, service: Service, mut request: R) -> Target {
     request.set_header(v1::RequestHeader {
         request_id: "hostile".to_owned(),
         time_limit_us: 50_000,
         caller: "planner-1".to_owned(),
         ..v1::RequestHeader::default()
     });
-    let service = R::SERVICE.unwrap();
     let key = Key::Request(Some(cell.cell().clone()), service, R::METHOD, None);
-    (key.to_string(), request.encode_to_vec())
+    Target {
+        method: R::METHOD,
+        key: key.to_string(),
+        valid: request.encode_to_vec(),
+        is_whole: |payload| {
+            ppnpack_wire::decode::<R>(payload, MAX_MESSAGE_BYTES)
+                .is_ok_and(|request| RequestHeader::read(request.header()).is_ok())
+        },
+    }
 }
 
-/// Every endpoint of the stack, with a payload that is nearly right.
-fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
+/// Every endpoint of the stack.
+fn targets(cell: &CellClient) -> Vec<Target> {
     let heightmap = cell
         .ask(v1::HeightmapRequest::default())
         .unwrap()
@@ -92,19 +124,51 @@ fn targets(cell: &CellClient) -> Vec<(String, Vec<u8>)> {
         state_number: 1,
         ..v1::PlaceRequest::default()
     };
-    vec![
-        target(cell, v1::HeightmapRequest::default()),
-        target(cell, evaluate),
-        target(cell, place),
-        target(cell, v1::OutcomeRequest::default()),
-        target(cell, v1::CellStateRequest::default()),
-        target(cell, v1::AnnounceRequest::default()),
-        target(cell, v1::WithdrawRequest::default()),
-        target(cell, v1::ReportRequest::default()),
-        target(cell, v1::OpenRequest::default()),
-        target(cell, v1::ExplainRequest::default()),
-        target(cell, v1::SessionRequest::default()),
-    ]
+    let healths = [
+        Service::Planner,
+        Service::Heuristic,
+        Service::Perception,
+        Service::Bridge,
+    ];
+    let healths = healths.map(|service| to(cell, service, v1::HealthRequest::default()));
+    let mut targets = vec![
+        harmless(cell, v1::HeightmapRequest::default()),
+        harmless(cell, v1::ItemsRequest::default()),
+        harmless(cell, v1::InspectRequest::default()),
+        // Nobody answers it here.
+        harmless(cell, v1::ProposeRequest::default()),
+        harmless(cell, evaluate),
+        harmless(cell, place),
+        harmless(cell, v1::OutcomeRequest::default()),
+        harmless(cell, v1::RenewRequest::default()),
+        changing(cell, v1::HoldRequest::default()),
+        changing(cell, v1::ResumeRequest::default()),
+        changing(cell, v1::ChangedRequest::default()),
+        harmless(cell, v1::CellStateRequest::default()),
+        changing(cell, v1::BeginRequest::default()),
+        harmless(cell, v1::AnnounceRequest::default()),
+        harmless(cell, v1::WithdrawRequest::default()),
+        changing(cell, v1::PlanRequest::default()),
+        harmless(cell, v1::ReportRequest::default()),
+        harmless(cell, v1::OpenRequest::default()),
+        changing(cell, v1::CloseRequest::default()),
+        harmless(cell, v1::ExplainRequest::default()),
+        changing(cell, v1::AutomaticRequest::default()),
+        harmless(cell, v1::SessionRequest::default()),
+        harmless(cell, v1::ShapesRequest::default()),
+    ];
+    targets.extend(healths);
+    targets
+}
+
+/// A malformed request, or one that is whole where that changes nothing.
+fn malformed_for(random: &mut impl rand::Rng, target: &Target) -> Vec<u8> {
+    loop {
+        let payload = malformed(random, &target.valid);
+        if !(target.is_whole)(&payload) {
+            return payload;
+        }
+    }
 }
 
 /// Random bytes, or a valid message with some bytes changed, cut off or repeated.
@@ -137,8 +201,16 @@ fn malformed_payloads_at_every_endpoint_change_nothing() {
     let (session, state) = (cell.session().unwrap(), cell.state().unwrap());
     let before = memory(&stack);
     let targets = targets(&cell);
+    let mut methods = Method::ALL.iter();
+    let left_out = methods.find(|method| targets.iter().all(|target| target.method != **method));
+    assert_eq!(left_out, None);
     let mut random = rand::rng();
-    let streams = [Stream::Cloud, Stream::Heightmap, Stream::Outcome];
+    let streams = [
+        Stream::Cloud,
+        Stream::TrayCloud,
+        Stream::Heightmap,
+        Stream::Outcome,
+    ];
     for round in 0..PAYLOADS {
         if round % 4 == 0 {
             let stream = streams[round / 4 % streams.len()];
@@ -150,12 +222,12 @@ fn malformed_payloads_at_every_endpoint_change_nothing() {
                 .wait()
                 .unwrap();
         } else {
-            let (key, valid) = &targets[round % targets.len()];
-            let payload = malformed(&mut random, valid);
+            let target = &targets[random.random_range(0..targets.len())];
+            let payload = malformed_for(&mut random, target);
             // Answers are not waited for: the services have to cope with the pace.
             stack
                 .session()
-                .get(key)
+                .get(&target.key)
                 .payload(payload)
                 .callback(|_| {})
                 .wait()
@@ -168,8 +240,9 @@ fn malformed_payloads_at_every_endpoint_change_nothing() {
     }
     assert_serves_again(&cell, Instant::now(), "malformed payloads");
     assert_memory_bounded(&stack, &before);
-    assert_eq!(cell.state().unwrap().state_number, state.state_number);
-    assert_eq!(cell.session().unwrap().step, session.step);
+    let now = cell.state().unwrap();
+    assert_eq!((now.state_number, now.hold), (state.state_number, None));
+    assert_eq!(cell.session().unwrap(), session);
     assert_consistent(&cell, "afterwards");
     assert!(cell.step().unwrap().is_some());
 }
@@ -182,33 +255,46 @@ fn clouds_at_many_times_the_rate_are_dropped_and_memory_stays_bounded() {
     cell.step().unwrap().unwrap();
     let before = memory(&stack);
     let key = Key::Stream(cell.cell().clone(), Stream::Cloud).to_string();
-    let cloud = v1::PointCloud {
-        sequence: 1,
-        point_stride: 12,
-        fields: ["x", "y", "z"]
-            .iter()
-            .zip([0, 4, 8])
-            .map(|(name, offset)| v1::PackedField {
-                name: (*name).to_owned(),
-                offset,
-                r#type: v1::NumericType::Float32.into(),
-            })
-            .collect(),
-        data: vec![0; 12 * 300_000],
-        ..v1::PointCloud::default()
-    };
-    let payload = cloud.encode_to_vec();
     // The simulated sensor sends two a second, of 16,384 points each: these come at ten times the rate, and each has
-    // eighteen times the points.
+    // eighteen times the points. They are newer than its own, and show the same.
+    let mut cloud = cloud_of(&stack, &key, cell.state().unwrap().state_number);
+    let points = cloud.data.len() / cloud.point_stride as usize;
+    cloud.data = cloud.data.repeat(18);
     let until = Instant::now() + Duration::from_secs(20);
     while Instant::now() < until {
-        stack.session().put(&key, payload.clone()).wait().unwrap();
+        cloud.sequence += 1;
+        cloud.captured_at_ns = i64::try_from(clock::now_ns()).unwrap();
+        let payload = cloud.encode_to_vec();
+        stack.session().put(&key, payload).wait().unwrap();
         std::thread::sleep(Duration::from_millis(50));
     }
+    let seen = cell.ask(v1::HeightmapRequest::default()).unwrap();
+    let quality = seen.heightmap.unwrap().quality.unwrap();
+    let measured = quality.points_measured;
+    assert!(measured > 10 * points as u64, "none was mapped: {measured}");
     assert_serves_again(&cell, Instant::now(), "a flood of clouds");
     assert_memory_bounded(&stack, &before);
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");
+}
+
+/// What the sensor sees of this state.
+fn cloud_of(stack: &Stack, key: &str, state_number: u64) -> v1::PointCloud {
+    let (sender, clouds) = mpsc::channel();
+    let subscriber = stack.session().declare_subscriber(key);
+    let _subscriber = subscriber
+        .callback(move |sample| {
+            sender.send(sample.payload().to_bytes().into_owned()).ok();
+        })
+        .wait()
+        .unwrap();
+    loop {
+        let payload = clouds.recv_timeout(RECOVERY).unwrap();
+        let cloud = v1::PointCloud::decode(payload.as_slice()).unwrap();
+        if cloud.state_number == state_number {
+            return cloud;
+        }
+    }
 }
 
 #[test]
