@@ -106,9 +106,12 @@ fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>
         requests.serve(node, &name.join("resume"), cell, |_: &Trigger| {
             v1::ResumeRequest::default()
         })?,
-        requests.serve_by(node, &name.join("renew"), cell, |requests, cell, _: &Trigger| {
-            requests.renew(cell)
-        })?,
+        requests.serve_by(
+            node,
+            &name.join("renew"),
+            cell,
+            |requests, cell, _: &Trigger| requests.renew(cell),
+        )?,
         requests.serve(node, &name.join("changed"), cell, |asked: &Changed| {
             v1::ChangedRequest {
                 removed_item_ids: asked.removed_item_ids.clone(),

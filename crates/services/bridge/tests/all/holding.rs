@@ -204,7 +204,7 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
 fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
     /// Far more than an answer takes, far less than a test waits for one.
     const AT_ONCE: Duration = Duration::from_secs(5);
-    let (rig, script) = Rig::scripted(false, None);
+    let (rig, script) = Rig::scripted(true, None);
     let controller = &rig.controller;
     let first = controller.state_number();
     for (id, state) in [("p1", first), ("p2", first + 1)] {

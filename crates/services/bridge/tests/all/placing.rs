@@ -331,6 +331,35 @@ fn without_a_journal_that_can_be_written_nothing_is_begun() {
 }
 
 #[test]
+fn a_cell_whose_journal_is_gone_is_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let [journal, elsewhere] = ["bridge.redb", "elsewhere"].map(|name| folder.path().join(name));
+    let (rig, script) = Rig::scripted(true, Some(journal.clone()));
+    let controller = &rig.controller;
+    let request = place("p1", controller.state_number(), 0.16);
+    std::fs::rename(&journal, &elsewhere).unwrap();
+    assert_eq!(controller.refused(request), Status::Unavailable);
+    let hold = controller.state().hold.unwrap();
+    assert!(hold.reason.contains("put that file back"), "{hold:?}");
+    assert!(!rig.process.health().is_ready());
+    let resume = v1::ResumeRequest::default();
+    assert_eq!(controller.refused(resume.clone()), Status::Unavailable);
+
+    std::fs::rename(&elsewhere, &journal).unwrap();
+    let until = deadline();
+    while !rig.process.health().is_ready() {
+        assert!(Instant::now() < until, "it does not recover");
+        std::thread::yield_now();
+    }
+    assert!(controller.state().hold.is_some());
+    controller.call(resume).unwrap();
+    controller.place(place("p2", controller.state_number(), 0.16));
+    script.go.send(()).unwrap();
+    assert_eq!(controller.outcome("p2").kind(), OutcomeKind::Placed);
+    assert_eq!(script.done(), ["p2"]);
+}
+
+#[test]
 fn the_end_waits_for_what_is_under_way() {
     let (mut rig, script) = Rig::scripted(true, None);
     rig.controller

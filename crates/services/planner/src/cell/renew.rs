@@ -89,9 +89,7 @@ impl CellPlanner {
         };
         let tell = |answer| Message::Renewed(request_id, answer);
         let asked = self.ask_aside("renewal", address, request, limit, tell);
-        asked
-            .map(|()| limit)
-            .map_err(|error| error.to_string())
+        asked.map(|()| limit).map_err(|error| error.to_string())
     }
 
     /// The bridge brought an empty container, or did not.
