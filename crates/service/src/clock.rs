@@ -11,7 +11,8 @@ pub fn now_ns() -> u64 {
     now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX))
 }
 
-/// A time by a clock that nobody sets, and that counts while the machine sleeps, which [`Instant`](std::time::Instant)'s does not.
+/// A time by a clock that nobody sets, and that counts while the machine sleeps, which
+/// [`Instant`](std::time::Instant)'s does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Boottime(Duration);
 

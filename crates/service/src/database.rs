@@ -59,8 +59,8 @@ pub enum Fault<Own: OwnFault> {
     },
     /// The path leads to another file than the one that is open, or to none.
     #[error(
-        "{} was moved, deleted or replaced while it was open: put that file back; where it is lost, look what the cell holds, and \
-         restart this service", .0.display()
+        "{} was moved, deleted or replaced while it was open: put that file back; where it is \
+         lost, look what the cell holds, and restart this service", .0.display()
     )]
     Moved(PathBuf),
     /// It gave up.
@@ -184,7 +184,8 @@ impl<Opened> Kept<Opened> {
         };
         let generation = self.generation;
         let result = guarded(|| work(&mut opened, generation));
-        // After a refusal of the service's own the file is as good as before. One that was moved may be put back.
+        // After a refusal of the service's own the file is as good as before. One that was moved
+        // may be put back.
         let is_good = match &result {
             Ok(_) | Err(Fault::Moved(_)) => true,
             Err(Fault::Own(own)) => !own.is_damage(),

@@ -100,7 +100,8 @@ pub fn run<A: Actor>(actor: A, mailbox: &Mailbox<A::Message>) {
     work(actor, mailbox, None);
 }
 
-/// As [`run`], where the process cannot do without it: that ends where the actor never comes back from a message.
+/// As [`run`], where the process cannot do without it: that ends where the actor never comes back
+/// from a message.
 pub fn run_watched<A: Actor>(
     supervisor: &Supervisor,
     name: &str,

@@ -46,8 +46,8 @@ fn identity(metadata: &fs::Metadata) -> (u64, u64) {
     (metadata.dev(), metadata.ino())
 }
 
-/// Opens a file, and begins it where there is none. What another program, or the disk, changed in it is found here; so is an older
-/// copy of it.
+/// Opens a file, and begins it where there is none. What another program, or the disk, changed in
+/// it is found here; so is an older copy of it.
 ///
 /// # Errors
 /// [`Fault`] says why that cannot be.
@@ -103,10 +103,12 @@ impl Deref for DatabaseFile {
 }
 
 impl DatabaseFile {
-    /// Writes what the work does, as this version, and counts the revision up. It is on disk when this returns.
+    /// Writes what the work does, as this version, and counts the revision up. It is on disk when
+    /// this returns.
     ///
     /// # Errors
-    /// [`Fault::Moved`] where the path does not lead to the file any more, that of the work, or of the disk.
+    /// [`Fault::Moved`] where the path does not lead to the file any more; that of the work, or of
+    /// the disk.
     pub fn write<Own: OwnFault>(
         &mut self,
         version: u64,

@@ -11,8 +11,8 @@ static BEGAN: LazyLock<(Duration, Boottime)> = LazyLock::new(|| {
     (since_1970.unwrap_or_default(), Boottime::now())
 });
 
-/// Nanoseconds since 1970 by the time of day when this process began, and from then on by time passed, asleep or not: a clock that is
-/// set changes nothing before the next start.
+/// Nanoseconds since 1970 by the time of day when this process began, and from then on by time
+/// passed, asleep or not: a clock that is set changes nothing before the next start.
 pub(crate) fn now_ns() -> u64 {
     let (since_1970, began) = *BEGAN;
     let now = since_1970.saturating_add(began.elapsed());

@@ -1,7 +1,7 @@
 //! The actor of a robot: does one job after another, and looks at the container between them.
 //!
-//! The desk puts jobs where the robot finds them, and never waits for it. So the desk takes whatever comes, and a robot that waits
-//! for room in its mailbox is never in a circle.
+//! The desk puts jobs where the robot finds them, and never waits for it. So the desk takes
+//! whatever comes, and a robot that waits for room in its mailbox is never in a circle.
 
 use std::convert::Infallible;
 use std::time::Instant;
@@ -14,7 +14,8 @@ use crate::camera::Camera;
 use crate::desk::Message;
 use crate::robot::{Body, CutOff, Placement, Robot};
 
-/// What waits for a robot: one job of each kind. A newer one to take over or to show says all that the older one did.
+/// What waits for a robot: one job of each kind. A newer one to take over or to show says all that
+/// the older one did.
 pub(crate) type Jobs = LatestValues<Kind, Job>;
 
 /// Kinds of jobs, in the order in which those that wait are done.

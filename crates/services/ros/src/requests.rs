@@ -84,8 +84,8 @@ impl Requests {
         })
     }
 
-    /// Answers a service by whether the stack does what it is asked. Each request has a thread: one that waits, as long as a request of
-    /// ROS may, holds up no other.
+    /// Answers a service by whether the stack does what it is asked. Each request has a thread: one
+    /// that waits, as long as a request of ROS may, holds up no other.
     pub(crate) fn serve_by<S: Service<Response = Done>>(
         &self,
         node: &Node,

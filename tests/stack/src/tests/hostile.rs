@@ -49,7 +49,8 @@ struct Target {
     method: Method,
     key: String,
     valid: Vec<u8>,
-    /// Whether a payload is a whole request, where such a one may change something: then none is sent.
+    /// Whether a payload is a whole request, where such a one may change something: then none is
+    /// sent.
     is_whole: fn(&[u8]) -> bool,
 }
 

@@ -57,7 +57,8 @@ pub(crate) enum Message {
     Placed(Finding, Vec<Body>),
     /// The robot gave up before it touched anything.
     CutOff,
-    /// The robot took over what people changed for the so-many-eth time; what lies in the container now.
+    /// The robot took over what people changed for the so-many-eth time; what lies in the container
+    /// now.
     TakenOver(u64, Vec<Body>),
     /// A renewal has ended; what lies in the container now.
     Renewed(Result<(), RobotError>, Vec<Body>),
@@ -288,7 +289,8 @@ impl Desk {
         }
     }
 
-    /// Holds the cell where its journal is not in its place any more: a restart would not know what was acknowledged.
+    /// Holds the cell where its journal is not in its place any more: a restart would not know what
+    /// was acknowledged.
     fn hold_where_moved(&mut self) {
         let moved = self.trouble.as_ref().and_then(|(error, _)| error.moved());
         let Some(change) = moved.map(|reason| self.ledger.hold_besides(reason)) else {
@@ -356,7 +358,8 @@ impl Desk {
         self.show();
     }
 
-    /// Has the robot do this as soon as it can. Where its thread ended by a panic, the process ends too.
+    /// Has the robot do this as soon as it can. Where its thread ended by a panic, the process ends
+    /// too.
     fn send(&self, job: Job) {
         self.jobs.put(job.kind(), job);
     }

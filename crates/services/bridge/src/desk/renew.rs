@@ -16,7 +16,8 @@ impl Desk {
             self.ledger.head().state_number,
         );
         if asked == 0 {
-            let message = "state_number: 0 is no state: name the one whose container is to go, as bridge/state tells it";
+            let message = "state_number: 0 is no state: name the one whose container is to go, as \
+                           bridge/state tells it";
             return incoming.refuse(Status::Invalid, message);
         }
         match self.ledger.judge_renewal(&request_id) {
@@ -28,7 +29,8 @@ impl Desk {
             RenewalVerdict::Held(reason) => refuse_held(incoming, reason),
             RenewalVerdict::New if asked != now => {
                 let message = format!(
-                    "state_number: the cell is in state {now}, not {asked}: ask anew where its container is still to go"
+                    "state_number: the cell is in state {now}, not {asked}: ask anew where its \
+                     container is still to go"
                 );
                 incoming.refuse(Status::Stale, message);
             }

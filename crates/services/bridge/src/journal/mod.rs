@@ -4,13 +4,16 @@
 //! anew at the next write, and every cell then writes its whole ledger, which makes the disk say what the process
 //! knows, whatever became of the write that failed.
 //!
-//! A file that is damaged is put aside under a new name, for people to look at, and a new one begun. With it goes the
-//! knowledge of which placements were executed; so that none is executed again, a cell without a ledger begins at a
-//! state number that no placement was planned on (see [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell
-//! is empty then; a real one has to be seen again. An older copy that somebody put back is put aside so, too. Commits are made in two
-//! phases, so that damage is never taken for a crash, after which the commit before the last would count.
+//! A file that is damaged is put aside under a new name, for people to look at, and a new one
+//! begun. With it goes the knowledge of which placements were executed; so that none is executed
+//! again, a cell without a ledger begins at a state number that no placement was planned on (see
+//! [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell is empty then; a real
+//! one has to be seen again. An older copy that somebody put back is put aside so, too. Commits are
+//! made in two phases, so that damage is never taken for a crash, after which the commit before the
+//! last would count.
 //!
-//! A file that was moved, deleted or replaced while it is open is not written to: a restart would not find what was acknowledged.
+//! A file that was moved, deleted or replaced while it is open is not written to: a restart would
+//! not find what was acknowledged.
 
 mod database;
 

@@ -200,7 +200,8 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
     );
 }
 
-/// Holds a cell whose robot hangs where the test has it, after all that could fill what waits for the robot.
+/// Holds a cell whose robot hangs where the test has it, after all that could fill what waits for
+/// the robot.
 fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
     /// Far more than an answer takes, far less than a test waits for one.
     const AT_ONCE: Duration = Duration::from_secs(5);

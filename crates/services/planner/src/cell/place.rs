@@ -149,7 +149,8 @@ impl Place {
         state
     }
 
-    /// As [`Self::bridge_state`], of a bridge that has to be there: it is asked also where it did not answer last.
+    /// As [`Self::bridge_state`], of a bridge that has to be there: it is asked also where it did
+    /// not answer last.
     pub(super) fn ask_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
         let until = deadline.min(Instant::now() + PATIENCE);
         let request = v1::CellStateRequest::default();

@@ -1,8 +1,9 @@
 //! Containers that were closed: the bridge takes them away and brings empty ones, which are opened or stand ready.
 //!
-//! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed once. It names the state that the
-//! bridge is in while the session wants this: a request that comes late empties nothing that came after. The cell's actor packs the
-//! others meanwhile: a thread of its own waits for the bridge and sends the answer to the actor.
+//! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed
+//! once. It names the state that the bridge is in while the session wants this: a request that
+//! comes late empties nothing that came after. The cell's actor packs the others meanwhile: a
+//! thread of its own waits for the bridge and sends the answer to the actor.
 
 use std::time::{Duration, Instant};
 
@@ -64,7 +65,9 @@ impl CellPlanner {
         let again_after = match self.try_ask_renewal(name, id) {
             Ok(limit) => limit + ANSWER_SLACK,
             Err(reason) => {
-                tracing::warn!(cell = %self.cell, container = name, reason, "a container is not asked for yet");
+                tracing::warn!(
+                    cell = %self.cell, container = name, reason, "a container is not asked for yet"
+                );
                 PAUSE
             }
         };
