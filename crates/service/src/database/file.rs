@@ -59,7 +59,7 @@ pub fn open<Own: OwnFault>(path: &Path) -> Result<DatabaseFile, Fault<Own>> {
     options.read(true).write(true).create(true).truncate(false);
     let file = options.open(path)?;
     let mut place = Place::of(path, &file)?;
-    let database = guarded(|| {
+    let database = guarded::<Database, Own>(|| {
         let mut builder = builder();
         builder.set_check_integrity_on_open(true);
         Ok(builder.create_file(file)?)
