@@ -62,7 +62,7 @@ impl CellPlanner {
         };
         // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
         in_time(deadline)?;
-        let mut decision = self.decision(request_id, &prepared, &found)?;
+        let mut decision = self.decision(request_id, &prepared, &found, deadline)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         if !setting_aside.is_zero() {
             let stage = header::stage("set_aside", setting_aside);
@@ -151,12 +151,13 @@ impl CellPlanner {
         request_id: &str,
         prepared: &Prepared,
         found: &Found,
+        deadline: Instant,
     ) -> Result<v1::Decision, Refusal> {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
         let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
         let chosen = prepared.plan.decision(found).ok_or_else(lost)?;
         let place = self.place_of(&chosen.container)?;
-        let decided_at_ns = place.bridge_now_ns();
+        let decided_at_ns = place.bridge_now_ns(deadline);
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),

@@ -161,9 +161,9 @@ impl Place {
     }
 
     /// What the bridge's clock shows now; 0 where no bridge is heard of, not even when it is asked.
-    pub(super) fn bridge_now_ns(&mut self) -> u64 {
+    pub(super) fn bridge_now_ns(&mut self, deadline: Instant) -> u64 {
         if !self.bridge_clock.was_heard() {
-            self.bridge_state(Instant::now() + PATIENCE);
+            self.bridge_state(deadline);
         }
         self.bridge_clock.now_ns()
     }
