@@ -13,7 +13,9 @@ const BYTES: usize = 16;
 
 /// Where the mark of a database is.
 fn path_of(database: &Path) -> PathBuf {
-    database.with_extension("revision")
+    let mut name = database.as_os_str().to_owned();
+    name.push(".revision");
+    name.into()
 }
 
 /// The mark of a database, open to be written.

@@ -228,7 +228,7 @@ fn every_page_of_the_journal_may_be_damaged() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
     let before = in_file(&path);
-    let mark = path.with_extension("revision");
+    let mark = folder.path().join("journal.redb.revision");
     let marked = std::fs::read(&mark).unwrap();
     with_each_damage(&path, |damage| {
         std::fs::write(&mark, &marked).unwrap();

@@ -294,7 +294,7 @@ fn nothing_is_saved_while_the_file_of_a_cell_is_not_where_it_was() {
 
 /// The mark of a cell's file.
 fn mark_of(store: &Path, cell: &Cell) -> PathBuf {
-    file::of_cell(store, cell).with_extension("revision")
+    file::of_cell(store, cell).with_extension("redb.revision")
 }
 
 #[test]
