@@ -16,7 +16,6 @@ use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
-use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 
 use crate::apart::Apart;
@@ -119,16 +118,11 @@ impl Packer<'_> {
         let network = network.map(|network| network as &dyn OpenNetwork);
         let planner =
             method.build_with(&self.grid, method.proposer(&self.grid, network)?, trial, 1)?;
-        let (catalogue, scan) = (&self.catalogue, self.simulated.scan);
-        let cell = SimulatedPackingCell::new(self.apart.cell(known), &self.grid, catalogue, scan)
-            .or_input()?;
-        let mut cell = cell.with_pose_error(self.apart.pose_error);
-        if let Some(camera) = self.simulated.camera {
-            cell = cell
-                .with_cameras(&CameraSettings { seed, ..camera })
-                .or_input()?;
-        }
-        Ok((planner, cell))
+        let physics = self.apart.cell(known);
+        let cell = self
+            .simulated
+            .packing_cell(physics, &self.grid, &self.catalogue)?;
+        Ok((planner, cell.with_pose_error(self.apart.pose_error)))
     }
 
     /// How episodes are played.

@@ -8,7 +8,7 @@ use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step, play};
 use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::step::StepInput;
-use ppnpack_physics::packing_cell::{Placed, SimulatedPackingCell};
+use ppnpack_physics::packing_cell::Placed;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 
@@ -53,12 +53,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let mut planner = method.build_with(grid, proposer, checks, 1)?;
     let objects = settings.sequence.objects.len() as u64;
     let mut watch = Watch(progress::bar("Packing", objects));
-    let known = simulated.cell.clone();
-    let done = SimulatedPackingCell::new(known, grid, &catalogue, simulated.scan).or_input()?;
-    let mut done = match &simulated.camera {
-        Some(camera) => done.with_cameras(camera).or_input()?,
-        None => done,
-    };
+    let mut done = simulated.packing_cell(simulated.cell.clone(), grid, &catalogue)?;
     let how = Play {
         buffer: method.buffer,
         set_aside: settings.set_aside,

@@ -1,9 +1,10 @@
 //! Options of the simulated cell: its conditions, and what is usual under them; its physics; what sees it.
 
 use clap::{Args, ValueEnum};
+use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::{Method, SET_ASIDE};
-use ppnpack_physics::packing_cell::Sampling;
+use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
@@ -62,8 +63,12 @@ pub struct PhysicsOptions {
     #[arg(long, value_name = "FILE", value_parser = parse_physics)]
     physics: Option<Value>,
 
-    #[command(flatten)]
-    view: ViewOptions,
+    /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
+    /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
+    /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
+    /// `noise = { sigma_m, dropout, step_m }` [default: that of the conditions]
+    #[arg(long, value_name = "VIEW|FILE", value_parser = parse_view)]
+    view: Option<View>,
 }
 
 fn parse_physics(path: &str) -> Result<Value, String> {
@@ -85,6 +90,27 @@ pub struct Simulated {
     pub cell: CellSettings,
 }
 
+impl Simulated {
+    /// A cell with these physics, empty, seen as is set; the seed of the physics is also that of the cameras.
+    ///
+    /// # Errors
+    /// Which setting is wrong.
+    pub fn packing_cell(
+        &self,
+        physics: CellSettings,
+        grid: &Grid,
+        catalogue: &Catalogue,
+    ) -> Outcome<SimulatedPackingCell> {
+        let seed = physics.seed;
+        let cell = SimulatedPackingCell::new(physics, grid, catalogue, self.scan).or_input()?;
+        let Some(camera) = self.camera else {
+            return Ok(cell);
+        };
+        let camera = CameraSettings { seed, ..camera };
+        cell.with_cameras(&camera).or_input()
+    }
+}
+
 impl PhysicsOptions {
     /// The conditions that are asked for, else these.
     pub fn conditions(&self, default: Conditions) -> Conditions {
@@ -96,9 +122,14 @@ impl PhysicsOptions {
     /// # Errors
     /// Which setting is wrong.
     pub fn simulated(&self, grid: &Grid, seed: u64, default: Conditions) -> Outcome<Simulated> {
-        let (scan, mut cell) = match self.conditions(default) {
+        let (usual, mut cell) = match self.conditions(default) {
             Conditions::Robot => (Sampling::Greatest, CellSettings::robot()),
             Conditions::Reference => (Sampling::Middle, CellSettings::default()),
+        };
+        let (scan, camera) = match self.view {
+            Some(View::Cameras(camera)) => (usual, Some(CameraSettings { seed, ..camera })),
+            Some(View::Scan(scan)) => (scan, None),
+            None => (usual, None),
         };
         if let Some(over) = &self.physics {
             cell = cell.overlaid(over.clone()).or_input()?;
@@ -106,28 +137,11 @@ impl PhysicsOptions {
         cell.container = grid.container();
         cell.seed = seed;
         cell.validate().or_input()?;
-        let camera = self.view.camera(seed);
         if let Some(camera) = &camera {
             camera.validate(cell.container).or_input()?;
         }
-        Ok(Simulated {
-            scan: self.view.scan().unwrap_or(scan),
-            camera,
-            cell,
-        })
+        Ok(Simulated { scan, camera, cell })
     }
-}
-
-/// What sees the container of a simulated cell.
-#[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Simulated cell")]
-struct ViewOptions {
-    /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
-    /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
-    /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
-    /// `noise = { sigma_m, dropout, step_m }` [default: that of the conditions]
-    #[arg(long, value_name = "VIEW|FILE", value_parser = parse_view)]
-    view: Option<View>,
 }
 
 /// What sees the container.
@@ -146,22 +160,4 @@ fn parse_view(text: &str) -> Result<View, String> {
             format!("none of exact, middles and camera, and no file of cameras: {error}")
         })?),
     })
-}
-
-impl ViewOptions {
-    /// The cameras that are asked for; without any the container is scanned.
-    fn camera(&self, seed: u64) -> Option<CameraSettings> {
-        match self.view {
-            Some(View::Cameras(camera)) => Some(CameraSettings { seed, ..camera }),
-            _ => None,
-        }
-    }
-
-    /// The scan that is asked for.
-    fn scan(&self) -> Option<Sampling> {
-        match self.view {
-            Some(View::Scan(scan)) => Some(scan),
-            _ => None,
-        }
-    }
 }
