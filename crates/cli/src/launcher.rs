@@ -7,6 +7,7 @@
 
 use std::convert::Infallible;
 use std::ffi::OsString;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -148,14 +149,7 @@ fn with_torch(program: &Path) -> Command {
 }
 
 /// Turns this process into another program, with the same arguments.
-#[cfg(unix)]
 fn become_program(command: &mut Command) -> Result<Infallible> {
-    use std::os::unix::process::CommandExt;
     let error = command.args(std::env::args_os().skip(1)).exec();
     Err(error).with_context(|| format!("{} cannot be started", command.get_program().display()))
-}
-
-#[cfg(not(unix))]
-fn become_program(_command: &mut Command) -> Result<Infallible> {
-    bail!("experiments and the network run on Unix alone")
 }

@@ -18,10 +18,7 @@ pub fn parse_length(text: &str) -> Result<f64, String> {
 }
 
 /// Parses a length of at least 0; gives metres.
-///
-/// # Errors
-/// What is wrong with it, in words.
-pub fn parse_distance(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
     let metres = parse_coordinate(text)?;
     if metres >= 0.0 {
         Ok(metres)
@@ -76,7 +73,7 @@ pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
 }
 
 /// A number and the letters of its unit, which may be none; neither is checked.
-pub(crate) fn split_unit(text: &str) -> (&str, &str) {
+fn split_unit(text: &str) -> (&str, &str) {
     let text = text.trim();
     let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     (number, text.get(number.len()..).unwrap_or_default())
@@ -94,9 +91,6 @@ const SIZES: [(&str, f64); 7] = [
 ];
 
 /// Parses a time above 0, such as `10min` or `1h`.
-///
-/// # Errors
-/// What is wrong with it, in words.
 pub(crate) fn parse_time(text: &str) -> Result<Duration, String> {
     let time = humantime::parse_duration(text).map_err(|error| error.to_string())?;
     match time.is_zero() {
@@ -106,9 +100,6 @@ pub(crate) fn parse_time(text: &str) -> Result<Duration, String> {
 }
 
 /// Parses a size such as `500MB`, of at least 1 byte; gives bytes.
-///
-/// # Errors
-/// What is wrong with it, in words.
 pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = split_unit(text);
     let (_, factor) = SIZES

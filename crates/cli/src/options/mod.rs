@@ -31,7 +31,7 @@ pub struct CatalogueOptions {
     pub(crate) catalogue: String,
 
     /// The unit of the folder's mesh files where its objects.csv gives none
-    #[arg(long, value_name = "UNIT", default_value = "m", value_parser = parse_unit)]
+    #[arg(long, value_name = "UNIT", default_value = "m")]
     pub(crate) unit: LengthUnit,
 
     /// The density of objects whose mass is not known, in kg/m^3
@@ -137,11 +137,6 @@ impl GridOptions {
             yaws: self.yaws.unwrap_or(usual.yaws),
         }
     }
-}
-
-fn parse_unit(text: &str) -> Result<LengthUnit, String> {
-    text.parse()
-        .map_err(|error: ppnpack_catalogue::unit::UnknownUnit| error.to_string())
 }
 
 /// Parses a number above 0.

@@ -162,10 +162,10 @@ impl Stack {
     }
 
     /// Serves the operator's page by settings that are valid. Gives its address, with the port that the system chose.
-    ///
-    /// # Errors
-    /// Why it does not start.
-    pub fn serve_console(&mut self, settings: &ppnpack_console::Settings) -> Outcome<SocketAddr> {
+    pub(crate) fn serve_console(
+        &mut self,
+        settings: &ppnpack_console::Settings,
+    ) -> Outcome<SocketAddr> {
         let mut address = settings.listen;
         self.add(Service::Console, |process| {
             let started = ppnpack_console::start(process, settings);
