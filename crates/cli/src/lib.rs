@@ -13,6 +13,7 @@ pub mod quantity;
 pub mod report;
 pub mod sequence;
 pub mod stack;
+mod text;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

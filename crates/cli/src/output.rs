@@ -2,48 +2,19 @@
 
 use std::io::Write;
 
+use crate::text::{self, Template};
 use anyhow::Context;
-use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
 
-/// Rows under a header as a table for the terminal.
-pub(crate) fn columns<const N: usize>(
-    header: [&str; N],
-    rows: impl IntoIterator<Item = [String; N]>,
-) -> String {
-    let mut table = table();
-    table.set_header(header);
-    for row in rows {
-        table.add_row(row);
-    }
-    table.to_string()
-}
-
-/// Names and values as a table for the terminal.
-pub(crate) fn rows<Name: Into<String>>(rows: impl IntoIterator<Item = (Name, String)>) -> String {
-    let mut table = table();
-    for (name, value) in rows {
-        table.add_row([name.into(), value]);
-    }
-    table.to_string()
-}
-
-fn table() -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
-    table
-}
-
-/// Prints a value as JSON where that is asked for, and as text for people otherwise.
+/// Prints a value as JSON where that is asked for, and as a template's text for people otherwise.
 pub(crate) fn print(
     value: &impl serde::Serialize,
     as_json: bool,
-    text: impl FnOnce() -> String,
+    template: Template,
 ) -> anyhow::Result<()> {
     if as_json {
         print_json(value)
     } else {
-        print_line(&text())
+        print_line(text::render(template, value)?.trim_end())
     }
 }
 

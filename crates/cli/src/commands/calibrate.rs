@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::options::{calibration_file, file};
-use crate::output;
+use crate::output::{print_json, print_line};
 use crate::quantity::parse_size;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
@@ -78,9 +78,11 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
         residuals: &calibration.residuals,
         out: &arguments.out,
     };
-    Ok(output::print(&summary, arguments.json, || {
-        format!("{file}\nCalibration: {}", arguments.out.display())
-    })?)
+    match arguments.json {
+        true => print_json(&summary)?,
+        false => print_line(&format!("{file}\nCalibration: {}", arguments.out.display()))?,
+    }
+    Ok(())
 }
 
 /// The size as exactly as it is measured. A hair less than a multiple of the cell would cost a row of cells.

@@ -74,10 +74,14 @@ pub(crate) fn run(arguments: &CallArguments) -> Outcome {
     }
 }
 
+/// All messages of the protocol.
+pub(super) fn schema() -> Outcome<DescriptorPool> {
+    DescriptorPool::from_file_descriptor_set(ppnpack_wire::schema().or_run()?).or_run()
+}
+
 /// The messages of a method, by the protocol's naming.
 fn messages(service: Service, method: Method) -> Outcome<(MessageDescriptor, MessageDescriptor)> {
-    let pool =
-        DescriptorPool::from_file_descriptor_set(ppnpack_wire::schema().or_run()?).or_run()?;
+    let pool = schema()?;
     let name = match (service, method) {
         (Service::Bridge, Method::State) => "CellState".to_owned(),
         (_, method) => {

@@ -17,6 +17,7 @@ use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{CatalogueOptions, Conditions, GridOptions};
 use crate::output::{self, print_line};
 use crate::quantity::centimetres;
+use crate::text::template;
 
 /// Look at the objects of a folder or of the built-in set.
 #[derive(Debug, Args)]
@@ -139,82 +140,28 @@ fn extents_m(model: &Model) -> [f64; 3] {
 
 fn list(listing: &Listing, grid: &GridOptions) -> Outcome {
     let grid = grid.grid(Conditions::Robot)?;
-    let has_poses = listing.options.poses > 1;
     // Pose 0 is the same on every grid, and a coarse one is prepared sooner.
-    let catalogue = match has_poses {
-        true => listing.options.load(grid.resolution())?,
-        false => listing.options.load(&Resolution::reference())?,
+    let coarse = Resolution::reference();
+    let (resolution, text) = match listing.options.poses > 1 {
+        true => (grid.resolution(), template!("catalogue_poses.txt")),
+        false => (&coarse, template!("catalogue_list.txt")),
     };
+    let catalogue = listing.options.load(resolution)?;
     let objects = catalogue.objects.iter().enumerate();
     let objects: Vec<ListedObject> = objects.map(ListedObject::new).collect();
-    let table = if has_poses { pose_table } else { table };
-    Ok(output::print(&objects, listing.json, || table(&objects))?)
-}
-
-/// A line per pose of each object.
-fn pose_table(objects: &[ListedObject]) -> String {
-    let header = [
-        "Index",
-        "Name",
-        "Pose",
-        "Probability",
-        "Up in its own frame",
-        "Size",
-    ];
-    let lines = objects.iter().flat_map(|object| {
-        object.poses.iter().map(move |posed| {
-            // No minus before what rounds to 0.
-            let [x, y, z] = posed.up.map(|along| (along * 100.0).round() / 100.0 + 0.0);
-            [
-                object.index.to_string(),
-                object.name.clone(),
-                posed.pose.to_string(),
-                format!("{:.0} %", posed.probability * 100.0),
-                format!("{x:.2} {y:.2} {z:.2}"),
-                centimetres(posed.extents_m),
-            ]
-        })
-    });
-    output::columns(header, lines)
-}
-
-fn table(objects: &[ListedObject]) -> String {
-    let header = [
-        "Index", "Name", "Size", "Volume", "Mass", "Carries", "Pieces", "Poses",
-    ];
-    let lines = objects.iter().map(|object| {
-        let carries = object
-            .carries_kg
-            .map(|carries_kg| format!("{:.0} g", carries_kg * 1e3));
-        [
-            object.index.to_string(),
-            object.name.clone(),
-            centimetres(object.extents_m),
-            format!("{:.0} cm³", object.volume_m3 * 1e6),
-            format!("{:.0} g", object.mass_kg * 1e3),
-            carries.unwrap_or_else(|| "anything".to_owned()),
-            object.convex_pieces.to_string(),
-            object.resting_poses.to_string(),
-        ]
-    });
-    output::columns(header, lines)
+    Ok(output::print(&objects, listing.json, text)?)
 }
 
 fn check(listing: &Listing) -> Outcome {
     let (source, settings) = (listing.options.source(), listing.options.settings());
     let reports = inspect(&source, &settings).or_input()?;
-    let all = reports.len();
-    let bad = reports.iter().filter(|report| report.outcome.is_err());
-    let bad = bad.count();
     let checked: Vec<CheckedObject> = reports.iter().map(CheckedObject::new).collect();
-    output::print(&checked, listing.json, || {
-        let lines: String = reports.iter().map(|report| line(report) + "\n").collect();
-        format!("{lines}{} of {all} objects can be packed", all - bad)
-    })?;
-    match bad {
+    output::print(&checked, listing.json, template!("catalogue_check.txt"))?;
+    match checked.iter().filter(|object| !object.ok).count() {
         0 => Ok(()),
         bad => Err(Failure::input(format_args!(
-            "{bad} of {all} objects cannot be packed"
+            "{bad} of {} objects cannot be packed",
+            checked.len()
         ))),
     }
 }
@@ -225,33 +172,22 @@ struct CheckedObject {
     ok: bool,
     error: Option<String>,
     repairs: Vec<String>,
+    triangles: Option<usize>,
+    volume_m3: Option<f64>,
 }
 
 impl CheckedObject {
     fn new(report: &ObjectReport) -> Self {
         let object = report.outcome.as_ref().ok();
         let repairs = object.iter().flat_map(|object| &object.repairs);
+        let model = object.map(|object| &object.model);
         Self {
             path: report.path.display().to_string(),
             ok: report.outcome.is_ok(),
             error: report.outcome.as_ref().err().map(ToString::to_string),
             repairs: repairs.map(ToString::to_string).collect(),
-        }
-    }
-}
-
-fn line(report: &ObjectReport) -> String {
-    let path = report.path.display();
-    match &report.outcome {
-        Err(error) => format!("BAD  {path} {error}"),
-        Ok(object) => {
-            let repairs = object.repairs.iter();
-            let repaired: String = repairs.map(|repair| format!("; {repair}")).collect();
-            format!(
-                "ok   {path}: {} triangles, {:.0} cm³{repaired}",
-                object.model.mesh.triangles.len(),
-                object.model.volume_m3 * 1e6
-            )
+            triangles: model.map(|model| model.mesh.triangles.len()),
+            volume_m3: model.map(|model| model.volume_m3),
         }
     }
 }

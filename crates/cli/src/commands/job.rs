@@ -15,7 +15,7 @@ use crate::network::Backend;
 use crate::options::{
     CatalogueOptions, Conditions, GridOptions, MethodOptions, PhysicsOptions, Simulated,
 };
-use crate::output;
+use crate::output::{print_json, print_line};
 use crate::report::{self, ArmWork, MethodWithArm, PAGE_FILE, Packing, Settings};
 use crate::sequence::{Sequence, SequenceOptions};
 
@@ -132,11 +132,15 @@ impl JobOptions {
         let ResultOptions { out, json } = &self.results;
         let summary = packing.summary();
         report::write(packing, &summary, out)?;
+        if *json {
+            return Ok(print_json(&summary)?);
+        }
         let page = out.join(PAGE_FILE);
-        Ok(output::print(&summary, *json, || {
-            let table = report::table::summary(packing, &summary);
-            format!("{table}\nReport: {}", page.display())
-        })?)
+        Ok(print_line(&format!(
+            "{}Report: {}",
+            summary.table()?,
+            page.display()
+        ))?)
     }
 }
 

@@ -21,6 +21,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor};
 use crate::output;
 use crate::quantity::parse_distance;
+use crate::text::template;
 
 /// How far beyond the cloud its own region reaches, in metres.
 const MARGIN_M: f64 = 0.001;
@@ -120,7 +121,11 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
         points: points.len(),
         segmentation_s,
     };
-    Ok(output::print(&found, arguments.json, || found.table())?)
+    Ok(output::print(
+        &found,
+        arguments.json,
+        template!("recognise.txt"),
+    )?)
 }
 
 impl RecogniseArguments {
@@ -189,45 +194,5 @@ fn reason(reason: UnknownReason) -> &'static str {
         UnknownReason::FewPoints => "too few points",
         UnknownReason::NoCandidate => "no object of this size",
         UnknownReason::PoorFit => "no object agrees well enough",
-    }
-}
-
-impl Found {
-    fn table(&self) -> String {
-        let header = [
-            "object",
-            "position (cm)",
-            "seen (cm)",
-            "points",
-            "fitness",
-            "next",
-            "ms",
-        ];
-        let centimetres =
-            |lengths_m: [f64; 3]| lengths_m.map(|m| format!("{:.1}", m * 100.0)).join(", ");
-        let lines = self.items.iter().map(|item| {
-            let unknown = || format!("unknown: {}", item.unknown.unwrap_or_default());
-            let runner_up = item.runner_up.as_ref().zip(item.margin);
-            let next = runner_up.map(|(other, margin)| format!("{other}, {margin:.3} less"));
-            let pose = item.pose.as_ref().map(|pose| centimetres(pose.position_m));
-            let fitness = item.fitness.map(|fitness| format!("{fitness:.3}"));
-            [
-                item.object.clone().unwrap_or_else(unknown),
-                pose.unwrap_or_default(),
-                centimetres(item.size_m),
-                item.points.to_string(),
-                fitness.unwrap_or_default(),
-                next.unwrap_or_default(),
-                format!("{:.0}", item.took_s * 1e3),
-            ]
-        });
-        let table = output::columns(header, lines);
-        format!(
-            "{table}\n{} items and {} specks in {} points, found in {:.0} ms",
-            self.items.len(),
-            self.specks,
-            self.points,
-            self.segmentation_s * 1e3
-        )
     }
 }

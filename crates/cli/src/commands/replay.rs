@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output;
+use crate::text::template;
 
 /// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with 1 where a step goes otherwise.
 #[derive(Debug, Args)]
@@ -59,18 +60,23 @@ struct Other {
 
 pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
     let replayed = replay(&arguments.file, arguments.any_version)?;
-    output::print(&replayed, arguments.json, || told(&replayed))?;
-    let Replayed {
-        different, damage, ..
-    } = &replayed;
-    match (different.first(), damage) {
-        (Some(first), _) => Err(anyhow!(
-            "{} steps go otherwise than they were recorded: {first}",
-            different.len()
+    output::print(&replayed, arguments.json, template!("replay.txt"))?;
+    if let Some(first) = replayed.different.first() {
+        return Err(anyhow!(
+            "{} steps go otherwise than they were recorded: cell {}, session {}, step {}: {} is recorded as {}, and is now {}",
+            replayed.different.len(),
+            first.cell,
+            first.session,
+            first.step,
+            first.field,
+            first.recorded,
+            first.replayed
         )
-        .into()),
-        (None, Some(damage)) => Err(anyhow!("{damage}").into()),
-        (None, None) => Ok(()),
+        .into());
+    }
+    match replayed.damage {
+        Some(damage) => Err(anyhow!(damage).into()),
+        None => Ok(()),
     }
 }
 
@@ -140,11 +146,7 @@ impl Replay {
 
     fn step(&mut self, record: &v1::PlanningRecord) -> Outcome {
         let own = env!("CARGO_PKG_VERSION");
-        let software = record
-            .versions
-            .as_ref()
-            .map(|versions| versions.software.as_str());
-        let software = software.unwrap_or_default();
+        let software = record.versions.clone().unwrap_or_default().software;
         if software != own && !self.is_any_version {
             self.leave_out(format!(
                 "release {software} planned it, and this is {own}: --any-version plans it all the same"
@@ -161,21 +163,14 @@ impl Replay {
         let recorded = record.decision.as_ref().map(what_follows);
         match compare(recorded.as_ref(), replayed.as_ref())? {
             None => self.replayed.equal += 1,
-            Some(difference) => {
-                let Difference {
-                    field,
-                    first,
-                    second,
-                } = difference;
-                self.replayed.different.push(Other {
-                    cell: record.cell.clone(),
-                    session: record.session_id.clone(),
-                    step: record.step,
-                    field,
-                    recorded: first,
-                    replayed: second,
-                });
-            }
+            Some(difference) => self.replayed.different.push(Other {
+                cell: record.cell.clone(),
+                session: record.session_id.clone(),
+                step: record.step,
+                field: difference.field,
+                recorded: difference.first,
+                replayed: difference.second,
+            }),
         }
         Ok(())
     }
@@ -203,45 +198,4 @@ fn compare(
             second: said(replayed),
         })),
     }
-}
-
-impl std::fmt::Display for Other {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            cell,
-            session,
-            step,
-            field,
-            recorded,
-            replayed,
-        } = self;
-        write!(
-            formatter,
-            "cell {cell}, session {session}, step {step}: {field} is recorded as {recorded}, and is now {replayed}"
-        )
-    }
-}
-
-/// What became of the steps, for people.
-fn told(replayed: &Replayed) -> String {
-    let Replayed {
-        equal,
-        different,
-        not_replayed,
-        is_whole,
-        damage,
-    } = replayed;
-    let mut lines = vec![format!(
-        "{equal} steps go as they were recorded, bit for bit"
-    )];
-    lines.extend(different.iter().map(|other| format!("different: {other}")));
-    let left_out = not_replayed.iter();
-    lines.extend(
-        left_out.map(|(why, count)| format!("{count} steps were not planned again: {why}")),
-    );
-    if !is_whole && damage.is_none() {
-        let cut = "the recording has no end: its recorder was killed, or is still writing it; the last second before that may be missing";
-        lines.push(cut.to_owned());
-    }
-    lines.join("\n")
 }

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::failure::{OrRun, Outcome};
 use crate::output;
 use crate::stack::connect::ConnectOptions;
+use crate::text::template;
 
 /// Shows which services are alive, and whether they are ready. Ends with 1 where one is not ready or none is alive.
 #[derive(Debug, Args)]
@@ -60,7 +61,7 @@ pub(crate) fn run(arguments: &StatusArguments) -> Outcome {
             },
         });
     }
-    output::print(&lines, arguments.json, || table(&lines))?;
+    output::print(&lines, arguments.json, template!("status.txt"))?;
     match lines.iter().find(|line| !line.ready) {
         Some(line) => Err(anyhow!("{} {} is not ready", line.service, line.instance).into()),
         None if lines.is_empty() => Err(anyhow!("no service is alive").into()),
@@ -84,32 +85,4 @@ impl Line {
             ..self
         }
     }
-}
-
-fn table(lines: &[Line]) -> String {
-    let header = [
-        "service",
-        "instance",
-        "cells",
-        "ready",
-        "version",
-        "up",
-        "what is wrong",
-    ];
-    let lines = lines.iter().map(|line| {
-        let cells = match line.cells.is_empty() {
-            true => "any".to_owned(),
-            false => line.cells.join(", "),
-        };
-        [
-            line.service.clone(),
-            line.instance.clone(),
-            cells,
-            if line.ready { "yes" } else { "no" }.to_owned(),
-            line.version.clone(),
-            format!("{:.0} s", line.uptime_s),
-            line.failing.join("; "),
-        ]
-    });
-    output::columns(header, lines)
 }

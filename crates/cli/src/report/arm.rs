@@ -10,7 +10,7 @@ use ppnpack_robot::parameters::ArmParameters;
 use ppnpack_robot::station::ArmStation;
 use serde::Serialize;
 
-use super::summary::{Spread, Unplaceable, counted};
+use super::summary::{Spread, Unplaceable};
 use crate::sequence::Sequence;
 
 /// The arm's part in a packing, as `summary.json` has it.
@@ -77,39 +77,5 @@ impl ArmWork {
             cycle_s: Spread::of(cycles_s.map(Duration::from_secs_f64)),
             ..self.clone()
         }
-    }
-
-    /// Named figures for people.
-    pub(super) fn figures(&self) -> Vec<(&'static str, String)> {
-        let Spread { mean, median, max } = self.cycle_s;
-        let cycle = format!("{mean:.2} s mean, {median:.2} s median, {max:.2} s at most");
-        let mut figures = vec![
-            ("Arm", self.parameters.name.clone()),
-            ("Cycle per item", cycle),
-        ];
-        if let Some(ArmAsked { checks, refused }) = &self.asked {
-            let count: u64 = refused.values().sum();
-            let text = format!("{checks} placements, {count} refused");
-            figures.push(("Arm checks", text));
-        }
-        figures
-    }
-
-    /// How many placements the arm refused, by reason.
-    pub(super) fn refused(&self) -> impl Iterator<Item = (&str, u64)> {
-        let refused = self.asked.iter().flat_map(|asked| &asked.refused);
-        refused.map(|(why, count)| (why.as_str(), *count))
-    }
-
-    /// What the arm refused or could not pick, counted by reason, for people.
-    pub(super) fn refusals(&self) -> Vec<(&'static str, String)> {
-        let set_aside = counted(self.set_aside.iter().map(|item| item.reason.as_str()));
-        let refused = self
-            .refused()
-            .map(|(why, count)| ("refused by the arm", format!("{count} placements: {why}")));
-        let set_aside = set_aside
-            .into_iter()
-            .map(|(why, count)| ("set aside", format!("{count} items: {why}")));
-        refused.chain(set_aside).collect()
     }
 }

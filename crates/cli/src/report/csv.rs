@@ -1,12 +1,13 @@
 //! `placements.csv`: a line per placed item.
 
-use anyhow::Context;
+use ppnpack_packing::episode::Step;
 use serde::Serialize;
 
-use super::Packing;
+use super::{Packing, Settled};
 
+/// A placed item. What is said of the end is where the item's own frame is in the container frame.
 #[derive(Debug, Serialize)]
-struct Line<'a> {
+pub(super) struct Line<'a> {
     step: u64,
     arrival: usize,
     item: &'a str,
@@ -41,17 +42,15 @@ struct Line<'a> {
     cycle_s: Option<Option<f64>>,
 }
 
-/// The placements; what is said of the end is where the item's own frame is in the container frame.
-pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    let resolution = packing.settings.grid.resolution();
-    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+impl<'a> Line<'a> {
+    pub(super) fn of(packing: &Packing, step: &'a Step, settled: Settled) -> Self {
         let arrival = step.candidate.arrival;
         let body = packing.lies(arrival);
         let pose = body.map(|body| body.container_from_item);
         let resting = step.choice.resting;
+        let height_unit_m = packing.settings.grid.resolution().height_unit_m();
         let load = step.evidence.load.as_ref();
-        let line = Line {
+        Self {
             step: step.step,
             arrival,
             item: step.candidate.item.name(),
@@ -59,7 +58,7 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             yaw_rad: packing.yaw_rad(step).unwrap_or(f64::NAN),
             cell_x: resting.placement.x,
             cell_y: resting.placement.y,
-            resting_height_m: f64::from(resting.resting_height) * resolution.height_unit_m(),
+            resting_height_m: f64::from(resting.resting_height) * height_unit_m,
             value: step.choice.value,
             decision_s: step.timings.total().as_secs_f64(),
             propose_s: step.timings.propose.as_secs_f64(),
@@ -80,12 +79,15 @@ pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
             end_qy: pose.map(|pose| pose.rotation.j),
             end_qz: pose.map(|pose| pose.rotation.k),
             cycle_s: packing.arm.as_ref().map(|_| step.cycle_s()),
-        };
-        writer
-            .serialize(line)
-            .context("placements.csv cannot be encoded")?;
+        }
     }
-    writer
-        .into_inner()
-        .context("placements.csv cannot be encoded")
+}
+
+/// The lines of all placed items.
+pub(super) fn placements(packing: &Packing) -> anyhow::Result<Vec<u8>> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for (step, settled) in packing.steps.iter().zip(&packing.settled) {
+        writer.serialize(Line::of(packing, step, *settled))?;
+    }
+    Ok(writer.into_inner()?)
 }

@@ -7,8 +7,6 @@ mod motion;
 mod playback;
 mod simplified;
 mod summary;
-pub(crate) mod table;
-mod words;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -34,6 +32,9 @@ use crate::options::Simulated;
 use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
+
+/// How an item did not stay that neither toppled nor fell out.
+const SLID: &str = "slid by more than 2 cm";
 
 /// The page about it.
 pub(crate) const PAGE_FILE: &str = "report.html";
@@ -103,13 +104,20 @@ impl Settled {
 
     /// How it did not stay, where it did not.
     fn unsteadiness(&self) -> Option<String> {
-        let what = match self {
-            _ if !self.is_unsteady() => return None,
-            Self { inside: false, .. } => "fell out".to_owned(),
-            Self { toppled: true, .. } => "toppled".to_owned(),
-            Self { slide_m, .. } => format!("slid by {:.1} cm", slide_m * 100.0),
-        };
-        Some(what)
+        Some(match self.kind_of_unsteadiness()? {
+            SLID => format!("slid by {:.1} cm", self.slide_m * 100.0),
+            other => other.to_owned(),
+        })
+    }
+
+    /// The kind of that.
+    fn kind_of_unsteadiness(&self) -> Option<&'static str> {
+        match self {
+            _ if !self.is_unsteady() => None,
+            Self { inside: false, .. } => Some("fell out"),
+            Self { toppled: true, .. } => Some("toppled"),
+            Self { .. } => Some(SLID),
+        }
     }
 }
 
@@ -177,8 +185,7 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     files.add("placements.csv", &csv::placements(packing)?)?;
     let page = html::page(packing, summary, [&packed, &heights])?;
     files.add(PAGE_FILE, page.as_bytes())?;
-    let json = serde_json::to_vec_pretty(summary).context("the summary cannot be encoded")?;
-    files.add("summary.json", &json)?;
+    files.add("summary.json", &serde_json::to_vec_pretty(summary)?)?;
     Ok(files.publish()?)
 }
 

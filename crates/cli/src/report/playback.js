@@ -62,15 +62,22 @@ const element = (text, kind) => {
   made.textContent = text;
   return made;
 };
+const decided = ({ planned_cm, yaw_rad, value, decision_s }) => {
+  const [x, y, z] = planned_cm.map((cm) => cm.toFixed(1));
+  const turn = (yaw_rad * 180 / Math.PI).toFixed(0);
+  return `Planned at x ${x} cm, y ${y} cm, ${z} cm above the floor, turned by ${turn}°; value ${value.toFixed(2)}, `
+    + `decided in ${(decision_s * 1e3).toFixed(1)} ms.`;
+};
+const became = ({ unsteadiness }) => `It ${unsteadiness ?? 'stayed where it was placed'}.`;
 const texts = (position, poses) => {
   if (position === 0) return ['Before the first step', 'The container is empty.'];
   const number = Math.ceil(position / 2);
   const step = data.steps[number - 1];
   const isPlanned = position % 2 === 1;
   const head = `Step ${number} of ${data.steps.length}: ${step.item}${isPlanned ? ', as planned' : ''}`;
-  if (isPlanned) return [head, step.decided];
-  if (!items[number - 1].mesh) return [head, step.became, 'Its shape is not known, and not drawn.'];
-  return [head, step.became, ...(poses.has(number - 1) ? [] : ['It is not in the container, and not drawn.'])];
+  if (isPlanned) return [head, decided(step)];
+  if (!items[number - 1].mesh) return [head, became(step), 'Its shape is not known, and not drawn.'];
+  return [head, became(step), ...(poses.has(number - 1) ? [] : ['It is not in the container, and not drawn.'])];
 };
 const show = (position) => {
   shown = Math.max(0, Math.min(last, position));

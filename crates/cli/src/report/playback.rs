@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::episode::Step;
 use ppnpack_picture::Colour;
 use serde::Serialize;
 
@@ -46,10 +45,13 @@ pub(super) struct Playback {
 #[derive(Debug, Serialize)]
 struct PlayedStep {
     item: String,
-    /// What was decided, for people.
-    decided: String,
-    /// What became of it.
-    became: String,
+    /// What was decided: where the lower corner of its box shall be, how it is turned, the value of that, and how long it took.
+    planned_cm: [f64; 3],
+    yaw_rad: Option<f64>,
+    value: f64,
+    decision_s: f64,
+    /// How it did not stay, where it did not.
+    unsteadiness: Option<String>,
     /// `#rrggbb`, as in the picture.
     colour: String,
     /// Index of its shape; absent where that is not known.
@@ -81,11 +83,11 @@ impl Playback {
             let number = |arrival: &usize| shapes.get(arrival).map(|(number, _)| *number);
             PlayedStep {
                 item: step.candidate.item.name().to_string(),
-                decided: decided(packing, step),
-                became: match settled.unsteadiness() {
-                    Some(what) => format!("It {what}."),
-                    None => "It stayed where it was placed.".to_owned(),
-                },
+                planned_cm: packing.planned_cm(step),
+                yaw_rad: packing.yaw_rad(step),
+                value: step.choice.value,
+                decision_s: step.timings.total().as_secs_f64(),
+                unsteadiness: settled.unsteadiness(),
                 colour: hex(Colour::of_item(step.candidate.arrival)),
                 model: shape.map(|shape| index_of(&mut models, shape.model)),
                 planned: shape.and_then(|shape| shape.planned(step, &packing.settings.grid)),
@@ -129,18 +131,6 @@ fn shapes(packing: &Packing) -> Shapes<'_> {
         Some((arrival, (number, shape)))
     });
     shapes.collect()
-}
-
-/// What a step decided.
-fn decided(packing: &Packing, step: &Step) -> String {
-    let [x_cm, y_cm, z_cm] = packing.planned_cm(step);
-    let yaw_deg = packing.yaw_rad(step).unwrap_or_default().to_degrees();
-    format!(
-        "Planned at x {x_cm:.1} cm, y {y_cm:.1} cm, {z_cm:.1} cm above the floor, turned by {yaw_deg:.0}°; value {:.2}, \
-         decided in {:.1} ms.",
-        step.choice.value,
-        step.timings.total().as_secs_f64() * 1e3
-    )
 }
 
 /// The place of a model among those, which it joins if it is new.

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use super::arm::ArmWork;
 use super::{Packing, Settings};
+use crate::text::{render, table, template};
 
 /// What `summary.json` holds.
 #[derive(Debug, Clone, Serialize)]
@@ -149,6 +150,19 @@ impl Spread {
     }
 }
 
+impl Summary {
+    /// Its figures, a name and a value a line.
+    pub(super) fn figures(&self) -> anyhow::Result<String> {
+        render(template!("figures.txt"), self)
+    }
+
+    /// Its figures for people, and what did not go well.
+    pub(crate) fn table(&self) -> anyhow::Result<String> {
+        let problems = render(template!("problems.txt"), self)?;
+        Ok(table(&(self.figures()? + &problems), false).to_string())
+    }
+}
+
 impl Packing {
     /// The figures.
     pub(crate) fn summary(&self) -> Summary {
@@ -203,7 +217,10 @@ impl Packing {
 
     fn degraded(&self) -> Vec<Degraded> {
         let steps = self.steps.iter().filter(|step| !step.degraded.is_empty());
-        let counts = counted(steps.map(|step| step.degraded.join("; ")));
+        let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+        for step in steps {
+            *counts.entry(step.degraded.join("; ")).or_default() += 1;
+        }
         let counts = counts.into_iter();
         counts
             .map(|(reason, steps)| Degraded { reason, steps })
@@ -211,11 +228,88 @@ impl Packing {
     }
 }
 
-/// How often each comes, in their order.
-pub(super) fn counted<T: Ord>(all: impl Iterator<Item = T>) -> BTreeMap<T, usize> {
-    let mut counts = BTreeMap::new();
-    for one in all {
-        *counts.entry(one).or_default() += 1;
+#[cfg(test)]
+mod tests {
+    use ppnpack_packing::grid::Grid;
+    use ppnpack_packing::method::ProposalSource;
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    /// A packing with an arm in which something went wrong of every kind, and whose content is so high.
+    fn packed(height_m: f64) -> Value {
+        let spread = json!({"mean": 0.0125, "median": 0.01, "max": 1.5});
+        let left = json!([{"item": "mug", "reason": "too large"}]);
+        json!({
+            "items_in_sequence": 3,
+            "items_placed": 2,
+            "items_fallen_out": 1,
+            "items_unsteady": 1,
+            "items_in_other_pose": 1,
+            "packed": {"items": 1, "meshes_m3": 0.001, "voxels_m3": 0.002},
+            "floor_compactness": 0.5,
+            "box_compactness": 0.5,
+            "mesh_floor_compactness": 0.5,
+            "utilisation": 0.5,
+            "height_m": height_m,
+            "decision_s": spread,
+            "took_s": 2.0,
+            "steps_widened": 1,
+            "nearest_limit": {"step": 0, "item": "cup", "estimated_kg": 0.1, "carries_kg": 0.2},
+            "degraded": [{"reason": "no network", "steps": 2}],
+            "set_aside": left,
+            "ending": {"kind": "nothing-fits", "items": left},
+            "arm": {
+                "parameters": {"name": "An arm"},
+                "cycle_s": spread,
+                "checks": 5,
+                "refused": {"out of reach": 3},
+                "set_aside": left,
+            },
+            "settings": {
+                "sequence": {"from": "--items"},
+                "set_aside": 2,
+                "poses": 2,
+                "grid": Grid::reference(),
+                "method": {"proposals": ProposalSource::Random { percent: 5.0 }},
+            },
+        })
     }
-    counts
+
+    #[test]
+    fn what_sticks_out_above_the_rim_is_told_but_for_the_rounding() {
+        for (height_m, told) in [
+            (0.298, "29.8 cm"),
+            (0.302, "30.2 cm"),
+            (0.304, "30.4 cm, 0.4 cm above the rim"),
+            (0.326, "32.6 cm, 2.6 cm above the rim"),
+        ] {
+            let figures = render(template!("figures.txt"), packed(height_m)).unwrap();
+            let line = format!("Height │ {told}");
+            assert!(figures.lines().any(|of| of == line), "{figures}");
+        }
+    }
+
+    #[test]
+    fn every_figure_and_every_problem_has_its_line() {
+        let figures = render(template!("figures.txt"), packed(0.2)).unwrap();
+        let problems = render(template!("problems.txt"), packed(0.2)).unwrap();
+        let told = figures + &problems;
+        for line in [
+            "Proposals │ random, K = 5.0 %",
+            "Packed │ 1 of 3 items, 1 more fell out",
+            "Decision per item │ 12.50 ms mean, 10.00 ms median, 1.5 s at most",
+            "Ended because │ none of the 1 items in the buffer has a valid placement",
+            "Nearest to what it may carry │ cup with 0.10 of 0.20 kg, since step 1",
+            "Set aside │ 1 of at most 2 items",
+            "In another pose than offered │ 1 of 2 items",
+            "Arm checks │ 5 placements, 3 refused",
+            "refused by the arm │ 3 placements: out of reach",
+            "set aside │ 1 items: too large",
+            "not as asked for │ 2 steps: no network",
+            "could not be placed │ mug: too large",
+        ] {
+            assert!(told.lines().any(|of| of == line), "{line}: {told}");
+        }
+    }
 }

@@ -18,8 +18,9 @@ use serde::Serialize;
 use crate::drawing;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{Sensor, file, parse_sensor};
-use crate::output;
-use crate::quantity::{centimetres, parse_length, parse_size};
+use crate::output::{self, print_line};
+use crate::quantity::{parse_length, parse_size};
+use crate::text::template;
 
 /// Sensors may disagree on the container's size by this, in metres.
 const SIZE_TOLERANCE_M: f64 = 0.005;
@@ -131,10 +132,12 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
         ..Summary::new(&grid, settings, &mapped)
     };
     write(&grid, &mapped, &summary, &arguments.out)?;
-    let picture = arguments.out.join("heightmap.png");
-    Ok(output::print(&summary, arguments.json, || {
-        format!("{}\nPicture: {}", summary.table(), picture.display())
-    })?)
+    output::print(&summary, arguments.json, template!("perceive.txt"))?;
+    if !arguments.json {
+        let picture = arguments.out.join("heightmap.png");
+        print_line(&format!("Picture: {}", picture.display()))?;
+    }
+    Ok(())
 }
 
 impl PerceiveArguments {
@@ -215,42 +218,6 @@ impl Summary {
             greatest_height_m: known.max().map(|height| f64::from(*height) * unit_m),
             took_s: 0.0,
         }
-    }
-
-    fn table(&self) -> String {
-        let clouds = self.clouds.iter().map(|cloud| {
-            let mut shape = format!("{} points", cloud.points);
-            if cloud.height > 1 {
-                shape += &format!(", {} x {}", cloud.width, cloud.height);
-            }
-            (cloud.path.display().to_string(), shape)
-        });
-        let ContainerSize { x_m, y_m, z_m } = self.container;
-        let share = |part: usize, whole: usize| {
-            let percent = 100.0 * part as f64 / whole.max(1) as f64;
-            format!("{part} of {whole} ({percent:.1} %)")
-        };
-        let points = format!(
-            "{} of {} measured",
-            self.points_inside, self.points_measured
-        );
-        let height = match self.greatest_height_m {
-            Some(height_m) => format!("{:.1} cm", 100.0 * height_m),
-            None => "nothing is known".to_owned(),
-        };
-        let rows = [
-            ("Container", centimetres([x_m, y_m, z_m])),
-            ("Points inside", points),
-            ("Points left out, alone", self.points_alone.to_string()),
-            ("Samples unseen", share(self.unseen_samples, self.samples)),
-            ("Cells unknown", share(self.unknown_cells, self.cells)),
-            ("Greatest height", height),
-            ("Time", crate::report::table::duration(self.took_s)),
-        ];
-        let rows = rows.map(|(name, value)| (name.to_owned(), value));
-        let doubts = self.doubts.iter();
-        let doubts = doubts.map(|doubt| ("Doubtful".to_owned(), doubt.clone()));
-        output::rows(clouds.chain(rows).chain(doubts))
     }
 }
 
