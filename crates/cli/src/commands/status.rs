@@ -1,9 +1,11 @@
 //! `ppnpack status`: which services are alive, and whether they are ready.
 
+use std::time::Instant;
+
 use anyhow::anyhow;
 use clap::Args;
-use ppnpack_service::alive;
-use ppnpack_service::rpc::Client;
+use ppnpack_service::alive::Found;
+use ppnpack_service::survey;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 use serde::Serialize;
@@ -25,7 +27,7 @@ pub(crate) struct StatusArguments {
 }
 
 /// One service.
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 struct Line {
     service: String,
     instance: String,
@@ -42,25 +44,9 @@ struct Line {
 
 pub(crate) fn run(arguments: &StatusArguments) -> Outcome {
     let session = arguments.connection.open()?;
-    let client = Client::new(&session);
-    let deadline = arguments.connection.deadline()?;
-    let mut lines = Vec::new();
-    for found in alive::find(&session, deadline).or_run()? {
-        let line = Line {
-            service: found.service.to_string(),
-            instance: found.instance.to_string(),
-            cells: found.cells.iter().map(Cell::to_string).collect(),
-            ..Line::default()
-        };
-        let health = client.health(found.service, &found.instance, deadline);
-        lines.push(match health {
-            Ok(health) => line.with(health),
-            Err(error) => Line {
-                failing: vec![error.to_string()],
-                ..line
-            },
-        });
-    }
+    let left = arguments.connection.deadline()? - Instant::now();
+    let found = survey::instances(&session, left).or_run()?;
+    let lines: Vec<Line> = found.into_iter().map(Line::of).collect();
     output::print(&lines, arguments.json, template!("status.txt"))?;
     match lines.iter().find(|line| !line.ready) {
         Some(line) => Err(anyhow!("{} {} is not ready", line.service, line.instance).into()),
@@ -70,19 +56,21 @@ pub(crate) fn run(arguments: &StatusArguments) -> Outcome {
 }
 
 impl Line {
-    fn with(self, health: v1::HealthReply) -> Self {
+    fn of((found, health): (Found, v1::HealthReply)) -> Self {
         let failing = health.checks.into_iter().filter(|check| !check.is_passing);
         let failing = failing.map(|check| format!("{}: {}", check.name, check.message));
         let versions = health.header.and_then(|header| header.versions);
         let versions = versions.unwrap_or_default();
         Self {
+            service: found.service.to_string(),
+            instance: found.instance.to_string(),
+            cells: found.cells.iter().map(Cell::to_string).collect(),
             ready: health.is_ready,
             failing: failing.collect(),
             version: versions.software,
             configuration: versions.configuration,
             model: versions.model,
             uptime_s: health.uptime_ns as f64 / 1e9,
-            ..self
         }
     }
 }
