@@ -98,6 +98,28 @@ fn a_folder_of_meshes_packs() {
         "catalogue list --catalogue {catalogue} --json"
     )));
     assert_eq!(listed[0]["name"], "cube");
+    for (command, parts) in [
+        (
+            "list",
+            ["cube", "5.0 x 5.0 x 5.0 cm", "125 cm³", "anything"],
+        ),
+        (
+            "check",
+            [
+                "ok   ",
+                "cube.ply: 12 triangles",
+                "125 cm³",
+                "1 of 1 objects can be packed",
+            ],
+        ),
+    ] {
+        let told = text(&ppnpack(&format!(
+            "catalogue {command} --catalogue {catalogue}"
+        )));
+        for part in parts {
+            assert!(told.contains(part), "{part}: {told}");
+        }
+    }
 }
 
 #[test]

@@ -250,6 +250,17 @@ fn the_arms_are_listed_and_others_refused_with_their_names() {
 }
 
 #[test]
+fn people_read_the_figures_and_where_the_report_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().display();
+    let told = text(&ppnpack(&format!("pack --items mug,bowl --out {out}")));
+    let report = format!("Report: {out}/report.html");
+    for part in ["--items", "2 of 2 items", "everything is packed", &report] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+}
+
+#[test]
 fn objects_larger_than_the_container_are_named_as_such() {
     let summary = packed("pack --container 3x3x3cm --items tennis_ball").summary;
     assert_eq!(summary["items_placed"], 0);

@@ -256,11 +256,17 @@ fn what_lies_in_a_cloud_is_recognised_or_called_unknown() {
         assert!((found_m - at_m).abs() < 0.003, "{known}");
     }
 
+    let cloud = folder.name("known.pcd");
+    let told = text(&ppnpack(&format!(
+        "recognise {cloud} {catalogue} --container-from-sensor 0,0,0.9,1,0,0,0"
+    )));
+    for part in ["position (cm)", "box", "1 items and "] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
+
     let other = recognised("other.pcd", [0.16, 0.12, 0.09]);
     assert_eq!(other["items"][0]["object"], Value::Null, "{other}");
     assert!(other["items"][0]["unknown"].is_string());
-
-    let cloud = folder.name("known.pcd");
     refused(
         &format!("recognise {cloud} {catalogue} --region 0,0,0,1,1,0"),
         &["second corner"],

@@ -12,7 +12,7 @@ use prost_reflect::{DescriptorPool, DynamicMessage};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{Running, command, errors, names, packed, ppnpack};
+use crate::support::{Running, command, errors, names, packed, ppnpack, text};
 
 /// What is planned on.
 const GRID: &str = "--cell 1cm --yaws 4";
@@ -154,9 +154,25 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     assert_eq!(again["different"], serde_json::json!([]), "{again}");
     assert_eq!(again["not_replayed"], serde_json::json!({}), "{again}");
     assert!(replayed.status.success());
+    is_told_to_people(file);
 
     is_found_where_it_was_changed(file, recorded.folder.path());
     is_said_to_be_damaged(file, recorded.folder.path());
+}
+
+fn is_told_to_people(file: &Path) {
+    for (command, parts) in [
+        (
+            "inspect",
+            &["8 decided", "whole", "/cell-1/plan", "ppnpack.v1.Decision"][..],
+        ),
+        ("replay", &["8 steps go as they were recorded, bit for bit"]),
+    ] {
+        let told = text(&ppnpack(&format!("{command} {}", file.display())));
+        for part in parts {
+            assert!(told.contains(part), "{part}: {told}");
+        }
+    }
 }
 
 fn is_found_where_it_was_changed(file: &Path, folder: &Path) {

@@ -132,6 +132,10 @@ fn a_running_stack_is_seen_and_asked_by_hand() {
     for service in ["bridge", "heuristic", "perception", "planner"] {
         assert!(services.contains(&service), "{services:?}");
     }
+    let told = text(&asked("status"));
+    for part in ["what is wrong", "heuristic-1", "cell-1, cell-2", "any"] {
+        assert!(told.contains(part), "{part}: {told}");
+    }
     text(&asked(
         r#"call planner begin {"session_id":"by-hand"} --cell cell-2"#,
     ));
