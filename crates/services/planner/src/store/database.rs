@@ -2,12 +2,16 @@
 
 use std::collections::BTreeSet;
 
+use ppnpack_protocol::session::Session;
 use ppnpack_service::database::{DatabaseFile, OwnFault, is_new, read};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
+use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, v1};
 use prost::Message;
-use redb::{Database, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction};
+use redb::{
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, TableError,
+    WriteTransaction,
+};
 
 /// Per cell: its session.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
@@ -21,6 +25,12 @@ pub(super) const VERSION: u64 = 2;
 /// What else can be wrong with the file of a cell.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum StoreFault {
+    /// It is the file of another cell.
+    #[error("it is the file of cell {0}, which was put in the place of this one's")]
+    OtherCell(String),
+    /// What it holds is no session.
+    #[error("what it holds is no session: {0}")]
+    NoSession(WireError),
     /// The heightmaps of a session would take too much.
     #[error("heightmaps of {bytes} bytes where {most} are possible")]
     TooManyShapes { bytes: u64, most: u64 },
@@ -28,7 +38,10 @@ pub(super) enum StoreFault {
 
 impl OwnFault for StoreFault {
     fn is_damage(&self) -> bool {
-        false
+        match self {
+            Self::OtherCell(_) | Self::NoSession(_) => true,
+            Self::TooManyShapes { .. } => false,
+        }
     }
 }
 
@@ -49,11 +62,34 @@ pub(super) enum Change<'a> {
     Forget,
 }
 
-/// The session of a cell, as it is encoded.
-pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Vec<u8>>, Fault> {
+/// The session of a cell; `None` before the first one.
+pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Session>, Fault> {
     let transaction = database.begin_read()?;
-    is_new(&transaction, VERSION)?;
-    read(&transaction, SESSIONS, cell.as_str(), <[u8]>::to_vec)
+    if is_new(&transaction, VERSION)? {
+        return Ok(None);
+    }
+    let Some(bytes) = read(&transaction, SESSIONS, cell.as_str(), <[u8]>::to_vec)? else {
+        return match cells(&transaction)?.pop() {
+            Some(other) => Err(StoreFault::OtherCell(other).into()),
+            None => Ok(None),
+        };
+    };
+    let message = ppnpack_wire::decode::<v1::Session>(&bytes, MAX_MESSAGE_BYTES);
+    let session = message.and_then(Session::from_message);
+    Ok(Some(session.map_err(StoreFault::NoSession)?))
+}
+
+/// The cells that have a session.
+fn cells(transaction: &ReadTransaction) -> Result<Vec<String>, Fault> {
+    let table = match transaction.open_table(SESSIONS) {
+        Err(TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
+        table => table?,
+    };
+    let mut names = Vec::new();
+    for entry in table.iter()? {
+        names.push(entry?.0.value().to_owned());
+    }
+    Ok(names)
 }
 
 /// The heightmaps of this id, as they are encoded.

@@ -3,7 +3,7 @@
 //! What was saved is on disk when the call returns. Each cell has a file of its own, so that the damage of one is not another's. A
 //! file that is damaged is put aside under a new name, for people to look at, and a new one begun: with its session lost, the next
 //! thing that a caller asks is answered with "no session", and nothing is packed twice. So is one that is behind its mark: what was
-//! written last is damaged, or somebody put back an older copy.
+//! written last is damaged, or somebody put back an older copy. And so is the file of another cell.
 //!
 //! The file that the settings name says which version wrote the others.
 
@@ -33,9 +33,6 @@ pub(crate) enum StoreError {
     /// It cannot be read or written.
     #[error("the session store cannot be used: {0}")]
     Unusable(String),
-    /// What it holds is no session.
-    #[error("the session store holds something unreadable for cell {cell}: {reason}")]
-    Content { cell: String, reason: String },
     /// The heightmaps of a session would take too much.
     #[error(
         "the heightmaps that items of this session were announced with would take {bytes} bytes where {most} are possible: announce \
@@ -87,21 +84,13 @@ impl Store {
         })
     }
 
-    /// The session of a cell; that of a cell before its first one where there is none.
+    /// The session of a cell; that of a cell before its first one where there is none, or one that cannot be read.
     ///
     /// # Errors
-    /// [`StoreError`] where it cannot be read, or is none that this version knows.
+    /// [`StoreError`] where the disk does not serve, or the file is of another version.
     pub(crate) fn session(&self, cell: &Cell) -> Result<Session, StoreError> {
-        let Some(bytes) = self.with(cell, |database| database::session(database, cell))? else {
-            return Ok(Session::default());
-        };
-        let content = |reason: String| StoreError::Content {
-            cell: cell.to_string(),
-            reason,
-        };
-        let message: v1::Session = ppnpack_wire::decode(&bytes, MAX_MESSAGE_BYTES)
-            .map_err(|error| content(error.to_string()))?;
-        Session::from_message(message).map_err(|error| content(error.to_string()))
+        let session = self.with(cell, |database| database::session(database, cell))?;
+        Ok(session.unwrap_or_default())
     }
 
     /// The heightmaps of an item of a cell's session that was announced with them; `None` where they are not there, or others

@@ -338,3 +338,46 @@ fn a_mark_that_is_gone_behind_or_damaged_loses_nothing() {
         assert_eq!(open(&path).session(&a).unwrap(), session);
     }
 }
+
+#[test]
+fn the_files_of_another_cell_are_put_aside() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let [a, b] = ["a", "b"].map(cell);
+    let store = open(&path);
+    fill(&store, &a, 2);
+    let of_b = fill(&store, &b, 3);
+    drop(store);
+    for file in [file::of_cell, mark_of] {
+        fs::copy(file(&path, &b), file(&path, &a)).unwrap();
+    }
+    let store = open(&path);
+    assert_eq!(store.session(&a).unwrap(), Session::default());
+    assert_eq!(put_aside(&path.with_extension("cells")), 1);
+    assert_eq!(store.session(&b).unwrap(), of_b);
+}
+
+#[test]
+fn what_is_no_session_is_put_aside_and_other_cells_have_theirs() {
+    let folder = folder();
+    let path = folder.path().join("sessions.redb");
+    let [a, b] = ["a", "b"].map(cell);
+    let store = open(&path);
+    fill(&store, &a, 2);
+    let of_b = fill(&store, &b, 3);
+    let spoil = |database: &Database| {
+        let transaction = database.begin_write().unwrap();
+        let sessions: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("sessions");
+        let mut table = transaction.open_table(sessions).unwrap();
+        table.insert("a", [0xff; 9].as_slice()).unwrap();
+        drop(table);
+        transaction.commit().unwrap();
+        Ok(())
+    };
+    store.with(&a, spoil).unwrap();
+    assert_eq!(store.session(&a).unwrap(), Session::default());
+    assert_eq!(put_aside(&path.with_extension("cells")), 1);
+    assert_eq!(store.session(&b).unwrap(), of_b);
+    store.begin(&a, &session("next")).unwrap();
+    assert_eq!(store.session(&a).unwrap(), session("next"));
+}
