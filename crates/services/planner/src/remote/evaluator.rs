@@ -28,17 +28,12 @@ pub(crate) struct ServiceEvaluator {
     group: Vec<usize>,
     proposals: Proposals,
     /// What a service answered, until more is wanted.
-    answer: Option<Answer>,
+    answer: Option<VecDeque<Evaluated>>,
+    /// What was given of that already.
+    given: Vec<Evaluated>,
     /// What the service says became of the placements.
     tallies: Vec<Tally>,
     shortfall: Shortfall,
-}
-
-/// The best placements that pass the service's checks.
-struct Answer {
-    placements: VecDeque<Evaluated>,
-    last: Option<Evaluated>,
-    is_complete: bool,
 }
 
 impl ServiceEvaluator {
@@ -51,13 +46,14 @@ impl ServiceEvaluator {
             group: Vec::new(),
             proposals: Proposals::default(),
             answer: None,
+            given: Vec::new(),
             tallies: Vec::new(),
             shortfall: Shortfall::default(),
         }
     }
 
-    /// Has a service find the best placements.
-    fn ask(&mut self, input: &StepInput<'_>) -> Result<Answer, String> {
+    /// Has a service find the best placements, with what the planner's own search says of them.
+    fn ask(&mut self, input: &StepInput<'_>) -> Result<VecDeque<Evaluated>, String> {
         let instance = self.peers.chosen();
         let instance = instance.ok_or("no heuristic service is alive")?;
         let number = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
@@ -95,9 +91,50 @@ impl ServiceEvaluator {
         });
         let failed = |error: String| format!("heuristic service {instance} failed ({error})");
         let reply = reply.map_err(|error| failed(error.to_string()))?;
-        let (answer, tallies) = read_reply(&reply).map_err(|error| failed(error.to_string()))?;
+        let (named, tallies) = read_reply(&reply).map_err(|error| failed(error.to_string()))?;
+        let own = self.own_of(input, &named);
+        let own = own.map_err(|error| failed(error.to_string()))?;
+        let own = own.ok_or_else(|| failed("it names placements that are none".to_owned()))?;
         self.tallies = tallies;
-        Ok(answer)
+        Ok(own)
+    }
+
+    /// What the planner's own search says of placements; `None` where they are not those that were asked for, or lie otherwise.
+    /// Whoever answers may be mistaken, or a stranger.
+    fn own_of(
+        &mut self,
+        input: &StepInput<'_>,
+        named: &[Evaluated],
+    ) -> Result<Option<VecDeque<Evaluated>>, StageError> {
+        let is_asked_for = |found: &Evaluated| {
+            let is_proposed = match self.proposals.of(found.candidate) {
+                CandidateProposals::All => true,
+                CandidateProposals::Some(placements) => {
+                    placements.contains(&found.resting.placement)
+                }
+            };
+            is_proposed && self.group.contains(&found.candidate)
+        };
+        if !named.iter().all(is_asked_for) {
+            return Ok(None);
+        }
+        let mut proposals = Proposals::default();
+        for candidate in 0..input.candidates.len() {
+            let of_it = named.iter().filter(|found| found.candidate == candidate);
+            proposals.push(of_it.map(|found| found.resting.placement));
+        }
+        let is_named = |candidate: &usize| named.iter().any(|found| found.candidate == *candidate);
+        let group: Vec<usize> = self.group.iter().copied().filter(is_named).collect();
+        self.own.rank(input, &group, &proposals)?;
+        let mut own = VecDeque::new();
+        while let Some(found) = self.next_own(input)? {
+            if !named.iter().any(|named| is_same(named, &found)) {
+                return Ok(None);
+            }
+            own.push_back(found);
+        }
+        // For want of time some are left out.
+        Ok((own.len() == named.len() || self.shortfall.is_cut).then_some(own))
     }
 
     /// The next placement of the planner's own search.
@@ -122,6 +159,7 @@ impl Evaluator for ServiceEvaluator {
         self.group = group.to_vec();
         self.proposals = proposals.clone();
         self.answer = None;
+        self.given.clear();
         match self.ask(input) {
             Ok(answer) => self.answer = Some(answer),
             Err(reason) => {
@@ -134,19 +172,18 @@ impl Evaluator for ServiceEvaluator {
     }
 
     fn next_best(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
-        let Some(answer) = &mut self.answer else {
-            return self.next_own(input);
-        };
-        let next = answer.placements.pop_front();
-        if next.is_some() || answer.is_complete {
-            return Ok(next);
+        if let Some(answer) = &mut self.answer {
+            if let Some(next) = answer.pop_front() {
+                self.given.push(next);
+                return Ok(Some(next));
+            }
+            // That nothing else is possible the planner sees for itself.
+            self.answer = None;
+            self.tallies.clear();
+            self.own.rank(input, &self.group, &self.proposals)?;
         }
-        // The planner goes on where the service stopped.
-        let last = answer.last;
-        self.answer = None;
-        self.own.rank(input, &self.group, &self.proposals)?;
         while let Some(next) = self.next_own(input)? {
-            if last.is_none_or(|last| next.rank_cmp(&last).is_gt()) {
+            if !self.given.iter().any(|given| is_same(given, &next)) {
                 return Ok(Some(next));
             }
         }
@@ -185,16 +222,18 @@ fn checks(stability: Stability) -> Vec<i32> {
     }
 }
 
-fn read_reply(reply: &v1::EvaluateReply) -> Result<(Answer, Vec<Tally>), WireError> {
+/// Whether both are the same item at the same place. Of values the last digits may differ between processors.
+fn is_same(one: &Evaluated, other: &Evaluated) -> bool {
+    (one.candidate, one.resting) == (other.candidate, other.resting)
+}
+
+fn read_reply(reply: &v1::EvaluateReply) -> Result<(Vec<Evaluated>, Vec<Tally>), WireError> {
     let placements = reply.placements.iter().map(convert::placement::read_ranked);
-    let placements: VecDeque<Evaluated> = placements.collect::<Result<_, _>>()?;
     let tallies = reply.counts.iter().map(convert::placement::read_tally);
-    let answer = Answer {
-        last: placements.back().copied(),
-        placements,
-        is_complete: reply.is_complete,
-    };
-    Ok((answer, tallies.collect::<Result<_, _>>()?))
+    Ok((
+        placements.collect::<Result<_, _>>()?,
+        tallies.collect::<Result<_, _>>()?,
+    ))
 }
 
 #[cfg(test)]

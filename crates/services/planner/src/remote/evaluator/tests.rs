@@ -1,10 +1,11 @@
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::{Heightmap, Scene};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::step::Candidate;
+use ppnpack_service::Process;
 use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Client, Done, Incoming};
@@ -78,24 +79,73 @@ fn the_planner_searches_where_no_service_is_and_goes_on_where_one_stopped() {
     let degraded = &evaluator.shortfall.degraded;
     assert!(degraded[0].contains("no heuristic service"), "{degraded:?}");
 
-    let process = embedded::process(&hub, Service::Heuristic, "heuristic-1").unwrap();
-    let best: Vec<_> = whole[..3]
-        .iter()
-        .map(convert::placement::write_ranked)
-        .collect();
+    let best = whole[..3].to_vec();
+    let _served = served(&hub, &evaluator, move || best.clone());
+
+    assert_eq!(ranked(&mut evaluator, &input), whole);
+    assert_eq!(evaluator.shortfall.degraded, Vec::<String>::new());
+}
+
+/// Has a service answer every step with these placements, and say that there are no others.
+fn served(
+    hub: &Hub,
+    evaluator: &ServiceEvaluator,
+    answer: impl Fn() -> Vec<Evaluated> + Send + Sync + 'static,
+) -> (alive::Token, rpc::Listener, Process) {
+    let process = embedded::process(hub, Service::Heuristic, "heuristic-1").unwrap();
     let answer = move |incoming: Incoming<v1::EvaluateRequest>| {
+        let placements = answer();
         let reply = v1::EvaluateReply {
-            placements: best.clone(),
+            placements: placements
+                .iter()
+                .map(convert::placement::write_ranked)
+                .collect(),
+            is_complete: true,
             ..v1::EvaluateReply::default()
         };
         incoming.reply(reply, Done::default());
     };
-    let _listener = rpc::listen(&process, None, answer).unwrap();
-    let _alive = alive::announce(&process, None).unwrap();
+    let listener = rpc::listen(&process, None, answer).unwrap();
+    let announced = alive::announce(&process, None).unwrap();
     let deadline = Instant::now() + PATIENCE;
     let alive = &evaluator.peers.alive;
     assert!(alive.wait(deadline, |instances| !instances.is_empty()));
+    (announced, listener, process)
+}
 
-    assert_eq!(ranked(&mut evaluator, &input), whole);
+#[test]
+fn a_placement_that_a_service_makes_up_is_not_ranked_and_the_planner_says_so() {
+    let hub = embedded::hub().unwrap();
+    let (mut evaluator, step) = (evaluator(&hub), Step::new());
+    let input = step.input();
+    let whole = ranked(&mut evaluator, &input);
+    let forged: Arc<Mutex<Vec<Evaluated>>> = Arc::default();
+    let told = Arc::clone(&forged);
+    let _served = served(&hub, &evaluator, move || told.lock().unwrap().clone());
+
+    let lie = |change: fn(&mut Evaluated)| {
+        let mut lie = whole[0];
+        change(&mut lie);
+        lie
+    };
+    for lie in [
+        // 20 cm above the floor, resting on nothing.
+        lie(|it| it.resting.resting_height += 100),
+        lie(|it| it.resting.placement.x += 1_000),
+        lie(|it| it.resting.placement.yaw = 9),
+        lie(|it| it.candidate = 5),
+    ] {
+        *forged.lock().unwrap() = vec![whole[0], lie];
+        assert_eq!(ranked(&mut evaluator, &input), whole, "{lie:?}");
+        let degraded = &evaluator.shortfall.degraded;
+        assert!(degraded[0].contains("heuristic-1 failed"), "{degraded:?}");
+    }
+    // The worst alone, for a value that nothing has, keeps nothing else out: values are the planner's own.
+    let worst = whole.last().copied().unwrap();
+    let value = f64::MIN;
+    *forged.lock().unwrap() = vec![Evaluated { value, ..worst }];
+    let named = ranked(&mut evaluator, &input);
+    assert_eq!(named[0], worst);
+    assert_eq!(named[1..], whole[..whole.len() - 1]);
     assert_eq!(evaluator.shortfall.degraded, Vec::<String>::new());
 }
