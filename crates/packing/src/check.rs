@@ -141,6 +141,11 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
+    /// Whether it can answer about a placement at once, as it worked on that before.
+    fn is_known(&self, _candidate: &Candidate, _resting: &RestingPlacement) -> bool {
+        false
+    }
+
     /// Looks into more placements in the next search of this step, as nothing was valid; says whether there are more.
     fn widen(&mut self) -> bool {
         false

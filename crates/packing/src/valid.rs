@@ -152,7 +152,8 @@ impl ValidSearch {
                     self.keep_tried(placement);
                     self.leave_out_what_is_done(input, 0..input.candidates.len());
                 }
-                None => return Ok(None),
+                // The time is over, but of what was looked into together some may be known.
+                None => {}
             }
         }
     }
@@ -281,20 +282,41 @@ impl ValidSearch {
         is_last: bool,
     ) -> Result<Option<Verdict>, SearchError> {
         let started = Instant::now();
-        if input.deadline.is_some_and(|deadline| started >= deadline) {
-            let what = "the time limit left placements unchecked";
-            self.shortfall.cut(what.to_owned());
+        if self.is_late(input) && !(is_last && self.is_known(input, placement)) {
             return Ok(None);
         }
         let verdict = self.ask_checks(input, placement, is_last);
         self.timings.check += started.elapsed();
         let verdict = verdict?;
+        // It may have been refused for want of time.
+        if matches!(verdict, Verdict::Refused(_)) && self.is_late(input) {
+            return Ok(None);
+        }
         if let Verdict::Refused(refusal) = &verdict
             && let Some(refusals) = self.refusals.get_mut(placement.candidate)
         {
             refusals.count(refusal.clone(), 1);
         }
         Ok(Some(verdict))
+    }
+
+    /// Whether the time is over; then the search is cut.
+    fn is_late(&mut self, input: &StepInput<'_>) -> bool {
+        let is_late = input
+            .deadline
+            .is_some_and(|deadline| Instant::now() >= deadline);
+        if is_late {
+            let what = "the time limit left placements unchecked";
+            self.shortfall.cut(what.to_owned());
+        }
+        is_late
+    }
+
+    /// Whether the last check can answer about a placement at once.
+    fn is_known(&self, input: &StepInput<'_>, placement: &Evaluated) -> bool {
+        let candidate = input.candidates.get(placement.candidate);
+        let last = candidate.zip(self.checks.last());
+        last.is_some_and(|(held, last)| last.is_known(held, &placement.resting))
     }
 
     fn ask_checks(

@@ -38,6 +38,9 @@ pub enum PhysicsError {
     /// The threads of the simulated check cannot be had.
     #[error("the threads that try placements cannot be had: {0}")]
     Threads(String),
+    /// A try did not come to its end in time.
+    #[error("the time limit passed while a placement was tried")]
+    Late,
     /// A camera above the cell is impossible.
     #[error(transparent)]
     Camera(#[from] CameraError),

@@ -319,6 +319,42 @@ impl TrialCheck {
         self.known.insert(*place, tried);
         Ok(Some(settling))
     }
+
+    /// As [`ValidityCheck::judge`].
+    fn judge_by_tries(
+        &mut self,
+        input: &StepInput<'_>,
+        candidate: &Candidate,
+        resting: &RestingPlacement,
+    ) -> Result<Verdict, PhysicsError> {
+        if input.scene.content().is_none() {
+            return Ok(untried(input, candidate, resting, Vec::new()));
+        }
+        let place = Place::of(candidate, resting);
+        let Some(settling) = self.settling(input, candidate, &place)? else {
+            let degraded = vec![UNTRIED_ITEM.to_owned()];
+            return Ok(untried(input, candidate, resting, degraded));
+        };
+        *self.tries.entry(place.arrival).or_default() += 1;
+        let load = self.load(candidate, &place, &settling)?;
+        if let Some(refusal) = load
+            .as_ref()
+            .and_then(|load| self.loads.refuse(place, load))
+        {
+            return Ok(Verdict::Refused(refusal));
+        }
+        let tried = self.known.get(&place);
+        if let Some(why) = tried.and_then(|tried| tried.beyond(&self.settings.limits)) {
+            let refused = Refused {
+                place,
+                settling,
+                why,
+            };
+            self.refused.push(refused);
+            return Ok(Verdict::Refused(self.refusal(Some(&refused))));
+        }
+        Ok(Verdict::Accepted(self.evidence(&place, settling, load)))
+    }
 }
 
 /// Of a placement that cannot be tried: it is made as planned if that is not above the rim.
@@ -392,6 +428,7 @@ impl ValidityCheck for TrialCheck {
         self.tries.clear();
         self.is_wide = false;
         self.lacks.clear();
+        self.twin.end_by(input.deadline);
         let Some(content) = input.scene.content() else {
             self.known.clear();
             return Ok(());
@@ -429,38 +466,21 @@ impl ValidityCheck for TrialCheck {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        if input.scene.content().is_none() {
-            return Ok(untried(input, candidate, resting, Vec::new()));
+        match self.judge_by_tries(input, candidate, resting) {
+            // The search is cut then, and does not count it.
+            Err(PhysicsError::Late) => Ok(Verdict::Refused(Cause::Unsteady.into())),
+            verdict => Ok(verdict?),
         }
-        let place = Place::of(candidate, resting);
-        let Some(settling) = self.settling(input, candidate, &place)? else {
-            let degraded = vec![UNTRIED_ITEM.to_owned()];
-            return Ok(untried(input, candidate, resting, degraded));
-        };
-        *self.tries.entry(place.arrival).or_default() += 1;
-        let load = self.load(candidate, &place, &settling)?;
-        if let Some(refusal) = load
-            .as_ref()
-            .and_then(|load| self.loads.refuse(place, load))
-        {
-            return Ok(Verdict::Refused(refusal));
-        }
-        let tried = self.known.get(&place);
-        if let Some(why) = tried.and_then(|tried| tried.beyond(&self.settings.limits)) {
-            let refused = Refused {
-                place,
-                settling,
-                why,
-            };
-            self.refused.push(refused);
-            return Ok(Verdict::Refused(self.refusal(Some(&refused))));
-        }
-        Ok(Verdict::Accepted(self.evidence(&place, settling, load)))
     }
 
     fn foresight(&self) -> usize {
         let threads = self.pool.as_ref().map(|pool| pool.current_num_threads());
         threads.unwrap_or(1)
+    }
+
+    fn is_known(&self, candidate: &Candidate, resting: &RestingPlacement) -> bool {
+        let place = Place::of(candidate, resting);
+        self.known.contains_key(&place) && !LoadTries::are_tried(&self.twin, candidate.weighs_kg())
     }
 
     fn foresee(

@@ -10,6 +10,7 @@ mod loads;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
+use std::time::Instant;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
@@ -183,6 +184,8 @@ pub struct Twin {
     patient: CellSettings,
     templates: Templates,
     laid: Laid,
+    /// When tries end that have not come to an end.
+    deadline: Option<Instant>,
 }
 
 /// A model that can be simulated.
@@ -211,7 +214,21 @@ impl Twin {
             settings,
             templates: Templates::default(),
             laid: Laid::default(),
+            deadline: None,
         })
+    }
+
+    /// Ends tries from now on that take longer than until then: they fail as [`PhysicsError::Late`].
+    pub fn end_by(&mut self, deadline: Option<Instant>) {
+        self.deadline = deadline;
+    }
+
+    /// Fails where the time of tries is over.
+    fn in_time(&self) -> Result<(), PhysicsError> {
+        match self.deadline {
+            Some(deadline) if Instant::now() >= deadline => Err(PhysicsError::Late),
+            _ => Ok(()),
+        }
     }
 
     /// Lays down what of some content can be simulated, in place of what lay there; says whether
@@ -303,7 +320,7 @@ impl Twin {
     /// What becomes of an item that is placed there. A try that goes beyond the limits ends then and there.
     ///
     /// # Errors
-    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away.
+    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away; [`PhysicsError::Late`].
     pub fn try_placement(
         &self,
         solid: &Solid,
@@ -313,12 +330,12 @@ impl Twin {
         let Solid(template) = solid;
         let container = self.settings.cell.container;
         let planned = checked_pose(container, &template.model, container_from_item)?;
-        let mut settling = self.attempt(template, &planned, &planned, &self.rough, limits);
+        let mut settling = self.attempt(template, &planned, &planned, &self.rough, limits)?;
         for held in self.settings.disturbance.held(&planned) {
             if settling.beyond(limits).is_some() {
                 break;
             }
-            let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits);
+            let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits)?;
             settling = settling.worse(&disturbed);
         }
         Ok(settling)
@@ -332,7 +349,7 @@ impl Twin {
         held: &Isometry3<f64>,
         cell: &CellSettings,
         limits: &TrialLimits,
-    ) -> Settling {
+    ) -> Result<Settling, PhysicsError> {
         let mut released = *held;
         released.translation.z += cell.release.height_m;
         let mut world = World::new(cell);
@@ -341,6 +358,7 @@ impl Twin {
         let mut attempt = Attempt {
             world,
             handle,
+            twin: self,
             template,
             planned: *planned,
             movable,
@@ -385,13 +403,19 @@ struct Movable<'a> {
 struct Attempt<'a> {
     world: World,
     handle: RigidBodyHandle,
+    twin: &'a Twin,
     template: &'a BodyTemplate,
     planned: Isometry3<f64>,
     movable: Vec<Movable<'a>>,
 }
 
 impl Attempt<'_> {
-    fn run(&mut self, cell: &CellSettings, still_speed_m_s: f64, limits: &TrialLimits) -> Settling {
+    fn run(
+        &mut self,
+        cell: &CellSettings,
+        still_speed_m_s: f64,
+        limits: &TrialLimits,
+    ) -> Result<Settling, PhysicsError> {
         let mut settling = Settling {
             tilt_rad: 0.0,
             slide_m: 0.0,
@@ -400,6 +424,7 @@ impl Attempt<'_> {
             is_still: false,
         };
         for _ in 0..cell.settle_steps() {
+            self.twin.in_time()?;
             self.world.step();
             settling = self.settling(still_speed_m_s);
             let is_beyond = settling.severity(limits) > 1.0;
@@ -407,10 +432,10 @@ impl Attempt<'_> {
                 break;
             }
         }
-        Settling {
+        Ok(Settling {
             above_rim_m: self.above_rim_m(cell.container),
             ..settling
-        }
+        })
     }
 
     /// How far the item, or one that it has lifted, sticks out above the rim now.

@@ -605,6 +605,77 @@ fn after_the_deadline_nothing_more_is_checked_and_the_plan_says_so() {
     assert!(asked(&log).len() <= 7);
 }
 
+/// Looks into placements together, and has looked into all but the first when the time of the step is over. It refuses the first
+/// of those.
+#[derive(Default)]
+struct Together {
+    known: Vec<RestingPlacement>,
+}
+
+impl ValidityCheck for Together {
+    fn cost(&self) -> Cost {
+        Cost::Simulation
+    }
+
+    fn judge(
+        &mut self,
+        _: &StepInput<'_>,
+        _: &Candidate,
+        resting: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        assert!(self.known.contains(resting), "nobody looked into it");
+        Ok(match self.known.first() == Some(resting) {
+            true => Verdict::Refused(why()),
+            false => Verdict::Accepted(found(resting)),
+        })
+    }
+
+    fn foresight(&self) -> usize {
+        4
+    }
+
+    fn foresee(
+        &mut self,
+        input: &StepInput<'_>,
+        next: &[(&Candidate, RestingPlacement)],
+    ) -> StageResult {
+        let known = next.iter().skip(1).map(|(_, resting)| *resting);
+        self.known = known.collect();
+        while input.deadline.is_some_and(|until| Instant::now() < until) {
+            std::thread::yield_now();
+        }
+        Ok(())
+    }
+
+    fn is_known(&self, _: &Candidate, resting: &RestingPlacement) -> bool {
+        self.known.contains(resting)
+    }
+}
+
+#[test]
+fn after_the_deadline_the_best_that_was_looked_into_and_is_valid_is_chosen() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let input = StepInput::new(&grid, &scene, &held);
+    let planner = |checks| {
+        let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
+        planner_of(search, ProposeAll, Order::Balance, checks)
+    };
+    let best = StepInput {
+        alternatives: 2,
+        ..input
+    };
+    let best = ranked(planner(Vec::new()).plan(&best).unwrap());
+    let limited = StepInput {
+        deadline: Some(Instant::now() + Duration::from_millis(200)),
+        ..input
+    };
+    let mut planner = planner(vec![Box::new(Together::default())]);
+    let plan = planner.plan(&limited).unwrap();
+    assert_eq!(plan.choice(), Some(best[2]));
+    assert!(plan.is_cut() && plan.degraded()[0].contains("time limit"));
+}
+
 #[test]
 fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
     let grid = small_grid();

@@ -80,6 +80,11 @@ impl LoadTries {
         Ok(both.max_by(|one, other| one.share().total_cmp(&other.share())))
     }
 
+    /// Whether loads are tried of an item of this mass.
+    pub(super) fn are_tried(twin: &Twin, mass_kg: Option<f64>) -> bool {
+        mass_kg.is_some_and(|mass_kg| Self::may_exceed(twin, mass_kg))
+    }
+
     /// Whether all that there is may be too much for an item.
     fn may_exceed(twin: &Twin, mass_kg: f64) -> bool {
         let all_kg: f64 = twin.burdens().map(|burden| burden.mass_kg).sum::<f64>() + mass_kg;

@@ -18,11 +18,20 @@ const LEAST_N: f64 = 0.005;
 const AT_REST_S: f64 = 0.1;
 
 /// Goes on until all bodies, each within a radius in metres of its centre of mass, are at rest, or the time is over.
-fn settle(world: &mut World, bodies: &[(RigidBodyHandle, f64)], cell: &CellSettings) {
+///
+/// # Errors
+/// What `in_time` says before each step.
+fn settle(
+    world: &mut World,
+    bodies: &[(RigidBodyHandle, f64)],
+    cell: &CellSettings,
+    in_time: impl Fn() -> Result<(), PhysicsError>,
+) -> Result<(), PhysicsError> {
     let still_m_s = cell.solver.sleep_speed_m_s;
     let wanted = (AT_REST_S / cell.solver.timestep_s).ceil() as usize;
     let mut still = 0;
     for _ in 0..cell.settle_steps() {
+        in_time()?;
         world.step();
         let mut speeds_m_s = bodies
             .iter()
@@ -35,6 +44,7 @@ fn settle(world: &mut World, bodies: &[(RigidBodyHandle, f64)], cell: &CellSetti
             break;
         }
     }
+    Ok(())
 }
 
 impl Twin {
@@ -46,7 +56,7 @@ impl Twin {
     /// All bodies take part and move, other than in [`try_placement`](Self::try_placement): a load is passed down through the whole pile.
     ///
     /// # Errors
-    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away.
+    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away; [`PhysicsError::Late`].
     pub fn try_loads_kg(
         &self,
         Solid(template): &Solid,
@@ -56,7 +66,7 @@ impl Twin {
     ) -> Result<Vec<f64>, PhysicsError> {
         let container = self.settings.cell.container;
         let planned = checked_pose(container, &template.model, container_from_item)?;
-        Ok(self.loads_kg(template, mass_kg, &planned, &self.fine, margin))
+        self.loads_kg(template, mass_kg, &planned, &self.fine, margin)
     }
 
     /// The same under the disturbance: the most of what rests on each where the item is let go on each of four sides of its place, on the
@@ -77,10 +87,11 @@ impl Twin {
         let around = self.settings.disturbance.around(&planned);
         let tried =
             |held: &Isometry3<f64>| self.loads_kg(template, mass_kg, held, &self.patient, margin);
-        let loads_kg: Vec<Vec<f64>> = match pool {
+        let loads_kg: Result<Vec<Vec<f64>>, PhysicsError> = match pool {
             Some(pool) => pool.install(|| around.par_iter().map(tried).collect()),
             None => around.iter().map(tried).collect(),
         };
+        let loads_kg = loads_kg?;
         let most_kg = |body: usize| {
             let of_body = loads_kg.iter().filter_map(|loads_kg| loads_kg.get(body));
             of_body.copied().fold(0.0, f64::max)
@@ -96,7 +107,7 @@ impl Twin {
         held: &Isometry3<f64>,
         cell: &CellSettings,
         margin: f64,
-    ) -> Vec<f64> {
+    ) -> Result<Vec<f64>, PhysicsError> {
         let mut world = World::new(cell);
         for bounds in &self.laid.terrain {
             world.insert_terrain(bounds);
@@ -121,7 +132,7 @@ impl Twin {
         released.translation.z += cell.release.height_m;
         handles.push(insert(template, &released, mass_kg));
         let bodies: Vec<(RigidBodyHandle, f64)> = handles.iter().copied().zip(radii_m).collect();
-        settle(&mut world, &bodies, cell);
+        settle(&mut world, &bodies, cell, || self.in_time())?;
         let forces = world.vertical_forces(&handles);
         let lying = self.laid.bodies.iter().map(|lying| lying.burden.mass_kg);
         let masses_kg: Vec<f64> = lying.chain([mass_kg]).collect();
@@ -132,6 +143,6 @@ impl Twin {
             // What is wedged in may press with more than it weighs.
             carried_kg.max((margin * carried_kg).min(above_kg))
         };
-        (0..self.laid.bodies.len()).map(load_kg).collect()
+        Ok((0..self.laid.bodies.len()).map(load_kg).collect())
     }
 }

@@ -1,6 +1,7 @@
 //! Placements tried in the twin of a cell.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
@@ -179,4 +180,18 @@ fn what_lifts_another_item_above_the_rim_sticks_out_itself() {
         let why = is_above.then_some("it would stick out above the rim");
         assert_eq!(beyond(&settling), why);
     }
+}
+
+#[test]
+fn a_try_ends_with_its_time() {
+    let mut twin = new_twin(TwinSettings::default(), &[base()]);
+    let solid = twin.solid(&cuboid([0.05; 3])).unwrap();
+    let (pose, limits) = (at(0.25, 0.25, 0.025), TrialLimits::default());
+    twin.end_by(Some(Instant::now()));
+    let late = twin.try_placement(&solid, &pose, &limits);
+    assert_eq!(late, Err(PhysicsError::Late));
+    let late = twin.try_loads_kg(&solid, 1.0, &pose, 1.5);
+    assert_eq!(late, Err(PhysicsError::Late));
+    twin.end_by(None);
+    twin.try_placement(&solid, &pose, &limits).unwrap();
 }

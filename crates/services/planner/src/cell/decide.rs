@@ -16,6 +16,12 @@ use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::step_plan::{Found, PlansContainers, write_ranked};
 
+/// Of what is left of the time of a request, the share that is kept for checking, saving and answering what was found.
+const KEPT_SHARE: f64 = 0.05;
+
+/// The least that is kept: a write to a disk, and an answer that waits for a busy processor.
+const LEAST_KEPT: Duration = Duration::from_millis(10);
+
 /// What planning a step led to.
 pub(crate) enum Decided {
     Decision(Box<v1::Decision>),
@@ -33,6 +39,7 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<Decided, Refusal> {
         let begun = Instant::now();
+        let until = planned_by(begun, deadline);
         let mut setting_aside = Duration::ZERO;
         let (prepared, found, waited) = loop {
             let started = Instant::now();
@@ -41,7 +48,7 @@ impl CellPlanner {
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
-            let prepared = self.prepare(items, alternatives, deadline)?;
+            let prepared = self.prepare(items, alternatives, until)?;
             let waited = started.elapsed();
             let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
@@ -53,7 +60,7 @@ impl CellPlanner {
                 let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
             }
-            in_time(deadline)?;
+            in_time(until)?;
             if !self.set_aside(&prepared, &found)? {
                 let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
@@ -114,7 +121,8 @@ impl CellPlanner {
         deadline: Instant,
     ) -> Result<v1::ExplainReply, Refusal> {
         let items = vec![self.session.waiting(item_id)?.clone()];
-        let prepared = self.prepare(items, 0, deadline)?;
+        let until = planned_by(Instant::now(), deadline);
+        let prepared = self.prepare(items, 0, until)?;
         let found = self.plan(&prepared)?;
         let choice = found.plan.choice();
         let reasons = match &choice {
@@ -221,7 +229,11 @@ impl CellPlanner {
         let is_kept = known.is_ok_and(|container| !container.keep_out.is_empty());
         let is_fragile = |item: &v1::SessionItem| item.rules.is_some_and(|rules| rules.is_fragile);
         let has_regions = is_kept || self.session.packed_in(container).any(is_fragile);
-        let plan = has_regions.then(|| self.plan_in(container, alone));
+        // A reason that comes too late is none.
+        let has_time = alone
+            .deadline
+            .is_none_or(|deadline| Instant::now() < deadline);
+        let plan = (has_regions && has_time).then(|| self.plan_in(container, alone));
         plan.is_some_and(|plan| plan.is_ok_and(|plan| plan.choice().is_some()))
     }
 }
@@ -243,6 +255,13 @@ impl PlansContainers for CellPlanner {
         }
         Ok(plan)
     }
+}
+
+/// When a step has to be planned, for its answer to come by the deadline.
+fn planned_by(now: Instant, deadline: Instant) -> Instant {
+    let left = deadline.saturating_duration_since(now);
+    let kept = left.mul_f64(KEPT_SHARE).max(LEAST_KEPT);
+    now + left.saturating_sub(kept)
 }
 
 /// Refuses what would come too late.

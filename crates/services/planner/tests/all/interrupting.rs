@@ -9,6 +9,19 @@ use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, Status};
 
 #[test]
+fn a_plan_that_cannot_be_made_in_time_is_refused_in_time() {
+    let kept = Mutex::new(Vec::new());
+    let rig = Rig::shown_by(common::coarse(), &[], move |incoming| {
+        kept.lock().unwrap().push(incoming);
+    });
+    rig.begin_with(&["a"]);
+    let plan = v1::PlanRequest::default();
+    // A caller whose time is over hears nothing.
+    let refused = rig.client.call(&cell(), plan, in_ms(4_000)).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+}
+
+#[test]
 fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode_off() {
     // Perception never answers, and says when it is asked.
     let (asked, is_asked) = channel();
