@@ -89,6 +89,22 @@ fn packing_through_a_stack_that_already_runs_is_the_same_packing() {
 }
 
 #[test]
+fn each_packing_with_a_store_is_into_an_empty_container() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = folder.path().join("store");
+    let pack = format!(
+        "up --pack --store {} --cell 1cm --yaws 4 --random 6",
+        store.display()
+    );
+    let first = packed(&pack);
+    // What that packed is in the store.
+    let again = packed(&pack);
+    assert_eq!(again.summary["packed"], first.summary["packed"]);
+    assert_eq!(again.summary["items_placed"], first.summary["items_placed"]);
+    assert_eq!(placements(&again), placements(&first));
+}
+
+#[test]
 fn what_two_cameras_see_together_is_packed_through_the_services() {
     let folder = tempfile::tempdir().unwrap();
     let view = folder.path().join("view.toml");

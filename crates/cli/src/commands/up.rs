@@ -99,7 +99,7 @@ struct ServiceOptions {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Packing one sequence")]
 struct PackingOptions {
-    /// Pack one sequence through the services, write a report, and end
+    /// Pack one sequence into an empty container through the services, write a report, and end
     #[arg(long)]
     pack: bool,
 
@@ -191,7 +191,13 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     }
     let first = plan.cells.first().cloned();
     let first = first.ok_or_else(|| Failure::input("--pack needs a cell"))?;
-    let done = pack(&Controller::new(stack.client(), first))?;
+    let controller = Controller::new(stack.client(), first);
+    // With a store, what a packing before this one left lies there, and would be in this one's way and figures.
+    if !controller.state()?.bodies.is_empty() {
+        tracing::warn!("the container is not empty: an empty one is brought");
+        controller.renew()?;
+    }
+    let done = pack(&controller)?;
     view.map_or(Ok(()), View::finish).or_run()?;
     stack.finish()?;
     packing.job.publish(&done)
