@@ -58,8 +58,11 @@ fn of_execution(execution: Option<&v1::Execution>) -> Next {
 }
 
 /// What a decision is settled as with a bridge in this state: one that does not know all that was done since the decision, or
-/// does not say so, as older ones do not, may have carried it out and forgotten.
+/// does not say so, as older ones do not, may have carried it out and forgotten. On state 0 none begins that counts its states.
 pub fn as_known(kind: OutcomeKind, decision: &v1::Decision, state: &v1::CellState) -> OutcomeKind {
+    if decision.state_number == 0 && state.state_number != 0 {
+        return OutcomeKind::NotPlaced;
+    }
     let is_known = (1..=decision.state_number).contains(&state.first_state_number);
     match kind {
         OutcomeKind::NotPlaced if !is_known => OutcomeKind::Unknown,
@@ -81,5 +84,41 @@ pub fn settled_as(
         failure: failure.to_owned(),
         state_number,
         ..v1::Outcome::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_refused_was_not_placed_where_the_bridge_knows_all_since_or_the_decision_is_of_no_state()
+     {
+        use OutcomeKind::{NotPlaced, Unknown};
+        let decision = |state_number| v1::Decision {
+            state_number,
+            ..v1::Decision::default()
+        };
+        let state = |first_state_number| v1::CellState {
+            state_number: 90,
+            first_state_number,
+            ..v1::CellState::default()
+        };
+        for (kind, decided_on, known_since, expected) in [
+            (NotPlaced, 70, 70, NotPlaced),
+            (NotPlaced, 70, 71, Unknown),
+            // An older bridge does not say.
+            (NotPlaced, 70, 0, Unknown),
+            (Unknown, 70, 70, Unknown),
+            // No bridge that counts its states begins anything on state 0.
+            (NotPlaced, 0, 70, NotPlaced),
+            (NotPlaced, 0, 0, NotPlaced),
+            (Unknown, 0, 70, NotPlaced),
+        ] {
+            let settled = as_known(kind, &decision(decided_on), &state(known_since));
+            assert_eq!(settled, expected, "{kind:?} {decided_on} {known_since}");
+        }
+        let countless = v1::CellState::default();
+        assert_eq!(as_known(NotPlaced, &decision(0), &countless), Unknown);
     }
 }

@@ -100,7 +100,7 @@ impl World {
                 session.withdraw(&item).ok()?;
             }
         }
-        session.needs_state("", Some(voided));
+        session.goes_on_at("", Some(voided));
         if session.is_automatic() {
             session.set_automatic(true).ok()?;
         }

@@ -77,6 +77,34 @@ impl Session {
         }
     }
 
+    /// Nothing is planned in a container on an earlier state than this one, where that is known; also where it knew of a later one,
+    /// as its bridge counts anew.
+    pub fn goes_on_at(&mut self, container: &str, state_number: Option<u64>) {
+        if let (Ok(container), Some(state_number)) = (self.container_mut(container), state_number) {
+            container.least_state_number = state_number;
+        }
+    }
+
+    /// An item that a bridge says to lie in a container and that cannot have come there in this session: one that waits here, or one
+    /// that is not known here, in a later state than is known here. So another planner packed meanwhile, or this is an old copy.
+    ///
+    /// To be asked where no decision awaits its outcome.
+    pub fn unexplained<'a>(&self, container: &str, told: &'a v1::CellState) -> Option<&'a str> {
+        let least = self.least_state_number(container);
+        let is_later = least > 0 && told.state_number > least;
+        let cannot_be = |body: &&v1::Body| {
+            let mut items = self.items().iter();
+            match items.find(|item| item.item_id == body.item_id) {
+                Some(item) => {
+                    matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
+                }
+                None => is_later,
+            }
+        };
+        let unexplained = told.bodies.iter().find(cannot_be);
+        unexplained.map(|body| body.item_id.as_str())
+    }
+
     /// The items that lie in a container that is open.
     pub fn packed_in<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a v1::SessionItem> {
         let items = self.items().iter();

@@ -321,6 +321,11 @@ fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
         name.to_string_lossy().contains("damaged")
     });
     assert_eq!(aside.count(), 1);
+    cell.begin("not-empty", &[], false).unwrap();
+    // Which of them lie there the planner does not know any more, but the bridge does.
+    let refused = cell.announce(&OBJECTS).unwrap_err().to_string();
+    assert!(refused.contains("lies in container cell-1"), "{refused}");
+    cell.renew().unwrap();
     cell.begin("after-damage", &OBJECTS, false).unwrap();
     assert!(cell.step().unwrap().is_some());
 }

@@ -81,6 +81,8 @@ fn a_second_planner_waits_and_goes_on_with_nothing_by_itself_when_it_takes_over(
     stack.signal("planner-1", Signal::Kill).unwrap();
     stack.wait_ready(&second).unwrap();
     assert_eq!(cell.session().unwrap().session_id, "");
+    // What the first one packed has the ids of the items of the second.
+    cell.renew().unwrap();
     cell.begin("second", &OBJECTS[6..8], true).unwrap();
     let packed = common::wait_for(&cell, |session| {
         session.end() != v1::SessionEnd::Unspecified

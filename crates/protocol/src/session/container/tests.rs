@@ -198,3 +198,58 @@ fn a_container_that_is_to_be_renewed_says_by_which_request() {
     session.open(start("left", 1, 12)).unwrap();
     assert_eq!(renewal_id(&session), "");
 }
+
+#[test]
+fn what_cannot_have_come_there_in_the_session_is_told() {
+    let mut session = over_two(&["a", "b", "c"]);
+    pack(&mut session, "a", "left", 11);
+    session.withdraw("c").unwrap();
+    let told = |state_number, bodies: &[&str]| v1::CellState {
+        state_number,
+        bodies: bodies
+            .iter()
+            .map(|item| v1::Body {
+                item_id: (*item).to_owned(),
+                ..v1::Body::default()
+            })
+            .collect(),
+        ..v1::CellState::default()
+    };
+    for (state_number, bodies, expected) in [
+        (11, &["a"][..], None),
+        // Somebody had a hand in it, or it was held meanwhile.
+        (13, &["a"], None),
+        (13, &["a", "c"], None),
+        (11, &["a", "b"], Some("b")),
+        // What lay there before the session is no news, unless more was done since.
+        (11, &["a", "z"], None),
+        (12, &["a", "z"], Some("z")),
+    ] {
+        let state = told(state_number, bodies);
+        let found = session.unexplained("left", &state);
+        assert_eq!(found, expected, "{state_number} {bodies:?}");
+    }
+    let reason = v1::ItemReason {
+        item_id: "b".to_owned(),
+        ..v1::ItemReason::default()
+    };
+    session.set_aside(reason).unwrap();
+    assert_eq!(session.unexplained("left", &told(11, &["b"])), Some("b"));
+    // A session that knows of no state knows of nothing that is new.
+    let fresh = Session::begin(
+        "s".to_owned(),
+        vec![open_container("left".to_owned(), Vec::new(), 0)],
+        true,
+        0,
+    );
+    assert_eq!(fresh.unexplained("left", &told(11, &["z"])), None);
+}
+
+#[test]
+fn who_acknowledges_goes_on_from_the_state_that_the_bridge_is_in() {
+    let mut session = over_two(&[]);
+    session.goes_on_at("left", Some(4));
+    session.goes_on_at("right", None);
+    assert_eq!(session.least_state_number("left"), 4);
+    assert_eq!(session.least_state_number("right"), 500);
+}

@@ -133,6 +133,7 @@ impl CellPlanner {
             let saved = self.shared.store.begin(&self.cell, &session);
             self.saved(saved)?;
             self.session = session;
+            self.is_compared = true;
             // The container may be another one since the last picture.
             self.containers_changed();
             self.to_inspect = None;
@@ -230,6 +231,7 @@ impl CellPlanner {
         for item in &request.items {
             announced.push(self.read_announcement(item, &mut shapes, &mut items)?);
         }
+        self.must_not_lie_there(&announced, incoming.deadline())?;
         self.change_with(&shapes, |session| session.announce(announced))?;
         self.automatic.go_on();
         if !items.is_empty() {
@@ -439,7 +441,7 @@ impl CellPlanner {
         };
         self.change(|session| {
             for (container, state_number) in &changed {
-                session.needs_state(container, *state_number);
+                session.goes_on_at(container, *state_number);
             }
             session.set_automatic(is_automatic)
         })

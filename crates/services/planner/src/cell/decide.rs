@@ -40,6 +40,7 @@ impl CellPlanner {
     ) -> Result<Decided, Refusal> {
         let begun = Instant::now();
         let until = planned_by(begun, deadline);
+        self.must_be_newest(until)?;
         let mut setting_aside = Duration::ZERO;
         let (prepared, found, waited) = loop {
             let started = Instant::now();

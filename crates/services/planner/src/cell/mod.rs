@@ -9,6 +9,7 @@ mod counts;
 mod decide;
 mod footprint;
 mod inspect;
+mod known;
 mod leaving;
 mod orders;
 mod place;
@@ -97,6 +98,8 @@ pub(crate) struct CellPlanner {
     /// Of the others: the solids of what was seen of them.
     seen: SeenSolids,
     session: Session,
+    /// Whether the session is known to be the newest, by what the bridges know.
+    is_compared: bool,
     /// Where its containers stand.
     places: Vec<Place>,
     /// When the bridge is asked again for empty containers, by the ids of the requests.
@@ -191,6 +194,7 @@ impl CellPlanner {
             shapes: HashMap::new(),
             posed_models: HashMap::new(),
             seen: SeenSolids::default(),
+            is_compared: session.id().is_empty() || session.has_failed(),
             session,
             places,
             renewals: BTreeMap::new(),

@@ -12,6 +12,7 @@ use ppnpack_wire::v1::{self, Status};
 use super::CellPlanner;
 use super::counts;
 use super::footprint::footprint;
+use super::place::Place;
 use super::refusal::Refusal;
 use crate::scenes::Seen;
 use crate::step_plan::{ContainerStep, StepPlan};
@@ -23,6 +24,9 @@ const ALL_PATIENCE: Duration = Duration::from_secs(1);
 
 /// How long one of several is waited for before the others are looked at.
 const SLICE: Duration = Duration::from_millis(100);
+
+/// How long to wait before what was not seen is looked at again.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// What a step is planned on.
 pub(super) struct Prepared {
@@ -132,7 +136,9 @@ impl CellPlanner {
     ) -> Result<(Vec<PreparedContainer>, Vec<String>), Refusal> {
         let is_only = open.len() == 1;
         let (mut containers, mut left_out) = (Vec::new(), Vec::new());
-        for (at, (name, seen)) in self.see(open, deadline)?.into_iter().enumerate() {
+        let sights = self.see(open, deadline)?;
+        self.must_not_be_ahead()?;
+        for (at, (name, seen)) in sights.into_iter().enumerate() {
             match seen {
                 Ok(seen) => {
                     let (container, seen) = self.prepare_container(name, seen, deadline)?;
@@ -160,40 +166,49 @@ impl CellPlanner {
     /// What containers look like now, or why that is not known. One is waited for until the deadline, several for a while.
     fn see(&mut self, open: &[String], deadline: Instant) -> Result<Vec<Sight>, Refusal> {
         let now = Instant::now();
-        let (until, slice) = match open.len() {
-            1 => (deadline, Duration::MAX),
-            _ => {
-                let left = deadline.saturating_duration_since(now);
-                (now + ALL_PATIENCE.min(left / 2), SLICE)
-            }
+        let left = deadline.saturating_duration_since(now);
+        let (until, slices) = match u32::try_from(open.len()).unwrap_or(u32::MAX) {
+            1 => (deadline, [left; 2]),
+            count => (
+                now + ALL_PATIENCE.min(left / 2),
+                [SLICE, ALL_PATIENCE / count.max(1)],
+            ),
         };
         let mut seen: Vec<Sight> = Vec::new();
         for name in open {
-            let first = self.seen_within(name, slice, deadline)?;
+            let first = self.seen_within(name, slices, deadline)?;
             seen.push((name.clone(), first));
         }
-        while Instant::now() < until && !self.own.interruption.is_asked_for() {
+        while Instant::now() + PAUSE < until
+            && !self.own.interruption.is_asked_for()
+            && !self.places.iter().any(Place::is_behind)
+        {
             let mut unseen = seen.iter_mut().filter(|(_, seen)| seen.is_err()).peekable();
             if unseen.peek().is_none() {
                 break;
             }
+            std::thread::sleep(PAUSE);
             for (name, seen) in unseen {
-                *seen = self.seen_within(name, slice, until)?;
+                *seen = self.seen_within(name, slices, until)?;
             }
         }
         Ok(seen)
     }
 
+    /// What a container looks like; so long is a heightmap waited for, and so long the bridge.
     fn seen_within(
         &mut self,
         name: &str,
-        slice: Duration,
+        slices: [Duration; 2],
         deadline: Instant,
     ) -> Result<Result<Seen, Refusal>, SessionError> {
         let least = self.session.least_state_number(name);
-        let slice = Instant::now().checked_add(slice);
-        let until = slice.map_or(deadline, |slice| slice.min(deadline));
-        Ok(self.place_of(name)?.seen(least, until))
+        let now = Instant::now();
+        let [until, bridge_until] = slices.map(|slice| deadline.min(now + slice));
+        // The automatic mode has its decisions carried out by a bridge.
+        let needs_bridge = self.session.is_automatic();
+        let place = self.place_of(name)?;
+        Ok(place.seen(least, needs_bridge, until, bridge_until))
     }
 
     fn prepare_container(

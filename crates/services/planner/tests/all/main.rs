@@ -8,6 +8,7 @@
 )]
 
 mod believing;
+mod bridges;
 mod common;
 mod containers;
 mod counting;

@@ -84,6 +84,95 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     assert!(reported.elapsed() >= LATENCY);
 }
 
+/// How long a bridge that is slow takes to say its state.
+const SLOW: Duration = Duration::from_millis(150);
+
+#[test]
+fn a_bridge_that_answers_late_is_waited_for_and_nothing_is_gone() {
+    let mut rig = rig();
+    let state_number = Arc::new(AtomicU64::new(70));
+    let told = Arc::clone(&state_number);
+    rig.answer(
+        Service::Bridge,
+        move |incoming: Incoming<v1::CellStateRequest>| {
+            let reply = v1::CellStateReply {
+                state: Some(v1::CellState {
+                    state_number: told.load(Ordering::Relaxed),
+                    first_state_number: 70,
+                    ..v1::CellState::default()
+                }),
+                ..v1::CellStateReply::default()
+            };
+            std::thread::spawn(move || {
+                std::thread::sleep(SLOW);
+                incoming.reply(reply, Done::default());
+            });
+        },
+    );
+    rig.answer(
+        Service::Bridge,
+        move |incoming: Incoming<v1::PlaceRequest>| {
+            let request = incoming.message();
+            let now = state_number.load(Ordering::Relaxed);
+            if request.state_number != now {
+                return incoming.refuse(Status::Stale, "it was planned on another state");
+            }
+            state_number.store(now + 1, Ordering::Relaxed);
+            let outcome = v1::Outcome {
+                placement_id: request.placement_id.clone(),
+                item_id: request.item_id.clone(),
+                kind: OutcomeKind::Placed.into(),
+                container_from_item: request.container_from_item,
+                state_number: now + 1,
+                ..v1::Outcome::default()
+            };
+            let execution = v1::Execution {
+                placement_id: request.placement_id.clone(),
+                phase: v1::ExecutionPhase::Ended.into(),
+                outcome: Some(outcome),
+            };
+            let reply = v1::PlaceReply {
+                execution: Some(execution),
+                ..v1::PlaceReply::default()
+            };
+            incoming.reply(reply, Done::default());
+        },
+    );
+    rig.begin_as(v1::BeginRequest {
+        is_automatic: true,
+        ..v1::BeginRequest::default()
+    });
+    rig.announce([common::announcement("a", common::block())]);
+    let session = rig.ended();
+    assert_eq!(session.end(), v1::SessionEnd::AllPacked, "{session:?}");
+    assert_eq!(session.settled.len(), 1);
+}
+
+#[test]
+fn without_the_state_of_a_bridge_that_was_heard_of_nothing_is_decided() {
+    let mut rig = rig();
+    rig.bridge_says(|| v1::CellState {
+        state_number: 70,
+        ..v1::CellState::default()
+    });
+    rig.begin_with(&["a"]);
+    let first = rig.decision();
+    let outcome = v1::Outcome {
+        state_number: 70,
+        ..v1::Outcome::default()
+    };
+    rig.call(ended_as(OutcomeKind::NotPlaced, &first, outcome));
+    rig.last_service_leaves();
+    let plan = v1::PlanRequest::default();
+    let until = common::in_ms(3_000);
+    let refused = rig.client.call(&common::cell(), plan, until).unwrap_err();
+    // Before the time limit, and with the reason.
+    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    let text = refused.to_string();
+    assert!(text.contains("the bridge of cell cell-1"), "{text}");
+    assert_eq!(rig.session().pending, None);
+}
+
 #[test]
 fn the_first_decision_after_a_start_has_an_age() {
     let mut rig = Rig::new(common::untried());

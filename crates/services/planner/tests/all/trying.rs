@@ -1,5 +1,7 @@
 //! Placements are tried before they are decided on, also where no more is known of items than what was seen.
 
+use std::sync::{Arc, Mutex};
+
 use crate::common::{Rig, coarse};
 use nalgebra::Isometry3;
 use ppnpack_wire::{convert, v1};
@@ -19,17 +21,21 @@ fn body(item_id: &str, object: &str, at: Isometry3<f64>, is_found: bool) -> v1::
     }
 }
 
-/// A planner, and a bridge that says that these lie in the container.
-fn among(bodies: Option<Vec<v1::Body>>) -> Rig {
+/// A planner of a session with these items, and a bridge that says once they were announced that these bodies lie in the container.
+fn among(bodies: Option<Vec<v1::Body>>, items: &[&str]) -> Rig {
     let mut rig = Rig::new(coarse());
-    if let Some(bodies) = bodies {
+    let told: Arc<Mutex<Vec<v1::Body>>> = Arc::default();
+    if bodies.is_some() {
+        let told = Arc::clone(&told);
         rig.bridge_says(move || v1::CellState {
             // Later than any that is reported.
             state_number: 1_000,
-            bodies: bodies.clone(),
+            bodies: told.lock().unwrap().clone(),
             ..v1::CellState::default()
         });
     }
+    rig.begin_with(items);
+    *told.lock().unwrap() = bodies.unwrap_or_default();
     rig
 }
 
@@ -59,9 +65,8 @@ fn unknown_items_are_tried_with_the_shapes_that_were_seen() {
 #[test]
 fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
     let stranger = body("stranger", "of no catalogue", Isometry3::identity(), true);
-    let rig = among(Some(vec![stranger]));
+    let rig = among(Some(vec![stranger]), &["a"]);
     rig.seen.lock().unwrap().raise((0, 0), 32, 0.05);
-    rig.begin_with(&["a"]);
     let decision = rig.decision();
     // It comes to rest where it was planned, on what nobody knows.
     assert!(comes_to_rest(&decision), "{decision:?}");
@@ -76,8 +81,7 @@ fn a_body_that_the_bridge_calls_otherwise_is_where_the_session_has_its_item() {
     // In the frame of that object.
     let at = Isometry3::translation(5.0, 5.0, 5.0);
     let body = body("a", "of no catalogue", at, true);
-    let rig = among(Some(vec![body]));
-    rig.begin_with(&["a", "b"]);
+    let rig = among(Some(vec![body]), &["a", "b"]);
     // The bridge says that it lies there before the session knows where.
     let first = rig.decision();
     assert_eq!(first.item_id, "a");
@@ -110,9 +114,8 @@ fn took_part(decision: &v1::Decision) -> bool {
 #[test]
 fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
     for is_found in [true, false] {
-        let rig = among(Some(vec![in_the_corner(is_found)]));
+        let rig = among(Some(vec![in_the_corner(is_found)]), &["a", "b"]);
         rig.seen.lock().unwrap().raise((0, 0), 6, 0.04);
-        rig.begin_with(&["a", "b"]);
         assert_eq!(took_part(&rig.decision()), is_found);
     }
 }
@@ -121,8 +124,7 @@ fn a_body_that_the_bridge_only_assumes_is_as_the_heightmap_shows_it() {
 fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
     let assumed = || Some(vec![in_the_corner(false)]);
     for (bodies, is_found) in [(None, true), (None, false), (assumed(), true)] {
-        let rig = among(bodies);
-        rig.begin_with(&["a", "b"]);
+        let rig = among(bodies, &["a", "b"]);
         let first = rig.decision();
         assert_eq!(first.item_id, "a");
         rig.place_square(&first, 6, is_found);
