@@ -16,6 +16,9 @@ use super::{ANSWER_SLACK, CellPlanner, Message};
 /// How long to wait before a container is asked for again.
 const PAUSE: Duration = Duration::from_secs(1);
 
+/// How long the bridge may take to say which state that is.
+const PATIENCE: Duration = Duration::from_millis(100);
+
 impl CellPlanner {
     /// Whether empty containers are to come.
     pub(super) fn is_renewing(&self) -> bool {
@@ -78,7 +81,7 @@ impl CellPlanner {
     /// Asks for a container; gives how long that may take, or says why it is not asked for.
     fn try_ask_renewal(&mut self, name: &str, id: &str) -> Result<Duration, String> {
         let place = self.place_of(name).map_err(|error| error.to_string())?;
-        let state = place.ask_state(Instant::now() + PAUSE);
+        let state = place.ask_state(Instant::now() + PATIENCE);
         let state = state.ok_or("the bridge does not say its state")?;
         let address = place.address.clone();
         let limit = Duration::from_secs_f64(self.settings.place_limit_s);
