@@ -197,8 +197,8 @@ impl Alive {
     pub fn instances_for(&self, cell: &Cell) -> Vec<Instance> {
         let known = lock(&self.seen.known);
         let is_for = |of: &Option<Cell>| of.as_ref().is_none_or(|of| of == cell);
-        let tokens = known.tokens.iter().filter(|(_, of)| is_for(of));
-        let mut instances: Vec<Instance> = tokens.map(|(instance, _)| instance.clone()).collect();
+        let tokens = known.tokens.iter().filter(|(_, of, _)| is_for(of));
+        let mut instances: Vec<Instance> = tokens.map(|(instance, ..)| instance.clone()).collect();
         instances.dedup();
         instances
     }

@@ -6,7 +6,7 @@ use std::ops::Deref;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
-use redb::backends::InMemoryBackend;
+use redb::backends::{FileBackend, InMemoryBackend};
 use redb::{Database, ReadableDatabase, ReadableTable, WriteTransaction};
 
 use super::mark::Mark;
@@ -62,7 +62,7 @@ pub fn open<Own: OwnFault>(path: &Path) -> Result<DatabaseFile, Fault<Own>> {
     let database = guarded::<Database, Own>(|| {
         let mut builder = builder();
         builder.set_check_integrity_on_open(true);
-        Ok(builder.create_file(file)?)
+        Ok(builder.create_with_backend(FileBackend::new(file)?)?)
     })?;
     let found = read(&database.begin_read()?, FORMAT, REVISION_KEY, |found| found)?;
     let (found, written) = (found.unwrap_or_default(), place.mark.read()?);

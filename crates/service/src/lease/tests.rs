@@ -34,6 +34,7 @@ fn bridge(hub: &Hub, nonce: u64) -> Process {
     let session = embedded::session(hub).unwrap();
     let process = Process::new(
         session,
+        ppnpack_wire::MAX_MESSAGE_BYTES,
         Arc::new(identity),
         Health::default(),
         shutdown,

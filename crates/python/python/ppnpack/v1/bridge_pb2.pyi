@@ -77,10 +77,12 @@ class OutcomeReply(_message.Message):
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., execution: _Optional[_Union[Execution, _Mapping]] = ...) -> None: ...
 
 class RenewRequest(_message.Message):
-    __slots__ = ("header",)
+    __slots__ = ("header", "state_number")
     HEADER_FIELD_NUMBER: _ClassVar[int]
+    STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.RequestHeader
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ...) -> None: ...
+    state_number: int
+    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., state_number: _Optional[int] = ...) -> None: ...
 
 class RenewReply(_message.Message):
     __slots__ = ("header", "state_number")

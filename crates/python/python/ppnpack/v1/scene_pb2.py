@@ -25,25 +25,25 @@ _sym_db = _symbol_database.Default()
 from ppnpack.v1 import grid_pb2 as ppnpack_dot_v1_dot_grid__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16ppnpack/v1/scene.proto\x12\nppnpack.v1\x1a\x15ppnpack/v1/grid.proto\"^\n\x05Scene\x12\x1e\n\x04grid\x18\x01 \x01(\x0b\x32\x10.ppnpack.v1.Grid\x12\x0f\n\x07heights\x18\x02 \x01(\x0c\x12$\n\x07surface\x18\x03 \x01(\x0b\x32\x13.ppnpack.v1.Surface\"I\n\x07Surface\x12\x18\n\x10samples_per_cell\x18\x01 \x01(\r\x12\x11\n\theights_m\x18\x02 \x01(\x0c\x12\x11\n\tsupport_m\x18\x03 \x01(\x0c\"\xbd\x01\n\tHeightmap\x12#\n\x02id\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.HeightmapId\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\x12\x16\n\x0e\x63\x61ptured_at_ns\x18\x03 \x01(\x03\x12 \n\x05scene\x18\x04 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12-\n\x07quality\x18\x05 \x01(\x0b\x32\x1c.ppnpack.v1.HeightmapQuality\x12\x0c\n\x04\x63\x65ll\x18\x06 \x01(\t\".\n\x0bHeightmapId\x12\r\n\x05\x65poch\x18\x01 \x01(\x04\x12\x10\n\x08sequence\x18\x02 \x01(\x04\"\xf5\x01\n\x10HeightmapQuality\x12\x15\n\rpoints_inside\x18\x01 \x01(\x04\x12\x15\n\runknown_cells\x18\x02 \x01(\r\x12\r\n\x05\x63\x65lls\x18\x03 \x01(\r\x12\x15\n\rprocessing_ns\x18\x04 \x01(\x04\x12\x17\n\x0fpoints_measured\x18\x05 \x01(\x04\x12\x14\n\x0cpoints_alone\x18\x06 \x01(\x04\x12\x16\n\x0eunseen_samples\x18\x07 \x01(\r\x12\x13\n\x0bmoved_cells\x18\x08 \x01(\r\x12\x0e\n\x06\x63louds\x18\t \x01(\r\x12!\n\x06\x64oubts\x18\n \x03(\x0b\x32\x11.ppnpack.v1.Doubt\"=\n\x05\x44oubt\x12#\n\x04kind\x18\x01 \x01(\x0e\x32\x15.ppnpack.v1.DoubtKind\x12\x0f\n\x07message\x18\x02 \x01(\t*\xaa\x01\n\tDoubtKind\x12\x1a\n\x16\x44OUBT_KIND_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x44OUBT_KIND_LITTLE_SEEN\x10\x01\x12\x17\n\x13\x44OUBT_KIND_RIM_AWAY\x10\x02\x12\x18\n\x14\x44OUBT_KIND_INTRUSION\x10\x03\x12\x18\n\x14\x44OUBT_KIND_NOT_STILL\x10\x04\x12\x18\n\x14\x44OUBT_KIND_ABOVE_RIM\x10\x05\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x16ppnpack/v1/scene.proto\x12\nppnpack.v1\x1a\x15ppnpack/v1/grid.proto\"^\n\x05Scene\x12\x1e\n\x04grid\x18\x01 \x01(\x0b\x32\x10.ppnpack.v1.Grid\x12\x0f\n\x07heights\x18\x02 \x01(\x0c\x12$\n\x07surface\x18\x03 \x01(\x0b\x32\x13.ppnpack.v1.Surface\"I\n\x07Surface\x12\x18\n\x10samples_per_cell\x18\x01 \x01(\r\x12\x11\n\theights_m\x18\x02 \x01(\x0c\x12\x11\n\tsupport_m\x18\x03 \x01(\x0c\"\xcf\x01\n\tHeightmap\x12#\n\x02id\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.HeightmapId\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\x12\x16\n\x0e\x63\x61ptured_at_ns\x18\x03 \x01(\x03\x12 \n\x05scene\x18\x04 \x01(\x0b\x32\x11.ppnpack.v1.Scene\x12-\n\x07quality\x18\x05 \x01(\x0b\x32\x1c.ppnpack.v1.HeightmapQuality\x12\x0c\n\x04\x63\x65ll\x18\x06 \x01(\t\x12\x10\n\x08settings\x18\x07 \x01(\x04\".\n\x0bHeightmapId\x12\r\n\x05\x65poch\x18\x01 \x01(\x04\x12\x10\n\x08sequence\x18\x02 \x01(\x04\"\xf5\x01\n\x10HeightmapQuality\x12\x15\n\rpoints_inside\x18\x01 \x01(\x04\x12\x15\n\runknown_cells\x18\x02 \x01(\r\x12\r\n\x05\x63\x65lls\x18\x03 \x01(\r\x12\x15\n\rprocessing_ns\x18\x04 \x01(\x04\x12\x17\n\x0fpoints_measured\x18\x05 \x01(\x04\x12\x14\n\x0cpoints_alone\x18\x06 \x01(\x04\x12\x16\n\x0eunseen_samples\x18\x07 \x01(\r\x12\x13\n\x0bmoved_cells\x18\x08 \x01(\r\x12\x0e\n\x06\x63louds\x18\t \x01(\r\x12!\n\x06\x64oubts\x18\n \x03(\x0b\x32\x11.ppnpack.v1.Doubt\"=\n\x05\x44oubt\x12#\n\x04kind\x18\x01 \x01(\x0e\x32\x15.ppnpack.v1.DoubtKind\x12\x0f\n\x07message\x18\x02 \x01(\t*\xaa\x01\n\tDoubtKind\x12\x1a\n\x16\x44OUBT_KIND_UNSPECIFIED\x10\x00\x12\x1a\n\x16\x44OUBT_KIND_LITTLE_SEEN\x10\x01\x12\x17\n\x13\x44OUBT_KIND_RIM_AWAY\x10\x02\x12\x18\n\x14\x44OUBT_KIND_INTRUSION\x10\x03\x12\x18\n\x14\x44OUBT_KIND_NOT_STILL\x10\x04\x12\x18\n\x14\x44OUBT_KIND_ABOVE_RIM\x10\x05\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'ppnpack.v1.scene_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_DOUBTKIND']._serialized_start=784
-  _globals['_DOUBTKIND']._serialized_end=954
+  _globals['_DOUBTKIND']._serialized_start=802
+  _globals['_DOUBTKIND']._serialized_end=972
   _globals['_SCENE']._serialized_start=61
   _globals['_SCENE']._serialized_end=155
   _globals['_SURFACE']._serialized_start=157
   _globals['_SURFACE']._serialized_end=230
   _globals['_HEIGHTMAP']._serialized_start=233
-  _globals['_HEIGHTMAP']._serialized_end=422
-  _globals['_HEIGHTMAPID']._serialized_start=424
-  _globals['_HEIGHTMAPID']._serialized_end=470
-  _globals['_HEIGHTMAPQUALITY']._serialized_start=473
-  _globals['_HEIGHTMAPQUALITY']._serialized_end=718
-  _globals['_DOUBT']._serialized_start=720
-  _globals['_DOUBT']._serialized_end=781
+  _globals['_HEIGHTMAP']._serialized_end=440
+  _globals['_HEIGHTMAPID']._serialized_start=442
+  _globals['_HEIGHTMAPID']._serialized_end=488
+  _globals['_HEIGHTMAPQUALITY']._serialized_start=491
+  _globals['_HEIGHTMAPQUALITY']._serialized_end=736
+  _globals['_DOUBT']._serialized_start=738
+  _globals['_DOUBT']._serialized_end=799
 # @@protoc_insertion_point(module_scope)

@@ -44,20 +44,22 @@ class Surface(_message.Message):
     def __init__(self, samples_per_cell: _Optional[int] = ..., heights_m: _Optional[bytes] = ..., support_m: _Optional[bytes] = ...) -> None: ...
 
 class Heightmap(_message.Message):
-    __slots__ = ("id", "state_number", "captured_at_ns", "scene", "quality", "cell")
+    __slots__ = ("id", "state_number", "captured_at_ns", "scene", "quality", "cell", "settings")
     ID_FIELD_NUMBER: _ClassVar[int]
     STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
     CAPTURED_AT_NS_FIELD_NUMBER: _ClassVar[int]
     SCENE_FIELD_NUMBER: _ClassVar[int]
     QUALITY_FIELD_NUMBER: _ClassVar[int]
     CELL_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
     id: HeightmapId
     state_number: int
     captured_at_ns: int
     scene: Scene
     quality: HeightmapQuality
     cell: str
-    def __init__(self, id: _Optional[_Union[HeightmapId, _Mapping]] = ..., state_number: _Optional[int] = ..., captured_at_ns: _Optional[int] = ..., scene: _Optional[_Union[Scene, _Mapping]] = ..., quality: _Optional[_Union[HeightmapQuality, _Mapping]] = ..., cell: _Optional[str] = ...) -> None: ...
+    settings: int
+    def __init__(self, id: _Optional[_Union[HeightmapId, _Mapping]] = ..., state_number: _Optional[int] = ..., captured_at_ns: _Optional[int] = ..., scene: _Optional[_Union[Scene, _Mapping]] = ..., quality: _Optional[_Union[HeightmapQuality, _Mapping]] = ..., cell: _Optional[str] = ..., settings: _Optional[int] = ...) -> None: ...
 
 class HeightmapId(_message.Message):
     __slots__ = ("epoch", "sequence")

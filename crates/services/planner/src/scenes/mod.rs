@@ -42,7 +42,7 @@ pub(crate) struct Scenes {
     interruption: Interruption,
     newest: Option<Seen>,
     /// When the last clouds came of which a heightmap was made by other settings than the newest.
-    other_settings_at: Option<Instant>,
+    other_settings_at: Option<Boottime>,
     /// Heightmaps without a state number show what was done last when their clouds came after this.
     shown_after: Option<Boottime>,
     complaint: String,
