@@ -161,7 +161,8 @@ impl Remembered {
     }
 }
 
-fn is_in_place(one: &LyingSolid, other: &LyingSolid) -> bool {
+/// Whether two solids are one that lies where it lay.
+pub(crate) fn is_in_place(one: &LyingSolid, other: &LyingSolid) -> bool {
     let (from, to) = (&one.container_from_item, &other.container_from_item);
     one.model.name == other.model.name
         && (from.translation.vector - to.translation.vector).norm() <= MOVED_M
@@ -169,7 +170,7 @@ fn is_in_place(one: &LyingSolid, other: &LyingSolid) -> bool {
 }
 
 /// The box around a solid in the container's frame.
-fn bounds(solid: &LyingSolid) -> Option<Bounds> {
+pub(crate) fn bounds(solid: &LyingSolid) -> Option<Bounds> {
     solid
         .model
         .mesh

@@ -41,6 +41,7 @@ pub mod content;
 pub mod distance;
 pub mod episode;
 pub mod evaluator;
+pub mod expected;
 pub mod grid;
 pub mod heightmap;
 pub mod hidden;

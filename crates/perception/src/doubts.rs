@@ -110,8 +110,8 @@ settings! {
         /// At least so many points must be seen above each wall.
         pub least_rim_points: u64 = 50,
         /// Content may stand above the rim by this, in metres: what stands higher reaches in from
-        /// above. Without a value, nothing does.
-        pub reach_above_rim_m: Option<f64> = None => within("0 to 1 m", 0.0..=1.0),
+        /// above.
+        pub reach_above_rim_m: f64 = 0.1 => within("0 to 1 m", 0.0..=1.0),
         /// Something reaches in where at least so many points show it.
         pub least_intruding_points: u64 = 30,
     }
@@ -148,10 +148,9 @@ const WALLS: [Wall; 4] = [Wall::LowX, Wall::HighX, Wall::LowY, Wall::HighY];
 
 impl Watch {
     pub(crate) fn new(container: ContainerSize, settings: DoubtSettings) -> Self {
-        let reach_m = settings.reach_above_rim_m.unwrap_or(f64::INFINITY);
         Self {
             container,
-            ceiling_m: container.z_m + reach_m,
+            ceiling_m: container.z_m + settings.reach_above_rim_m,
             settings,
             intruding: 0,
             highest_m: 0.0,

@@ -52,6 +52,36 @@ impl MapperSettings {
         }
     }
 
+    /// Says what stays unnoticed with these settings: each with the doubt that would tell it, and what leaves that off.
+    pub fn unnoticed(&self) -> Vec<&'static str> {
+        let doubts = &self.doubts;
+        let does_not_look = doubts.least_rim_share == 0.0;
+        let all = [
+            (
+                self.noise_m == 0.0,
+                "a sensor that repeats itself (noise_m = 0)",
+            ),
+            (
+                self.still.clouds <= 1,
+                "what moves: NOT_STILL (still.clouds = 1)",
+            ),
+            (
+                doubts.least_seen_share == 0.0,
+                "half a picture: LITTLE_SEEN (doubts.least_seen_share = 0)",
+            ),
+            (
+                does_not_look,
+                "a container or a sensor that was moved: RIM_AWAY (doubts.least_rim_share = 0)",
+            ),
+            (
+                !does_not_look && doubts.wall_thickness_m == 0.0,
+                "a container that was moved, in a cloud without walls: RIM_AWAY (doubts.wall_thickness_m = 0)",
+            ),
+        ];
+        let off = all.into_iter().filter(|(is_off, _)| *is_off);
+        off.map(|(_, what)| what).collect()
+    }
+
     /// Checks that every number is possible on a grid. At half a sample, a point is kept for four samples at most.
     ///
     /// # Errors

@@ -105,7 +105,7 @@ pub(super) fn settings(
     let mapper = MapperSettings {
         doubts: DoubtSettings {
             wall_thickness_m: simulated.walls.thickness_m,
-            reach_above_rim_m: Some(0.05),
+            reach_above_rim_m: 0.05,
             ..DoubtSettings::default()
         },
         ..MapperSettings::of_camera(camera.noise.sigma_m)

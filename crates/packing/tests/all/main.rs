@@ -9,6 +9,7 @@
 mod allocations;
 mod coarse;
 mod drawn;
+mod expected;
 mod golden;
 mod hidden;
 mod kernels;

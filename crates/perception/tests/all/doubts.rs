@@ -64,7 +64,7 @@ fn settings() -> MapperSettings {
         wall_margin_m: 0.003,
         doubts: DoubtSettings {
             wall_thickness_m: WALL_M,
-            reach_above_rim_m: Some(0.03),
+            reach_above_rim_m: 0.03,
             ..DoubtSettings::default()
         },
         ..MapperSettings::default()
@@ -179,6 +179,48 @@ fn half_a_picture_a_shifted_one_and_a_forgotten_pose_are_noticed_as_it_is_deploy
     assert!(mapped.doubts.iter().any(is_above), "{:?}", mapped.doubts);
     let text = mapped.doubts.iter().find(|doubt| is_above(doubt)).unwrap();
     assert!(text.to_string().contains("pose"), "{text}");
+}
+
+#[test]
+fn what_needs_no_numbers_of_the_sensor_is_noticed_by_default() {
+    let mut mapper = mapper(MapperSettings {
+        noise_m: 0.001,
+        ..MapperSettings::default()
+    });
+    let mut doubts = |points: Vec<Point3<f32>>| mapper.map(points, &above()).unwrap().doubts;
+    assert_eq!(doubts(points(scene(|_| {}), 6)), []);
+    assert_eq!(doubts(points(with(Vec::new()), 6)), []);
+    let centre = Translation3::new(0.16, 0.16, 0.0);
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 8.0_f64.to_radians());
+    for (what, stands_at) in [
+        ("there is none", Isometry3::translation(3.0, 0.0, 0.0)),
+        ("moved", Isometry3::translation(0.03, 0.0, 0.0)),
+        ("higher", Isometry3::translation(0.0, 0.0, 0.02)),
+        ("turned", centre * turn * centre.inverse()),
+    ] {
+        let doubts = doubts(points(scene(|case| case.stands_at = stands_at), 6));
+        let is_away = |doubt: &Doubt| matches!(doubt, Doubt::RimAway { .. });
+        assert!(doubts.iter().any(is_away), "{what}: {doubts:?}");
+    }
+    let upside_down = points(scene(|_| {}), 6).into_iter();
+    let upside_down = upside_down.map(|point| Point3::new(point.x, point.y, -point.z));
+    assert!(!doubts(upside_down.collect()).is_empty());
+    let reaching = doubts(points(with([content(0.0), hand()].concat()), 6));
+    let reaches_in = |doubt: &Doubt| matches!(doubt, Doubt::Intrusion { .. });
+    assert!(reaching.iter().any(reaches_in), "{reaching:?}");
+}
+
+#[test]
+fn settings_say_what_they_leave_unnoticed() {
+    assert_eq!(MapperSettings::default().unnoticed().len(), 3);
+    let mut camera = settings();
+    assert_eq!(camera.unnoticed().len(), 1);
+    camera.still.clouds = 3;
+    assert!(camera.unnoticed().is_empty());
+    camera.doubts.least_rim_share = 0.0;
+    camera.doubts.least_seen_share = 0.0;
+    let unnoticed = camera.unnoticed().join("; ");
+    assert!(unnoticed.contains("RIM_AWAY") && unnoticed.contains("LITTLE_SEEN"));
 }
 
 #[test]

@@ -113,6 +113,10 @@ impl Worker {
         let sensors = settings.sensors_of(cell).count();
         let order = CloudOrder::new(settings.sensor_restart_after());
         let heightmaps = Publisher::new(process, cell, Stream::Heightmap);
+        let unnoticed = settings.mapper.unnoticed().join("; ");
+        if !unnoticed.is_empty() {
+            tracing::info!(%cell, unnoticed, "doubts that are off: docs/perception.md sets them for a real camera");
+        }
         Ok(Self {
             cell: cell.clone(),
             clouds,

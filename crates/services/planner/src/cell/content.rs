@@ -17,43 +17,52 @@ use ppnpack_wire::v1;
 use super::{CellPlanner, Shape, lying};
 
 impl CellPlanner {
-    /// What lies in a container: where the bridge found it, else where the session last knew each packed item. `None`
-    /// where nobody asks.
-    pub(super) fn content(
-        &mut self,
-        container: &str,
-        has_bounds: bool,
-        deadline: Instant,
-    ) -> Option<Content> {
-        if !self.settings.method.trial.is_on() && !has_bounds && !self.has_loads(container) {
-            return None;
-        }
-        if let Some(bodies) = self.bodies(container, deadline) {
-            let bodies = bodies.iter().map(|body| self.solid_of_body(body));
-            return Some(bodies.collect());
+    /// What lies in a container: where the bridge found it, else where the session last knew each packed item.
+    pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Content {
+        if let Some(told) = self.told(container, deadline) {
+            return told;
         }
         let items: Vec<v1::SessionItem> = self.session.packed_in(container).cloned().collect();
         let packed = items.iter().filter_map(packed);
         let bodies = packed.map(|(item, pose)| self.solid_of_item(item, &pose));
-        Some(bodies.collect())
+        bodies.collect()
+    }
+
+    /// Whether plans need to know what lies in a container, which has a picture with bounds or without.
+    pub(super) fn plans_by_content(&self, container: &str, has_bounds: bool) -> bool {
+        self.settings.method.trial.is_on() || has_bounds || self.has_loads(container)
     }
 
     /// What the bridge says that lies in a container now, where it does.
-    fn bodies(&mut self, container: &str, deadline: Instant) -> Option<Vec<v1::Body>> {
-        let state = self.place_of(container).ok()?.bridge_state(deadline)?;
-        let is_told = state.is_simulated || !state.bodies.is_empty();
-        let is_now = state.state_number >= self.session.least_state_number(container);
-        (is_told && is_now).then_some(state.bodies)
+    fn told(&mut self, container: &str, deadline: Instant) -> Option<Content> {
+        let place = self.place_of(container).ok()?;
+        let state = place.bridge_state(deadline)?;
+        place.has_told_bodies |= !state.bodies.is_empty();
+        let has_told = place.has_told_bodies;
+        if state.state_number < self.session.least_state_number(container) {
+            return None;
+        }
+        if state.bodies.is_empty() && !state.is_simulated {
+            // All was taken out, or it has lost what it knew: the picture says what is there.
+            return has_told.then(|| [LyingBody::Unknown].into_iter().collect());
+        }
+        let bodies = state.bodies.iter();
+        Some(bodies.map(|body| self.solid_of_body(body)).collect())
     }
 
     /// The solid of a body where the bridge says that it is; where that is only assumed, where the
-    /// session has it found. A body that is another object than its item has another frame.
+    /// session has it found, or nowhere where it is gone there. A body that is another object than
+    /// its item has another frame.
     fn solid_of_body(&mut self, body: &v1::Body) -> LyingBody {
         let told = read_pose(body.container_from_item.as_ref(), body.is_found);
         let mut items = self.session.items().iter();
         let item = items.find(|item| item.item_id == body.item_id).cloned();
         let own = item.as_ref().and_then(packed);
         let is_told = told.is_some_and(|told| told.is_found());
+        let is_gone = |item: &v1::SessionItem| item.state() == v1::ItemState::Gone;
+        if !is_told && item.as_ref().is_some_and(is_gone) {
+            return LyingBody::Unknown;
+        }
         if let Some((item, pose)) = own.filter(|(_, pose)| pose.is_found() && !is_told) {
             return self.solid_of_item(item, &pose);
         }

@@ -2,6 +2,7 @@
 
 mod answers;
 mod automatic;
+mod believed;
 mod bridge_clock;
 mod closing;
 mod content;

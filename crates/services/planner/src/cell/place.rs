@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::content::Content;
+use ppnpack_packing::expected::Expected;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_service::ServiceError;
@@ -36,6 +38,9 @@ const MOMENT: Duration = Duration::from_millis(10);
 /// How long a perception that inspects nothing is not asked again. It may be given a catalogue.
 const UNINSPECTED: Duration = Duration::from_secs(60);
 
+/// What people do about a picture that contradicts what is believed.
+const REMEDY: &str = "Say by `changed` which items were taken out, or none where all may stay";
+
 /// How long the bridge may take to void what was decided.
 const VOID_LIMIT: Duration = Duration::from_millis(500);
 
@@ -50,6 +55,10 @@ pub(super) struct Place {
     pub(super) bridge_clock: BridgeClock,
     /// What was seen last, for what is hidden now.
     memory: SceneMemory,
+    /// What pictures should show by what is believed to lie here.
+    expected: Expected,
+    /// Whether the bridge ever told of something that lies here.
+    pub(super) has_told_bodies: bool,
     client: Client,
     interruption: Interruption,
     /// The bridge did not say in which state the container is, and is not asked again before.
@@ -93,6 +102,8 @@ impl Place {
             scenes,
             bridge_clock: BridgeClock::subscribe(process, &address)?,
             memory: SceneMemory::default(),
+            expected: Expected::default(),
+            has_told_bodies: false,
             client: shared.helpers.client.clone(),
             interruption: interruption.clone(),
             left_alone_until: None,
@@ -208,8 +219,25 @@ impl Place {
         self.memory.complete(self.planning.grid(), scene)
     }
 
+    /// Has a picture count as doubtful where it contradicts what is believed to lie here; says whether it does. `least` is the state
+    /// after what the session did last: at a later one somebody had a hand in the container.
+    pub(super) fn contradicts(&mut self, least: u64, seen: &Seen, content: &Content) -> bool {
+        if seen.state_number > least {
+            self.expected.forget();
+        }
+        let grid = self.planning.grid();
+        let contradiction = self.expected.contradiction(grid, &seen.scene, content);
+        if let Some(contradiction) = &contradiction {
+            self.scenes.deny(seen, format!("{contradiction} {REMEDY}"));
+        }
+        contradiction.is_some()
+    }
+
     /// The content changed just now, to this state where it is known.
     pub(super) fn changed(&mut self, state_number: Option<u64>) {
+        if state_number.is_none() {
+            self.expected.forget();
+        }
         self.shown_state = state_number;
         self.scenes.changed();
     }
@@ -319,6 +347,8 @@ impl Place {
         is_by_bridge: bool,
         deadline: Instant,
     ) -> Result<Option<u64>, Refusal> {
+        // Whoever has that done has looked.
+        self.expected.forget();
         let until = deadline.min(Instant::now() + VOID_LIMIT);
         let request = v1::ChangedRequest::default();
         match self.client.call(&self.address, request, until) {

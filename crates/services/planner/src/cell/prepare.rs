@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::blocked::block;
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::orders::Orders;
 use ppnpack_packing::step::Candidate;
 use ppnpack_wire::v1::{self, Status};
@@ -141,7 +141,7 @@ impl CellPlanner {
         for (at, (name, seen)) in sights.into_iter().enumerate() {
             match seen {
                 Ok(seen) => {
-                    let (container, seen) = self.prepare_container(name, seen, deadline)?;
+                    let (container, seen) = self.prepare_container(name, seen)?;
                     containers.push((container, (at, seen)));
                 }
                 Err(refusal) => {
@@ -176,7 +176,7 @@ impl CellPlanner {
         };
         let mut seen: Vec<Sight> = Vec::new();
         for name in open {
-            let first = self.seen_within(name, slices, deadline)?;
+            let first = self.seen_within(name, slices, deadline, deadline)?;
             seen.push((name.clone(), first));
         }
         while Instant::now() + PAUSE < until
@@ -189,8 +189,11 @@ impl CellPlanner {
             }
             std::thread::sleep(PAUSE);
             for (name, seen) in unseen {
-                *seen = self.seen_within(name, slices, until)?;
+                *seen = self.seen_within(name, slices, until, deadline)?;
             }
+        }
+        for name in open {
+            self.place_of(name)?.scenes.reconsider();
         }
         Ok(seen)
     }
@@ -200,27 +203,19 @@ impl CellPlanner {
         &mut self,
         name: &str,
         slices: [Duration; 2],
+        until: Instant,
         deadline: Instant,
     ) -> Result<Result<Seen, Refusal>, SessionError> {
-        let least = self.session.least_state_number(name);
         let now = Instant::now();
-        let [until, bridge_until] = slices.map(|slice| deadline.min(now + slice));
-        // The automatic mode has its decisions carried out by a bridge.
-        let needs_bridge = self.session.is_automatic();
-        let place = self.place_of(name)?;
-        Ok(place.seen(least, needs_bridge, until, bridge_until))
+        let untils = slices.map(|slice| until.min(now + slice));
+        self.believed(name, untils, deadline)
     }
 
     fn prepare_container(
         &mut self,
         name: String,
         mut seen: Seen,
-        deadline: Instant,
     ) -> Result<(ContainerStep, Seen), Refusal> {
-        let has_bounds = seen.scene.surface().is_some_and(Surface::has_bounds);
-        if let Some(content) = self.content(&name, has_bounds, deadline) {
-            seen.scene = seen.scene.with_content(content);
-        }
         let place = self.place_of(&name)?;
         seen.scene = place.complete(seen.scene);
         if let Some(leaving) = self.leaving(&name)? {

@@ -60,6 +60,8 @@ pub(crate) struct Seen {
     received: Boottime,
     /// Why nothing is to be planned on it.
     doubts: Option<String>,
+    /// In what it contradicts what is believed to lie there.
+    denied: Option<String>,
 }
 
 impl Scenes {
@@ -87,6 +89,20 @@ impl Scenes {
     /// Tells that the container's content changed just now.
     pub(crate) fn changed(&mut self) {
         self.shown_after = Some(Boottime::now() + self.limits.sensor_latency);
+    }
+
+    /// Has a heightmap count as doubtful, for this reason, until it is [reconsidered](Self::reconsider).
+    pub(crate) fn deny(&mut self, seen: &Seen, reason: String) {
+        if let Some(newest) = self.newest.as_mut().filter(|newest| newest.id == seen.id) {
+            newest.denied = Some(reason);
+        }
+    }
+
+    /// Has a heightmap that was denied count again: what is believed may change.
+    pub(crate) fn reconsider(&mut self) {
+        if let Some(newest) = &mut self.newest {
+            newest.denied = None;
+        }
     }
 
     /// A heightmap that shows the state of this number or a later one; waits for it until the deadline.
@@ -222,6 +238,7 @@ impl Scenes {
             settings: heightmap.settings,
             received,
             doubts: doubts(&quality),
+            denied: None,
         })
     }
 
@@ -232,7 +249,8 @@ impl Scenes {
         } else {
             seen.state_number >= least_state_number
         };
-        is_recent && shows_all && seen.doubts.is_none() && !self.has_other_settings()
+        let is_sure = seen.doubts.is_none() && seen.denied.is_none();
+        is_recent && shows_all && is_sure && !self.has_other_settings()
     }
 
     fn why(&self, least_state_number: u64) -> String {
@@ -249,6 +267,10 @@ impl Scenes {
             }
             Some(Seen {
                 doubts: Some(doubts),
+                ..
+            })
+            | Some(Seen {
+                denied: Some(doubts),
                 ..
             }) => format!("the newest heightmap is doubtful: {doubts}"),
             Some(seen) if seen.state_number == 0 => {

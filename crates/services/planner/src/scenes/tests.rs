@@ -135,6 +135,24 @@ fn nothing_is_planned_on_a_doubtful_scene_or_on_an_older_one() {
 }
 
 #[test]
+fn nothing_is_planned_on_a_scene_that_is_denied_until_it_is_reconsidered_or_a_newer_one_comes() {
+    let mut rig = Rig::new();
+    rig.show(&heightmap(1, 3, v1::HeightmapQuality::default()));
+    let first = rig.scenes.current(3, in_ms(0)).unwrap();
+    rig.scenes.deny(&first, "item a is away".to_owned());
+    let refused = rig.scenes.current(3, in_ms(50)).unwrap_err();
+    assert!(refused.contains("doubtful: item a is away"), "{refused}");
+    rig.scenes.reconsider();
+    assert_eq!(rig.scenes.current(3, in_ms(0)).unwrap().id.sequence, 1);
+    rig.scenes.deny(&first, "item a is away".to_owned());
+    rig.show(&heightmap(2, 3, v1::HeightmapQuality::default()));
+    assert_eq!(rig.scenes.current(3, in_ms(0)).unwrap().id.sequence, 2);
+    // Of an older one nothing is told.
+    rig.scenes.deny(&first, "item a is away".to_owned());
+    assert!(rig.scenes.current(3, in_ms(0)).is_ok());
+}
+
+#[test]
 fn a_heightmap_that_perception_has_had_for_long_is_stale_to_a_new_planner() {
     let mut rig = Rig::new();
     let old = heightmap(1, 3, v1::HeightmapQuality::default());

@@ -74,6 +74,9 @@ pub struct CellSettings {
     /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inspect: Option<bool>,
+    /// Whether nothing is planned on pictures that contradict what is believed to lie in the container:
+    /// an item is not there, or something came up that is none.
+    pub compare_content: bool,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
     /// The most memory that a search in the planner may take, in MiB; a step that needs more is refused.
@@ -109,6 +112,7 @@ impl Default for CellSettings {
             alternatives: 0,
             poses: 1,
             inspect: None,
+            compare_content: true,
             place_limit_s: 120.0,
             search_mib: 256,
         }

@@ -11,6 +11,7 @@ mod believing;
 mod bridges;
 mod common;
 mod containers;
+mod contradicting;
 mod counting;
 mod inspecting;
 mod interrupting;

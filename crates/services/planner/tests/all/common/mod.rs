@@ -40,7 +40,7 @@ pub(crate) fn in_ms(span: u64) -> Instant {
 }
 
 /// The paper's grid, on which tests are quick, and by the paper's objective what there is room for. A heightmap is shown until
-/// the next one is.
+/// the next one is, whether it shows what was placed or not.
 pub(crate) fn coarse() -> CellSettings {
     let mut trial = TrialSettings::default();
     trial.limits.tilt_rad = 30.0_f64.to_radians();
@@ -54,6 +54,7 @@ pub(crate) fn coarse() -> CellSettings {
         },
         set_aside: 0,
         heightmap_age_limit_s: 600.0,
+        compare_content: false,
         ..CellSettings::default()
     }
 }
@@ -345,16 +346,19 @@ impl Rig {
     /// Reports a square box of so many cells a side as placed, and shows it; whether it was found or
     /// is only assumed to lie there.
     pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize, is_found: bool) {
+        let state_number = self.show_square(decision, cells);
+        self.call(placed_and(decision, state_number, is_found));
+    }
+
+    /// Shows a square box of so many cells a side where it was decided to be. Gives the state that it is shown in.
+    pub(crate) fn show_square(&self, decision: &v1::Decision, cells: usize) -> u64 {
         let resting = decision.placement.as_ref().unwrap();
         let resting = convert::placement::read_resting(resting).unwrap();
         let at = resting.placement;
         let bottom_m = f32::from(resting.resting_height) * 0.002;
-        let state_number = {
-            let mut seen = self.seen.lock().unwrap();
-            seen.raise((at.x, at.y), cells, bottom_m + 0.04);
-            seen.state_number
-        };
-        self.call(placed_and(decision, state_number, is_found));
+        let mut seen = self.seen.lock().unwrap();
+        seen.raise((at.x, at.y), cells, bottom_m + 0.04);
+        seen.state_number
     }
 
     pub(crate) fn switch(&self, is_automatic: bool) {
