@@ -1,8 +1,8 @@
 //! A picture of a container, held against what is believed to lie there.
 //!
-//! Items settle, tilt and slide, and assumed poses are off by a centimetre or two: that contradicts nothing. An item whose
-//! place is empty does, unless something as large came up elsewhere: then it moved. So does what came up where nothing is
-//! known to lie, such as a hand.
+//! Items settle, tilt and slide, and assumed poses are off by a centimetre or two: that contradicts
+//! nothing. An item whose place is empty does, unless something as large came up elsewhere: then it
+//! moved. So does what came up where nothing is known to lie, such as a hand.
 
 use crate::content::{Content, LyingSolid};
 use crate::grid::Grid;
@@ -10,7 +10,8 @@ use crate::heightmap::{Heightmap, Scene, Surface};
 use crate::hidden::{bounds, is_in_place};
 use crate::model::raster::raise_surface;
 
-/// A picture lower than a solid's top by this and by half of what it would fall to is one without the solid, in metres.
+/// A picture lower than a solid's top by this and by half of what it would fall to is one without
+/// the solid, in metres.
 const GONE_M: f64 = 0.02;
 
 /// Tops less than this above what lies around and below tell nothing, in metres.
@@ -22,10 +23,12 @@ const GONE_SHARE: f64 = 0.7;
 /// At least this area has to tell of a solid, in m².
 const TELLING_M2: f64 = 2e-4;
 
-/// At least this share of a solid, seen from above, has to tell of it: of an empty box the rim does.
+/// At least this share of a solid, seen from above, has to tell of it: of an empty box the rim
+/// does.
 const TELLING_SHARE: f64 = 0.05;
 
-/// Solids of which less than this share is seen from above are not looked for: what lies on them says that they are there.
+/// Solids of which less than this share is seen from above are not looked for: what lies on them
+/// says that they are there.
 const OPEN_SHARE: f64 = 0.75;
 
 /// A solid that left moved where something came up elsewhere that is this share of it.
@@ -121,12 +124,14 @@ struct Missing {
 }
 
 impl Expected {
-    /// Forgets the last picture that nothing contradicted: whatever is in the next one may lie there.
+    /// Forgets the last picture that nothing contradicted: whatever is in the next one may lie
+    /// there.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// Says what contradicts a picture of a container in which this is believed to lie. Remembers one that nothing does.
+    /// Says what contradicts a picture of a container in which this is believed to lie. Remembers
+    /// one that nothing does.
     pub fn contradiction(
         &mut self,
         grid: &Grid,
@@ -274,7 +279,8 @@ impl Top {
             && is_in_place(&self.solid, solid)
     }
 
-    /// Its samples by their numbers in a picture with so many along y, with their heights in metres.
+    /// Its samples by their numbers in a picture with so many along y, with their heights in
+    /// metres.
     fn samples(&self, ny: usize) -> impl Iterator<Item = (usize, f32)> {
         let rows = self.surface.heights_m().chunks_exact(self.surface.ny());
         rows.enumerate().flat_map(move |(row, heights_m)| {
@@ -332,8 +338,8 @@ impl Envelope {
         heights_m.fold(0.0, f32::max)
     }
 
-    /// The solid where its place is empty. What tells of it are seen samples in which it is the highest, well above what else lies in
-    /// and beside them.
+    /// The solid where its place is empty. What tells of it are seen samples in which it is the
+    /// highest, well above what else lies in and beside them.
     fn miss(&self, solid: usize, top: &Top, seen: &Seen<'_>) -> Option<Missing> {
         let (mut telling, mut gone, mut lower_m) = (0_usize, 0_usize, 0.0);
         for (sample, top_m) in top.samples(self.ny) {
@@ -381,7 +387,8 @@ struct Above {
 }
 
 impl Seen<'_> {
-    /// The height of a sample in metres, where it was seen: what is higher than the rim may stand for what was not.
+    /// The height of a sample in metres, where it was seen: what is higher than the rim may stand
+    /// for what was not.
     fn at(&self, sample: usize) -> Option<f32> {
         let (held_m, height_m) = self.picture.at(sample);
         (held_m == height_m && height_m <= self.rim_m).then_some(height_m)

@@ -52,7 +52,8 @@ impl MapperSettings {
         }
     }
 
-    /// Says what stays unnoticed with these settings: each with the doubt that would tell it, and what leaves that off.
+    /// Says what stays unnoticed with these settings: each with the doubt that would tell it, and
+    /// what leaves that off.
     pub fn unnoticed(&self) -> Vec<&'static str> {
         let doubts = &self.doubts;
         let does_not_look = doubts.least_rim_share == 0.0;

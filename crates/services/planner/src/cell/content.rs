@@ -17,7 +17,8 @@ use ppnpack_wire::v1;
 use super::{CellPlanner, Shape, lying};
 
 impl CellPlanner {
-    /// What lies in a container: where the bridge found it, else where the session last knew each packed item.
+    /// What lies in a container: where the bridge found it, else where the session last knew each
+    /// packed item.
     pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Content {
         if let Some(told) = self.told(container, deadline) {
             return told;
@@ -28,7 +29,8 @@ impl CellPlanner {
         bodies.collect()
     }
 
-    /// Whether plans need to know what lies in a container, which has a picture with bounds or without.
+    /// Whether plans need to know what lies in a container, which has a picture with bounds or
+    /// without.
     pub(super) fn plans_by_content(&self, container: &str, has_bounds: bool) -> bool {
         self.settings.method.trial.is_on() || has_bounds || self.has_loads(container)
     }

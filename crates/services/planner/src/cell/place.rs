@@ -219,8 +219,9 @@ impl Place {
         self.memory.complete(self.planning.grid(), scene)
     }
 
-    /// Has a picture count as doubtful where it contradicts what is believed to lie here; says whether it does. `least` is the state
-    /// after what the session did last: at a later one somebody had a hand in the container.
+    /// Has a picture count as doubtful where it contradicts what is believed to lie here; says
+    /// whether it does. `least` is the state after what the session did last: at a later one
+    /// somebody had a hand in the container.
     pub(super) fn contradicts(&mut self, least: u64, seen: &Seen, content: &Content) -> bool {
         if seen.state_number > least {
             self.expected.forget();

@@ -91,7 +91,8 @@ impl Scenes {
         self.shown_after = Some(Boottime::now() + self.limits.sensor_latency);
     }
 
-    /// Has a heightmap count as doubtful, for this reason, until it is [reconsidered](Self::reconsider).
+    /// Has a heightmap count as doubtful, for this reason, until it is
+    /// [reconsidered](Self::reconsider).
     pub(crate) fn deny(&mut self, seen: &Seen, reason: String) {
         if let Some(newest) = self.newest.as_mut().filter(|newest| newest.id == seen.id) {
             newest.denied = Some(reason);

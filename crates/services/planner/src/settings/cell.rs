@@ -74,8 +74,8 @@ pub struct CellSettings {
     /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inspect: Option<bool>,
-    /// Whether nothing is planned on pictures that contradict what is believed to lie in the container:
-    /// an item is not there, or something came up that is none.
+    /// Whether nothing is planned on pictures that contradict what is believed to lie in the
+    /// container: an item is not there, or something came up that is none.
     pub compare_content: bool,
     /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,

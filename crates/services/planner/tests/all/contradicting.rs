@@ -12,8 +12,8 @@ use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ExecutionPhase, ItemState, OutcomeKind};
 
-/// A cell that holds pictures against what it believes, with two containers that look alike: the one on the left is filled as long
-/// as it can be planned on.
+/// A cell that holds pictures against what it believes, with two containers that look alike: the
+/// one on the left is filled as long as it can be planned on.
 fn two_compared() -> CellSettings {
     CellSettings {
         compare_content: true,

@@ -350,7 +350,8 @@ impl Rig {
         self.call(placed_and(decision, state_number, is_found));
     }
 
-    /// Shows a square box of so many cells a side where it was decided to be. Gives the state that it is shown in.
+    /// Shows a square box of so many cells a side where it was decided to be. Gives the state that
+    /// it is shown in.
     pub(crate) fn show_square(&self, decision: &v1::Decision, cells: usize) -> u64 {
         let resting = decision.placement.as_ref().unwrap();
         let resting = convert::placement::read_resting(resting).unwrap();
