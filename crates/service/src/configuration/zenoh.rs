@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
-use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
+use ppnpack_wire::MAX_CLOUD_BYTES;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
 use x509_parser::pem::Pem;
@@ -15,6 +15,9 @@ const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
 
 /// What a message may have beside its content: its key and the like.
 const MESSAGE_OVERHEAD_BYTES: usize = 1 << 20;
+
+/// A cloud of a million points as drivers of ROS write them, with colour: 32 bytes a point.
+const USUAL_CLOUD_BYTES: usize = 32 << 20;
 
 /// The key here, the path in Zenoh's configuration, the value there.
 type Entry = (String, String, Value);
@@ -126,7 +129,7 @@ impl Default for ZenohSettings {
             password: None,
             users_file: None,
             // A router may have to keep as much for each priority of all who connect: larger clouds have to be asked for.
-            max_message_bytes: MAX_MESSAGE_BYTES + MESSAGE_OVERHEAD_BYTES,
+            max_message_bytes: USUAL_CLOUD_BYTES + MESSAGE_OVERHEAD_BYTES,
             max_sessions: 256,
             lease_s: 3.0,
             file: None,
