@@ -11,7 +11,7 @@ import json
 import math
 import pathlib
 
-from pages import keep, mean, publish, row, share, shown, table
+from pages import keep, of_count, of_mean, of_share, publish, row, table
 
 # How far a pose on the tray, and one found after a placement, may be off, in metres and radians.
 GOOD_POSE, GOOD_FOUND = (0.003, 0.053), (0.005, 0.088)
@@ -73,37 +73,34 @@ def came_to(runs):
     found = [item["found"] for item in items if item["found"]]
     found_offs = [off for off in map(pose_off, found) if off]
     times_ms = [total_ms(decision) for decision in decisions]
-    count = lambda key, head, number: (key, head, number, number)
-    of_mean = lambda key, head, decimals, values: (key, head, shown(mean(values), decimals), mean(values))
-    of_share = lambda key, head, part, whole: (key, head, *share(part, whole))
     kinds = collections.Counter(it["kind"] for it in found)
     overlap_mm = max((1e3 * run["deepest_overlap_m"] for run in runs), default=0.0)
     disturbance_mm = max((1e3 * it["disturbance_m"] for it in placed), default=0.0)
     return [
-        count("runs", "runs", len(runs)),
-        count("items/all", "items", len(items)),
-        count("items/placed", "placed", len(placed)),
-        count("items/outside", "of these outside the container", sum(not it["is_inside"] for it in placed)),
-        count("items/toppled", "of these leaning by over 30 degrees", toppled),
+        of_count("runs", "runs", len(runs)),
+        of_count("items/all", "items", len(items)),
+        of_count("items/placed", "placed", len(placed)),
+        of_count("items/outside", "of these outside the container", sum(not it["is_inside"] for it in placed)),
+        of_count("items/toppled", "of these leaning by over 30 degrees", toppled),
         of_share("items/toppled_percent", "leaning, of those placed", toppled, len(placed)),
-        count("items/refused", "refused with a reason", sum(bool(ended(it, "refused")) or it["end"] == "waiting" for it in items)),
-        count("items/lost", "dropped beside the container", sum(ended(it, "lost") is not None for it in items)),
-        count("items/repeated", "placements repeated after missed picks", sum(max(it["attempts"] - 1, 0) for it in items)),
-        count("runs_ended_by_doubt", "runs ended by a doubtful scene", sum(run["doubt"] is not None for run in runs)),
+        of_count("items/refused", "refused with a reason", sum(bool(ended(it, "refused")) or it["end"] == "waiting" for it in items)),
+        of_count("items/lost", "dropped beside the container", sum(ended(it, "lost") is not None for it in items)),
+        of_count("items/repeated", "placements repeated after missed picks", sum(max(it["attempts"] - 1, 0) for it in items)),
+        of_count("runs_ended_by_doubt", "runs ended by a doubtful scene", sum(run["doubt"] is not None for run in runs)),
         ("deepest_overlap_mm", "deepest overlap of two items at the end (mm)", f"{overlap_mm:.2f}", overlap_mm),
         ("greatest_disturbance_mm", "farthest that a placement moved another item (mm)", f"{disturbance_mm:.1f}", disturbance_mm),
         of_mean("compactness_percent", "compactness of meshes by floor (%)", 1, [100 * run["compactness"] for run in runs]),
         of_mean("volume_l", "volume of meshes (l)", 2, [1e3 * run["volume_m3"] for run in runs]),
         of_mean("decision_mean_ms", "decision: mean (ms)", 2, times_ms),
         ("decision_ms", "decision: median, 95 % (ms)", *spread(times_ms)),
-        count("decisions", "decisions", len(decisions)),
-        count("degraded_decisions", "of these degraded", sum(bool(it["degraded"]) for it in decisions)),
-        count("widened_decisions", "widened to an exhaustive search", sum(it["is_widened"] for it in decisions)),
+        of_count("decisions", "decisions", len(decisions)),
+        of_count("degraded_decisions", "of these degraded", sum(bool(it["degraded"]) for it in decisions)),
+        of_count("widened_decisions", "widened to an exhaustive search", sum(it["is_widened"] for it in decisions)),
         of_share("seen/right_percent", "known items recognised", len(offs), len(known)),
         of_share("seen/good_poses_percent", "of these within 3 mm and 3 degrees", sum(is_within(it, GOOD_POSE) for it in offs), len(offs)),
         of_share("seen/strangers_as_unknown_percent", "unknown items called unknown", sum(strangers), len(strangers)),
-        count("found/as_planned", "inspected: as planned", kinds["as_planned"]),
-        *(count(f"found/{kind}", kind, kinds[kind]) for kind in ("moved", "toppled", "missing", "unclear")),
+        of_count("found/as_planned", "inspected: as planned", kinds["as_planned"]),
+        *(of_count(f"found/{kind}", kind, kinds[kind]) for kind in ("moved", "toppled", "missing", "unclear")),
         of_share(
             "found/good_poses_percent",
             "poses found within 5 mm and 5 degrees",
@@ -125,7 +122,7 @@ def upright(lines, measure):
     """A table with a row for each column and a column for each method, whose columns are kept."""
     measured = [measure(line["records"]) for line in lines]
     for line, columns in zip(lines, measured):
-        keep(line, [(key, kept) for key, _, _, kept in columns])
+        keep(line, columns)
     rows = [row(columns[0][1], *(cell[2] for cell in columns)) for columns in zip(*measured)]
     return table(["", *(line["method"] for line in lines)], rows)
 
@@ -147,7 +144,7 @@ Objects are drawn from those that fit into the empty container and that the arm 
 of their resting poses: {results["unseen_held"]} unseen ones and {results["others_held"]} others.
 
 """
-    if "without_network" in results:
+    if results.get("without_network"):
         text += f"Without the network: {results['without_network']}.\n\n"
     text += f"""{upright(lines, came_to)}
 ## Time line

@@ -6,14 +6,13 @@ The file is what `ppnpack experiment value` wrote. `methods.json` has the coeffi
 `ppnpack experiment filling --methods`. It needs NumPy.
 """
 
-import argparse
 import json
 import math
 import pathlib
 
 import numpy
 
-from pages import kept, publish
+from pages import kept, options, publish
 
 # In standard deviations of the figures; from 30 to 1,000 what is explained differs by less than a thousandth.
 PENALTY = 100.0
@@ -60,15 +59,13 @@ def samples(seen, container_m3):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("results", type=pathlib.Path, help="what `ppnpack experiment value` wrote")
-    parser.add_argument("--runs", type=pathlib.Path, help="where it kept its runs [default: runs beside the file]")
+    parser = options(__doc__, "value")
     parser.add_argument("--out", type=pathlib.Path, default="out/learned", help="where what was learned is written")
     asked = parser.parse_args()
     results = json.loads(asked.results.read_text())
     way, grid = results["way"], results["way"]["grid"]
     container_m3 = math.prod(grid["container"].values())
-    runs = kept((asked.runs or asked.results.with_name("runs")) / results["folder"], results["runs"])
+    runs = kept(asked.runs or asked.results.with_name("runs"), results, results)
     sequences = [samples(seen, container_m3) for seen in runs if seen["packed_m3"]]
     if len(sequences) < PARTS:
         parser.error(f"{asked.results} has {len(sequences)} packed sequences: {PARTS} are needed to learn from")

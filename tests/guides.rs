@@ -169,7 +169,9 @@ fn beside(command: &str) -> String {
 /// A folder with what the commands find in the repository, and the programs.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    symlink(root().join("examples"), folder.path().join("examples")).unwrap();
+    for name in ["examples", "experiments"] {
+        symlink(root().join(name), folder.path().join(name)).unwrap();
+    }
     let programs = folder.path().join("programs");
     fs::create_dir(&programs).unwrap();
     // This one has the commands of all three, and is what a test build makes anew.

@@ -1,4 +1,4 @@
-"""Runs an experiment over a cluster, by tasks of Ray that each make a range of its runs; then the experiment makes its tables of all.
+"""Runs an experiment over a cluster, by tasks of Ray that each make a range of its runs; then the experiment names what makes its page of all.
 
     run_experiment.py --cases 2000 --runs out/kept --out out/table2 -- ppnpack experiment table2
 
@@ -31,7 +31,7 @@ def main():
     parser.add_argument("--count", default="--cases", help="the experiment's option for that: --streams, --instances [%(default)s]")
     parser.add_argument("--per-task", type=int, default=20, help="how many a task makes [%(default)s]")
     parser.add_argument("--runs", type=pathlib.Path, required=True, help="where finished runs are kept")
-    parser.add_argument("--out", type=pathlib.Path, required=True, help="where the tables are written")
+    parser.add_argument("--out", type=pathlib.Path, required=True, help="where the results are written")
     parser.add_argument("--address", help="a running cluster, or auto [one of this machine]")
     parser.add_argument("command", nargs="+", help="ppnpack experiment NAME, with its options")
     options = parser.parse_args()

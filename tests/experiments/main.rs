@@ -22,6 +22,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use printed::{errors, is_refused, json, text};
+use serde_json::Value;
 
 /// The program, with one cache for all tests: the objects are prepared once.
 fn program() -> Command {
@@ -35,6 +36,18 @@ fn program() -> Command {
 fn ppnpack(words: &str) -> Output {
     let mut command = program();
     command.args(words.split_whitespace()).output().unwrap()
+}
+
+/// Makes the page of results by a program in `experiments`; gives its text, and the results with what their runs came to.
+fn page(program: &str, results: &Path, options: &[&str]) -> (String, Value) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let mut command = Command::new("python3");
+    command.arg(root.join("experiments").join(program).with_extension("py"));
+    let made = command.arg(results).args(options).output().unwrap();
+    assert!(made.status.success(), "{program}: {}", errors(&made));
+    let text = std::fs::read_to_string(results.with_extension("md")).unwrap();
+    let kept = std::fs::read(results).unwrap();
+    (text, serde_json::from_slice(&kept).unwrap())
 }
 
 /// Writes a box of these sides, in metres, as a mesh file.

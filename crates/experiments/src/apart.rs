@@ -65,21 +65,6 @@ impl Apart {
         known.contact.wall_friction *= factor();
         known
     }
-
-    /// How the cell differs from the twin, as a heading and a sentence.
-    pub(crate) fn in_words(&self) -> String {
-        if self.friction == 1.0 {
-            return "\n## The cell is as the planner thinks it is\n".to_owned();
-        }
-        format!(
-            "\n## The cell is another one than the twin\n\nFriction of items and of walls times {:.2} to {:.2}, drawn once a \
-             sequence; the poses of what lies there are known with normal errors of {:.0} mm and {:.0} degree per axis.\n",
-            1.0 / self.friction,
-            self.friction,
-            self.pose_error.position_m * 1e3,
-            self.pose_error.rotation_rad.to_degrees()
-        )
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
 
 /// Which sequences of a file are packed; the first one and their number where nothing is said.
 #[derive(Debug, Args)]
@@ -33,9 +34,9 @@ impl<const FIRST: u32, const CASES: u32> SequenceOptions<FIRST, CASES> {
         cases(&file, self.first, self.cases)
     }
 
-    /// The number of the last one.
-    pub(crate) fn last(&self) -> u64 {
-        u64::from(self.first) + u64::from(self.cases) - 1
+    /// What results keep of them.
+    pub(crate) fn said(&self) -> Value {
+        json!({ "first_case": self.first, "cases": self.cases })
     }
 }
 

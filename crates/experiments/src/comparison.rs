@@ -1,4 +1,4 @@
-//! Several methods on the same sequences, in one cell: what the paper's tables, its figure and the Pareto charts have in common.
+//! Several methods on the same sequences, in one cell: what the paper's tables and the Pareto charts have in common.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,25 +8,20 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::shape_class::ShapeClass;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;
-use ppnpack_cli::options::{CatalogueOptions, Conditions, Network, PhysicsOptions, Simulated};
+use ppnpack_cli::options::{CatalogueOptions, Conditions, PhysicsOptions, Simulated};
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::item::Item;
 use ppnpack_packing::method::{ProposalSource, Stability};
-use ppnpack_physics::view::CameraSettings;
+use serde_json::{Value, json};
 
 use crate::apart::Apart;
 use crate::cases::Case;
-use crate::document::{self, Page};
 use crate::network::{self, NetworkOptions};
-use crate::packer::{Packer, Run, sdfm};
+use crate::packer::{Packer, sdfm};
+use crate::results::with;
 use crate::runs::RunsOptions;
-use crate::sheet::{Cell, Column};
-use crate::statistics::Mean;
 use crate::way::Way;
-
-/// A column of this experiment's tables.
-type Measured = Column<Run>;
 
 /// What all comparisons are told.
 #[derive(Debug, Args)]
@@ -49,7 +44,7 @@ pub(crate) struct ComparisonOptions {
     pub(crate) seed: u64,
 
     #[command(flatten)]
-    pub(crate) runs: RunsOptions,
+    runs: RunsOptions,
 }
 
 /// A grid over the reference container.
@@ -93,7 +88,7 @@ pub(crate) struct Comparison<'a> {
     pub(crate) options: &'a ComparisonOptions,
     backend: &'a dyn Backend,
     grid_settings: GridSettings,
-    pub(crate) grid: Grid,
+    grid: Grid,
     simulated: Simulated,
     pub(crate) catalogue: Arc<Catalogue>,
     /// The items that the network is told of ahead of time.
@@ -101,7 +96,7 @@ pub(crate) struct Comparison<'a> {
     /// The network that proposes.
     network: NetworkOptions,
     /// Its model, or why none can be used here.
-    pub(crate) model: Result<Model, String>,
+    model: Result<Model, String>,
 }
 
 impl<'a> Comparison<'a> {
@@ -160,198 +155,34 @@ impl<'a> Comparison<'a> {
         Some(network::source(&self.grid, percent, model))
     }
 
-    pub(crate) fn packer(&self, way: &Way) -> Packer<'_> {
-        let network = self.model.as_ref().ok();
-        Packer {
+    /// Packs all sequences in a way, and gives the name of the folder of its runs. A killed comparison goes on with what is kept.
+    pub(crate) fn pack(&self, experiment: &str, way: &Way, cases: &[Case]) -> Outcome<String> {
+        let ComparisonOptions { seed, runs, .. } = self.options;
+        let network = |model| self.network.of(self.backend, model, &self.items);
+        let packer = Packer {
             way: way.clone(),
             grid: self.grid.clone(),
             catalogue: Arc::clone(&self.catalogue),
             simulated: self.simulated.clone(),
             apart: Apart::default(),
-            network: network.map(|model| self.network(model)),
-        }
-    }
-
-    fn network<'m>(&'m self, model: &'m Model) -> Network<'m> {
-        self.network.of(self.backend, model, &self.items)
-    }
-
-    /// Packs all sequences in all ways; gives the runs by way, then sequence. A killed comparison goes on with what is kept.
-    pub(crate) fn pack(
-        &self,
-        name: &str,
-        ways: &[Way],
-        cases: &[Case],
-    ) -> Outcome<Vec<(String, Vec<Run>)>> {
-        let ComparisonOptions { seed, runs, .. } = self.options;
-        let pack = |way: &Way| {
-            let packed = self.packer(way).pack_all(cases, *seed, runs, name)?;
-            Ok((way.name.clone(), packed))
+            network: self.model.as_ref().ok().map(network),
         };
-        ways.iter().map(pack).collect()
+        packer.pack_all(cases, *seed, runs, experiment)
     }
 
-    /// A page that says how sequences were packed.
-    pub(crate) fn page(&self, name: &str, head: &str) -> Page {
-        let mut page = Page::new(name, format!("{head} {}\n", self.in_words()));
-        let workers = self.options.runs.workers();
-        page.keep("grid", self.grid_settings);
-        page.keep("simulated", &self.simulated);
-        page.keep("objects", self.catalogue.len());
-        page.keep("workers", workers);
-        page.say(&self.missing());
-        if let Err(reason) = &self.model {
-            page.keep("without_network", reason);
-        }
-        page
-    }
-
-    fn in_words(&self) -> String {
-        let (grid, options) = (&self.grid, self.options);
-        let container = grid.container();
-        let [x_cm, y_cm, z_cm] =
-            [container.x_m, container.y_m, container.z_m].map(|side_m| side_m * 100.0);
-        format!(
-            "Container {x_cm:.0} x {y_cm:.0} x {z_cm:.0} cm, {} x {} cells, {} yaws, buffer {}, published stability test, {} scan; {} \
-             sequences at once, each on one core. Intervals are 95 % confidence intervals over the sequences, by Student's t.\n\n\
-             {TERMS}",
-            grid.nx(),
-            grid.ny(),
-            grid.resolution().yaws().count(),
-            options.buffer,
-            match &self.simulated.camera {
-                Some(CameraSettings { cameras: 1, .. }) => "one camera in place of a".to_owned(),
-                Some(_) => "two cameras in place of a".to_owned(),
-                None => document::name_of(&self.simulated.scan),
-            },
-            options.runs.workers(),
-        )
-    }
-
-    /// Why the network's rows are missing, where they are, as a paragraph.
-    fn missing(&self) -> String {
-        let reason = self.model.as_ref().err();
-        reason.map_or_else(String::new, |reason| {
-            format!("\nThe network is missing: {reason}.\n")
-        })
-    }
-}
-
-/// What is said of each method; the stages of its decisions, too, where they are to be shown.
-pub(crate) fn columns(has_stages: bool) -> Vec<Measured> {
-    let stage = |key, head, value: fn(&Run) -> f64| match has_stages {
-        true => Measured::mean_ms(key, head, value),
-        false => Measured::mean_ms(key, head, value).hidden(),
-    };
-    let ratio = |key, head, value: fn(&Run) -> f64| {
-        Measured::compared(key, head, move |runs: &[Run], others: &[Run]| {
-            Cell::mean(ratio_percent(runs, others, value), 1)
-        })
-    };
-    let percent = |key, head, value: fn(&Run) -> f64| {
-        Measured::mean(key, head, 1, move |run| 100.0 * value(run))
-    };
-    let mut columns = vec![
-        Measured::sum("cases", "", |_| 1).hidden(),
-        Measured::mean_ms("decision_s", "decision per item", Run::mean_decision_s),
-        stage("propose_s", "proposing", |run| run.propose_s),
-        stage("evaluate_s", "evaluating", |run| run.evaluate_s),
-        stage("check_s", "checking", |run| run.check_s),
-        Measured::mean("items", "items packed", 1, |run| run.items as f64),
-        Measured::mean("voxels_cm3", "voxel volume (cm³)", 0, |run| {
-            run.voxels_m3 * 1e6
-        }),
-        percent(
-            "floor_compactness_percent",
-            "compactness by floor (%)",
-            |run| run.floor_compactness,
-        ),
-        percent("box_compactness_percent", "compactness by box (%)", |run| {
-            run.box_compactness
-        }),
-        Measured::mean("meshes_cm3", "mesh volume (cm³)", 0, Run::meshes_cm3),
-        percent(
-            "mesh_floor_compactness_percent",
-            "mesh compactness by floor (%)",
-            |run| run.mesh_floor_compactness,
-        ),
-        Measured::mean("height_m", "", 3, |run: &Run| run.height_m).hidden(),
-        ratio(
-            "floor_compactness_ratio_percent",
-            "share of the search's compactness (%)",
-            |run| run.floor_compactness,
-        ),
-        ratio(
-            "mesh_volume_ratio_percent",
-            "of its mesh volume (%)",
-            |run| run.meshes_m3,
-        ),
-        Measured::mean("fallen_out", "fell out", 2, |run| {
-            (run.placed - run.items) as f64
-        }),
-        Measured::sum("steps", "", |run| run.placed).hidden(),
-        Measured::sum("steps_widened", "", |run: &Run| run.steps_widened).hidden(),
-        Measured::share("steps_widened_percent", "steps widened", |run| {
-            [run.steps_widened, run.placed]
-        }),
-    ];
-    if has_stages {
-        columns.push(ratio("decision_ratio_percent", "of its time (%)", |run| {
-            run.mean_decision_s()
-        }));
-    }
-    columns
-}
-
-/// The sum of a value over some runs divided by the sum over others on the same sequences, in percent. The interval
-/// is that of a ratio of paired means (by the differences to the ratio's line).
-fn ratio_percent(runs: &[Run], others: &[Run], value: fn(&Run) -> f64) -> Mean {
-    let sum = |runs: &[Run]| runs.iter().map(value).sum::<f64>();
-    let (ours, theirs) = (sum(runs), sum(others));
-    if theirs <= 0.0 {
-        return Mean::default();
-    }
-    let ratio = ours / theirs;
-    let pairs = runs.iter().zip(others);
-    let deviation = Mean::of(pairs.map(|(run, other)| value(run) - ratio * value(other)));
-    let scale = runs.len() as f64 / theirs;
-    Mean {
-        mean: 100.0 * ratio,
-        half_width: 100.0 * deviation.half_width * scale,
-    }
-}
-
-/// What the tables say of their terms.
-const TERMS: &str = "Compactness is the volume of the packed items over the floor times the greatest height, \
-    after the paper's published code, whose scan is from before the last placement, or over the minimum bounding box of what was packed, \
-    as in its text. K is a share of all placements: as many are proposed, but none that does not fit. A step is widened to an exhaustive \
-    search where none of its proposals is valid.";
-
-/// What is said of steps that were widened.
-pub(crate) const WIDENED: &str =
-    "A step is widened to an exhaustive search where none of its proposals is valid.";
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn run(meshes_m3: f64) -> Run {
-        Run {
-            meshes_m3,
-            ..Run::default()
-        }
-    }
-
-    #[test]
-    fn a_ratio_of_proportional_runs_is_certain() {
-        let others = [run(1.0), run(2.0), run(4.0)];
-        let halves = [run(0.5), run(1.0), run(2.0)];
-        let ratio = ratio_percent(&halves, &others, |run| run.meshes_m3);
-        assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width < 1e-9);
-        let uneven = [run(0.9), run(1.0), run(1.6)];
-        let ratio = ratio_percent(&uneven, &others, |run| run.meshes_m3);
-        assert!((ratio.mean - 50.0).abs() < 1e-9 && ratio.half_width > 1.0);
-        let none = ratio_percent(&[], &[], |run| run.meshes_m3);
-        assert_eq!(none, Mean::default());
+    /// Publishes results, with how sequences were packed.
+    pub(crate) fn publish(&self, name: &str, results: Value) -> Outcome {
+        let ComparisonOptions { buffer, seed, .. } = self.options;
+        let told = json!({
+            "experiment": name,
+            "grid": self.grid_settings,
+            "simulated": self.simulated,
+            "objects": self.catalogue.len(),
+            "buffer": buffer,
+            "seed": seed,
+            "without_network": self.model.as_ref().err(),
+        });
+        let runs = &self.options.runs;
+        runs.publish(name, with(told, results), "tables")
     }
 }

@@ -18,7 +18,7 @@ use serde_json::json;
 use crate::apart::Apart;
 use crate::packer::{Packer, sdfm};
 use crate::way::Way;
-use crate::{document, workers};
+use crate::workers;
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
 use ppnpack_cli::options::{
     CatalogueOptions, Choice, Conditions, GridOptions, PhysicsOptions, Simulated, one_of,
@@ -163,7 +163,8 @@ fn settings(
             heuristic: method.heuristic,
             order: method.order,
             weights: Weights::default(),
-            stability: document::name_of(&STABILITY),
+            stability: serde_json::from_value(serde_json::to_value(STABILITY).or_run()?)
+                .or_run()?,
             buffer: arguments.buffer,
         },
         cell: serde_json::to_value(simulated).or_run()?,

@@ -12,8 +12,8 @@ use ppnpack_cli::options::CatalogueOptions;
 
 use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
-use crate::document::Page;
 use crate::packer::Packer;
+use crate::results::with;
 use crate::runs::RunsOptions;
 use crate::way::Way;
 use limits::{FACTORS, with_limits};
@@ -82,23 +82,13 @@ pub(crate) fn run(arguments: &LoadsArguments) -> Outcome {
         let name = margin.map_or("no limits".to_owned(), |margin| format!("margin {margin}"));
         lines.push(json!({ "name": name, "margin": margin, "folder": runs.name() }));
     }
-    let sequences = &arguments.sequences;
-    let mut page = Page::new(
-        "loads",
-        format!(
-            "# Loads: measured, estimated, allowed\n\n{} containers for each of {} margins: `python experiments/loads.py loads.json` says \
-             what they came to.\n",
-            sequences.cases,
-            margins.len()
-        ),
-    );
-    page.keep("limits_kg", limits_kg);
-    page.keep("runs", cases.iter().map(Case::name).collect::<Vec<_>>());
-    page.keep("first_case", sequences.first);
-    page.keep("cases", sequences.cases);
-    page.keep("items", arguments.items);
-    page.keep("factors", FACTORS);
-    page.keep("way", &packer.way);
-    page.keep("lines", lines);
-    page.publish(&arguments.runs.out)
+    let results = json!({
+        "limits_kg": limits_kg,
+        "items": arguments.items,
+        "factors": FACTORS,
+        "way": packer.way,
+        "lines": lines,
+    });
+    let results = with(results, arguments.sequences.said());
+    arguments.runs.publish("loads", results, "loads")
 }

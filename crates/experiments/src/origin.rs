@@ -38,15 +38,6 @@ impl Origin {
             made: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
         })
     }
-
-    /// All of it in Markdown.
-    pub(crate) fn in_words(&self) -> String {
-        let (program, _) = self.program_blake3.split_at(16);
-        format!(
-            "Made by `{}` on {} ({}), version {}, program {program}.",
-            self.command, self.made, self.machine, self.version
-        )
-    }
 }
 
 /// An argument that a shell reads as it was.
@@ -78,13 +69,5 @@ mod tests {
         assert_eq!(quoted("a b"), "'a b'");
         assert_eq!(quoted("it's"), "'it'\\''s'");
         assert_eq!(quoted(""), "''");
-    }
-
-    #[test]
-    fn an_origin_names_this_program() {
-        let origin = Origin::now().unwrap();
-        let words = origin.in_words();
-        assert!(words.contains(&origin.program_blake3[..16]), "{words}");
-        assert!(words.contains(&origin.machine), "{words}");
     }
 }

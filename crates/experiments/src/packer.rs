@@ -164,14 +164,14 @@ impl Packer<'_> {
         Ok(Run::of(sequence, &self.grid, &episode, &cell))
     }
 
-    /// Packs all sequences, but those that are kept; the seed of each is `seed` and its number.
+    /// Packs all sequences, but those that are kept, and gives the name of their folder; the seed of each is `seed` and its number.
     pub(crate) fn pack_all(
         &self,
         cases: &[Case],
         seed: u64,
         runs: &RunsOptions,
         experiment: &str,
-    ) -> Outcome<Vec<Run>> {
+    ) -> Outcome<String> {
         let settings = (
             self.catalogue.content_hash(),
             &self.way,
@@ -179,12 +179,14 @@ impl Packer<'_> {
             &self.apart,
             seed,
         );
-        runs.kept(experiment, &settings)?.make(
+        let kept = runs.kept(experiment, &settings)?;
+        kept.make(
             cases,
             Case::name,
             |case, run: &Run| run.objects == case.sequence.objects,
             |case| self.pack(&case.sequence, case.seed(seed), &mut ()),
-        )
+        )?;
+        Ok(kept.name())
     }
 }
 
@@ -221,15 +223,6 @@ impl Run {
             evaluate_s: mean(|timings| timings.evaluate),
             check_s: mean(|timings| timings.check),
         }
-    }
-
-    /// The mean over the steps, in seconds.
-    pub(crate) fn mean_decision_s(&self) -> f64 {
-        self.decision_s.iter().sum::<f64>() / self.decision_s.len().max(1) as f64
-    }
-
-    pub(crate) fn meshes_cm3(&self) -> f64 {
-        self.meshes_m3 * 1e6
     }
 }
 

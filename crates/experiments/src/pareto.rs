@@ -4,12 +4,11 @@ use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
 use ppnpack_packing::method::ProposalSource;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::cases::SequenceOptions;
-use crate::comparison::{Comparison, ComparisonOptions, GridOption, columns};
-use crate::document::Page;
-use crate::sheet::Lines;
+use crate::comparison::{Comparison, ComparisonOptions, GridOption};
+use crate::results::with;
 use crate::way::Way;
 
 /// Packs test sequences on several grids with every source of proposals at several shares K.
@@ -41,33 +40,27 @@ pub(crate) struct ParetoArguments {
 }
 
 pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome {
-    let mut page: Option<Page> = None;
+    let mut first: Option<Comparison<'_>> = None;
     let mut grids = Vec::new();
     for option in &arguments.grids {
         let comparison = Comparison::new(&arguments.comparison, backend, option.settings())?;
         let cases = arguments.sequences.read(&comparison.catalogue)?;
-        let ways = ways(arguments, &comparison);
-        let mut lines = Lines::new("method", comparison.pack("pareto", &ways, &cases)?);
-        lines.keep("proposals", ways.iter().map(|way| &way.method.proposals));
-        let head = format!(
-            "# Decision time against packed volume\n\nSequences {} to {}, the same for every method; SDFM; shares are of the exhaustive \
-             search (`all`) on the same grid, in this run.",
-            arguments.sequences.first,
-            arguments.sequences.last()
-        );
+        let line = |way: Way| {
+            let folder = comparison.pack("pareto", &way, &cases)?;
+            let proposals = way.method.proposals;
+            Ok(json!({ "method": way.name, "proposals": proposals, "folder": folder }))
+        };
+        let lines = ways(arguments, &comparison).into_iter().map(line);
+        let lines: Vec<Value> = lines.collect::<Outcome<_>>()?;
         let [key, name] = option.names();
-        let page = page.get_or_insert_with(|| comparison.page("pareto", &head));
-        page.say(&format!(
-            "\n## {name}\n\n{}",
-            lines.table("proposals", &columns(true))
-        ));
         grids.push(json!({ "name": name, "key": key, "lines": lines }));
+        first.get_or_insert(comparison);
     }
-    let Some(mut page) = page else {
+    let Some(comparison) = first else {
         return Ok(());
     };
-    page.keep("grids", grids);
-    page.publish(&arguments.comparison.runs.out)
+    let results = json!({ "grids": grids });
+    comparison.publish("pareto", with(results, arguments.sequences.said()))
 }
 
 /// The exhaustive search first.

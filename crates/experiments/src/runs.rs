@@ -7,8 +7,9 @@ use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_files::write_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
-use crate::document::OutOptions;
+use crate::results::{OutOptions, with};
 use crate::workers;
 
 /// Where results and finished runs are kept, and how many runs are made at once.
@@ -24,12 +25,12 @@ pub(crate) struct RunsOptions {
     workers: Option<usize>,
 
     #[command(flatten)]
-    pub(crate) out: OutOptions,
+    out: OutOptions,
 }
 
 impl RunsOptions {
     /// How many are made at once.
-    pub(crate) fn workers(&self) -> usize {
+    fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
     }
@@ -39,6 +40,16 @@ impl RunsOptions {
         let usual = || self.out.folder(experiment).join("runs");
         let folder = self.runs.clone().unwrap_or_else(usual);
         Runs::new(&folder, settings, self.workers())
+    }
+
+    /// Publishes the results of an experiment, of whose runs a program in `experiments` makes the page.
+    pub(crate) fn publish(&self, name: &str, results: Value, program: &str) -> Outcome {
+        let results = with(results, json!({ "workers": self.workers() }));
+        let runs = self.runs.iter();
+        let runs: String = runs
+            .map(|runs| format!(" --runs {}", runs.display()))
+            .collect();
+        self.out.publish(name, results, program, &runs)
     }
 }
 

@@ -10,11 +10,12 @@ use ppnpack_packing::episode::{Observer, Step};
 use ppnpack_packing::scene_value::{FIGURES_OF_ITEMS, SceneValue, Squares, figures};
 use ppnpack_packing::step::StepInput;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use crate::apart::Apart;
 use crate::cases::{Case, SequenceOptions};
-use crate::document::Page;
 use crate::packer::Packer;
+use crate::results::with;
 use crate::runs::RunsOptions;
 use crate::way::Way;
 
@@ -93,30 +94,14 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
         })
     };
     let runs = arguments.runs.kept("value", &settings)?;
-    let seen = runs.make(&cases, Case::name, is_right, see)?;
-    let (sequences, way) = (&arguments.sequences, &packer.way);
-    let mut page = Page::new(
-        "value",
-        format!(
-            "# Value: what placements left\n\n\
-             {} steps of sequences {} to {} in robot conditions: cells of {} mm, {} yaws, {} set aside, poses {}, by the objective \
-             alone. `python experiments/value.py value.json` learns from them.\n",
-            seen.iter().map(|seen| seen.packed_m3.len()).sum::<usize>(),
-            sequences.first,
-            sequences.last(),
-            1e3 * way.grid.cell_m,
-            way.grid.yaws,
-            way.set_aside,
-            way.poses,
-        ),
-    );
-    page.keep("first_case", sequences.first);
-    page.keep("cases", sequences.cases);
-    page.keep("way", way);
-    page.keep("figures_of_items", FIGURES_OF_ITEMS);
-    page.keep("folder", runs.name());
-    page.keep("runs", cases.iter().map(Case::name).collect::<Vec<_>>());
-    page.publish(&arguments.runs.out)
+    runs.make(&cases, Case::name, is_right, see)?;
+    let results = json!({
+        "way": packer.way,
+        "figures_of_items": FIGURES_OF_ITEMS,
+        "folder": runs.name(),
+    });
+    let results = with(results, arguments.sequences.said());
+    arguments.runs.publish("value", results, "value")
 }
 
 /// As `ppnpack pack` packs.

@@ -38,7 +38,7 @@ def test_what_items_carried_is_held_against_limits_and_estimates(tmp_path):
     origin = {"command": "ppnpack experiment loads", "version": "1", "machine": "a", "made": "now", "program_blake3": "0123456789abcdef01"}
     results = {
         "first_case": 0, "cases": 2, "items": 20, "factors": [0.5, 5.0], "way": {"name": "tried"}, "limits_kg": [10.0, 0.2],
-        "runs": ["00000", "00001"], "lines": lines, "origin": origin,
+        "lines": lines, "origin": origin,
     }
     path = tmp_path / "loads.json"
     path.write_text(json.dumps(results))

@@ -49,12 +49,12 @@ def test_what_was_learned_is_written_as_methods(tmp_path):
     way = {"name": "", "grid": grid, "set_aside": 20, "poses": 1, "method": {"scene_value": {"weight": 0.0}}}
     seen = [{"figures": [[at, 1.0], [2.0, at]], "packed_m3": [1e-4, 3e-4], "meshes_m3": 5e-4} for at in range(6)]
     results = {"first_case": 100, "cases": 6, "way": way, "figures_of_items": 1, "origin": {"version": "1"}}
-    results |= {"folder": "kept", "runs": [f"{100 + at:05}" for at in range(6)]}
+    results |= {"folder": "kept"}
     path = tmp_path / "value.json"
     path.write_text(json.dumps(results))
     (tmp_path / "runs" / "kept").mkdir(parents=True)
-    for name, run in zip(results["runs"], seen):
-        (tmp_path / "runs" / "kept" / f"{name}.json").write_text(json.dumps(run))
+    for number, run in enumerate(seen, 100):
+        (tmp_path / "runs" / "kept" / f"{number:05}.json").write_text(json.dumps(run))
     command = [sys.executable, EXPERIMENTS / "value.py", path, "--out", tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

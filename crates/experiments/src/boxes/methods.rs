@@ -13,7 +13,7 @@ use super::look_ahead::LookAhead;
 use super::rules::Setting;
 use super::snug::Snug;
 use super::source::{Boxes, Instance};
-use super::surface::{BIN_VOLUME, Placed, Sides};
+use super::surface::{Placed, Sides};
 
 /// A method by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -37,18 +37,6 @@ pub(super) enum Method {
 pub(super) type Player = Box<dyn FnMut(&Bin, Sides, &mut Boxes) -> Outcome<Option<Placed>>>;
 
 impl Method {
-    /// Its name in tables.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Dbl => "DBL",
-            Self::Hm => "HM",
-            Self::Sdfm => "SDFM",
-            Self::Mta => "MTA",
-            Self::Snug => "snug",
-            Self::LookAhead => "look-ahead",
-        }
-    }
-
     /// What plays it.
     pub(super) fn player(self, setting: Setting, rollouts: usize) -> Outcome<Player> {
         let policy = Snug::new(setting);
@@ -83,14 +71,6 @@ pub(super) struct Run {
     pub(super) placed: Vec<Placed>,
     /// The time of each decision that placed a box, in seconds.
     pub(super) decision_s: Vec<f64>,
-}
-
-impl Run {
-    /// The share of the bin that is filled, in percent.
-    pub(super) fn utilisation_percent(&self) -> f64 {
-        let volume: u32 = self.placed.iter().map(|placed| placed.sides.volume()).sum();
-        100.0 * f64::from(volume) / f64::from(BIN_VOLUME)
-    }
 }
 
 /// Packs an instance until the first box that fits nowhere.
@@ -191,8 +171,6 @@ mod tests {
                 }
                 assert!(!run.placed.is_empty());
                 assert_eq!(voxels.0.len() as u32, bin.packed_volume());
-                let utilisation = f64::from(bin.packed_volume()) / 10.0;
-                assert!((run.utilisation_percent() - utilisation).abs() < 1e-9);
                 let last = instance.boxes().nth(run.placed.len()).unwrap();
                 let ways = ways(&voxels, setting, last);
                 assert!(ways.iter().all(|placed| !bin.accepts(placed)), "{method:?}");

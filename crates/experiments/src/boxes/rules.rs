@@ -19,14 +19,6 @@ pub(super) enum Setting {
 }
 
 impl Setting {
-    /// Its number in the papers and its rules.
-    pub(super) fn in_words(self) -> &'static str {
-        match self {
-            Self::Stable => "1: two orientations, boxes have to be stable",
-            Self::Free => "2: six orientations, no stability rule",
-        }
-    }
-
     /// Whether boxes have to be stable.
     pub(super) fn asks_for_stability(self) -> bool {
         self == Self::Stable

@@ -25,10 +25,10 @@ use ppnpack_wire::keys::Cell;
 use rand::seq::index;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde_json::json;
+use serde_json::{Value, json};
 
-use crate::document::{OutOptions, Page};
 use crate::network::{NetworkOptions, source};
+use crate::results::OutOptions;
 use crate::runs::Runs;
 use contenders::{Contender, contenders, key};
 use ppnpack_cli::failure::{Failure, OrInput, OrRun, Outcome};
@@ -141,30 +141,20 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
         others,
         network,
     };
-    let made = contenders.iter().map(|contender| {
-        let (name, _) = contender;
-        Ok((name.clone(), world.runs(arguments, contender)?))
+    let lines = contenders.iter().map(|contender| {
+        let (method, _) = contender;
+        let records = world.runs(arguments, contender)?;
+        Ok(json!({ "method": method, "records": records }))
     });
-    let made: Vec<(String, Vec<RunRecord>)> = made.collect::<Outcome<_>>()?;
-    let mut page = Page::new(
-        "physical",
-        format!(
-            "# The robot cell, simulated\n\n{} runs of each of {} methods: `python experiments/physical.py physical.json` says what they \
-             came to.\n",
-            arguments.runs,
-            made.len()
-        ),
-    );
-    if let Err(reason) = &model {
-        page.keep("without_network", reason);
-    }
-    let lines = made.iter();
-    let lines = lines.map(|(method, records)| json!({ "method": method, "records": records }));
-    page.keep("settings", &settings);
-    page.keep("unseen_held", world.unseen.len());
-    page.keep("others_held", world.others.len());
-    page.keep("lines", lines.collect::<Vec<_>>());
-    page.publish(&arguments.out)
+    let lines: Vec<Value> = lines.collect::<Outcome<_>>()?;
+    let results = json!({
+        "without_network": model.as_ref().err(),
+        "settings": settings,
+        "unseen_held": world.unseen.len(),
+        "others_held": world.others.len(),
+        "lines": lines,
+    });
+    arguments.out.publish("physical", results, "physical", "")
 }
 
 /// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the catalogue, and others.

@@ -1,7 +1,6 @@
 //! `ppnpack experiment stream`: items that arrive without an end, of orders or not, packed into several containers that are open at the same
 //! time.
 
-mod columns;
 mod packing;
 mod source;
 
@@ -14,13 +13,11 @@ use ppnpack_packing::closing::ClosingRules;
 use ppnpack_packing::orders::{ContainerRules, Sharing};
 use ppnpack_packing::stream::StreamPlay;
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use crate::apart::Apart;
-use crate::comparison::WIDENED;
-use crate::document::Page;
 use crate::packer::Packer;
-use crate::runs::{self, RunsOptions};
-use crate::sheet::Lines;
+use crate::runs::RunsOptions;
 use crate::way::Way;
 use packing::{Packing, Run};
 use source::{Arrivals, SourceOptions};
@@ -79,16 +76,6 @@ struct Setting {
     sharing: Sharing,
 }
 
-impl Setting {
-    fn shown(self, has_orders: bool) -> String {
-        match self.sharing {
-            Sharing::OneOrder => format!("{}, one order at a time", self.open),
-            Sharing::Shared if has_orders => format!("{}, shared", self.open),
-            Sharing::Shared => self.open.to_string(),
-        }
-    }
-}
-
 impl StreamArguments {
     /// The lines, the one that the others are compared with first.
     fn settings(&self) -> Vec<Setting> {
@@ -119,8 +106,6 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
     let numbers = arguments.first..arguments.first.saturating_add(arguments.streams);
     let source = &arguments.source;
     let streams = source.streams(&packer.catalogue, numbers, arguments.items)?;
-    let settings = arguments.settings();
-    let has_orders = arguments.source.has_orders();
     let pack = |setting: &Setting| {
         let packing = Packing {
             packer: &packer,
@@ -143,62 +128,23 @@ pub(crate) fn run(arguments: &StreamArguments) -> Outcome {
             packing.how.closing,
             setting.open,
         );
-        let name = |stream: &Arrivals| {
-            // What is known of the items decides, too.
-            let known = format!("{:?}", (&stream.orders, &stream.stops, &stream.expected));
-            format!("{:05}-{}", stream.number, runs::hash(known.as_bytes(), 8))
-        };
         let is_right = |stream: &Arrivals, run: &Run| run.objects == stream.objects;
         let make = |stream: &Arrivals| packing.pack(stream);
         let runs = arguments.runs.kept("stream", &settings)?;
-        let packed = runs.make(&streams, name, is_right, make)?;
-        Ok((setting.shown(has_orders), packed))
+        runs.make(&streams, Arrivals::name, is_right, make)?;
+        Ok(json!({ "setting": setting, "folder": runs.name() }))
     };
-    let packed = settings.iter().map(pack).collect::<Outcome<_>>()?;
-    let mut lines = Lines::new("name", packed);
-    lines.keep("setting", settings);
-    publish(arguments, &packer.way, lines)
-}
-
-fn publish(arguments: &StreamArguments, way: &Way, mut lines: Lines<Run>) -> Outcome {
-    let (workers, source) = (
-        arguments.runs.workers(),
-        arguments.source.said(arguments.items),
-    );
-    let text = format!(
-        "# Streams: several containers open\n\n\
-         {} streams of {source} from stream {} on, method *{}*, buffer of {}. An item goes into the fullest container in which an item of the \
-         buffer has a valid placement. Where nothing in the buffer \
-         has a valid placement in any, the fullest is closed and an empty one opened; other rules that closed containers are named below. \
-         Volumes are of closed containers: the mean of \
-         each stream, then over streams; differences are to the first line, stream by stream, with 95 % intervals by Student's t. \
-         *Unsteady* is what toppled by more than 30 degrees, slid by more than 2 cm or left the container when it was placed. \
-         {WIDENED} Decision times are of one step on one thread, {workers} streams at once.\n\n{}",
-        arguments.streams,
-        arguments.first,
-        way.name,
-        way.method.buffer,
-        lines.table("open", &columns::volumes()),
-    );
-    let mut page = Page::new("stream", text);
-    if arguments.source.has_orders() {
-        page.say(&format!(
-            "\nContainers in which something was packed, open ones at the end among them; differences are to the first line, stream by \
-             stream. *Complete* orders have all of their items in containers.\n\n{}",
-            lines.table("open", &columns::orders())
-        ));
-    }
-    page.say(&format!(
-        "\nWhy containers were closed, and how much of their volume was filled:\n\n{}",
-        lines.table("open", &columns::closings())
-    ));
-    page.keep("workers", workers);
-    page.keep("first_stream", arguments.first);
-    page.keep("streams", arguments.streams);
-    page.keep("source", source);
-    page.keep("way", way);
-    page.keep("lines", lines);
-    page.publish(&arguments.runs.out)
+    let lines = arguments.settings();
+    let lines: Vec<Value> = lines.iter().map(pack).collect::<Outcome<_>>()?;
+    let results = json!({
+        "first_stream": arguments.first,
+        "streams": arguments.streams,
+        "source": source.said(arguments.items),
+        "way": packer.way,
+        "runs": streams.iter().map(Arrivals::name).collect::<Vec<_>>(),
+        "lines": lines,
+    });
+    arguments.runs.publish("stream", results, "stream")
 }
 
 fn parse_pair(text: &str) -> Result<(String, String), String> {

@@ -17,6 +17,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::cases::cases;
+use crate::runs::hash;
 
 /// The items of an order that is drawn.
 const DRAWN_ITEMS: std::ops::RangeInclusive<usize> = 5..=30;
@@ -95,6 +96,13 @@ impl SourceOptions {
 }
 
 impl Arrivals {
+    /// What its run is kept by.
+    pub(super) fn name(&self) -> String {
+        // What is known of the items decides, too.
+        let known = format!("{:?}", (&self.orders, &self.stops, &self.expected));
+        format!("{:05}-{}", self.number, hash(known.as_bytes(), 8))
+    }
+
     /// The items in the order of their arrival, each in all of its poses.
     pub(super) fn candidates(&self, catalogue: &Catalogue) -> Vec<Candidate> {
         let sequence = Sequence {

@@ -1,0 +1,57 @@
+//! What experiments leave as JSON: what they were told, and where their runs are. Programs in `experiments` make pages of it.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use ppnpack_cli::failure::{OrRun, Outcome};
+use ppnpack_cli::output::{print_json, print_line};
+use ppnpack_files::write_whole;
+use serde_json::{Value, json};
+
+use crate::origin::Origin;
+
+/// Where results are written, and how they are printed.
+#[derive(Debug, Args)]
+pub(crate) struct OutOptions {
+    /// Where the results are written as JSON [default: out/NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Print the results as JSON instead of what makes a page of them
+    #[arg(long)]
+    json: bool,
+}
+
+impl OutOptions {
+    /// The folder of an experiment's results.
+    pub(crate) fn folder(&self, name: &str) -> PathBuf {
+        self.out
+            .clone()
+            .unwrap_or_else(|| Path::new("out").join(name))
+    }
+
+    /// Writes results as `<name>.json`, with what made them, and prints them, or how a program in `experiments` makes their page.
+    pub(crate) fn publish(&self, name: &str, results: Value, program: &str, more: &str) -> Outcome {
+        let results = with(results, json!({ "origin": Origin::now()? }));
+        let path = self.folder(name).join(format!("{name}.json"));
+        write_whole(&path, &serde_json::to_vec_pretty(&results).or_run()?)?;
+        if self.json {
+            return Ok(print_json(&results)?);
+        }
+        let path = path.display();
+        Ok(print_line(&format!(
+            "For its page: python experiments/{program}.py {path}{more}"
+        ))?)
+    }
+}
+
+/// Results with others beside them.
+pub(crate) fn with(results: Value, others: Value) -> Value {
+    match (results, others) {
+        (Value::Object(mut results), Value::Object(others)) => {
+            results.extend(others);
+            Value::Object(results)
+        }
+        (results, _) => results,
+    }
+}
