@@ -359,7 +359,9 @@ class Bridge:
         self._state_number = self._first_state_number = time.time_ns() // 1_000_000 << 20 | random.getrandbits(20)
         self._placements: dict[str, tuple[bridge.PlaceRequest, bridge.Execution]] = {}
         self._renewals: dict[str, int] = {}
-        self._under_way = self._hold = self.problem = ""
+        self._under_way = self.problem = ""
+        self._holds: dict[str, bridge.Hold] = {}
+        self._placements_left = 0  # 0: any number.
         self.findings: list[Finding] = []
         self._views, self._bodies = self._look()
         self._is_ended = False
@@ -420,6 +422,7 @@ class Bridge:
             accepted = bridge.Execution(placement_id=placement, phase=bridge.EXECUTION_PHASE_ACCEPTED)
             self._placements[placement] = request, accepted
             self._begin(placement, lambda: self._carry_out(request))
+            self._count_placement()
         known, execution = self._placements[placement]
         if known != request:
             raise Refusal(Status.CONFLICT, f"placement {placement} was asked for before with other content")
@@ -449,8 +452,8 @@ class Bridge:
     def _check_idle(self) -> None:
         if self._under_way:
             raise Refusal(Status.BUSY, "the robot does something else")
-        if self._hold:
-            raise Refusal(Status.HELD, self._hold)
+        if self._holds:
+            raise Refusal(Status.HELD, self._reasons())
 
     def _outcome(self, request: bridge.OutcomeRequest, reply: bridge.OutcomeReply) -> None:
         if request.placement_id not in self._placements:
@@ -473,13 +476,33 @@ class Bridge:
 
     def _on_hold(self, request: bridge.HoldRequest, reply: bridge.HoldReply) -> None:
         # What is under way is brought to its end: this robot cannot break off, and is_aborting only asks those that can.
-        self._hold = self._hold or request.reason or "somebody holds it"
+        reply.hold_id = request.header.request_id
+        self._hold(reply.hold_id, request.reason or "somebody holds it", request.holder)
+
+    def _hold(self, name: str, reason: str, holder: str = "bridge") -> None:
+        self._holds.setdefault(name, bridge.Hold(id=name, reason=reason, holder=holder))
+        self._placements_left = 0
         self._changed.notify_all()
 
+    def _reasons(self) -> str:
+        return "; ".join(hold.reason for hold in self._holds.values())
+
+    def _count_placement(self) -> None:
+        if self._placements_left == 1:
+            self._hold(f"stepped-{self._state_number}", "as many placements have begun as were asked for")
+        elif self._placements_left:
+            self._placements_left -= 1
+
     def _on_resume(self, request: bridge.ResumeRequest, reply: bridge.ResumeReply) -> None:
-        if self._hold:
-            self._hold = ""
+        if not request.hold_ids:
+            raise Refusal(Status.INVALID, "hold_ids: name the holds that are to end")
+        left = {name: hold for name, hold in self._holds.items() if name not in request.hold_ids}
+        if self._holds and len(left) == len(self._holds):
+            raise Refusal(Status.STALE, f"it is held for another reason: {self._reasons()}")
+        if self._holds and not left:
+            self._placements_left = request.most_placements
             self._count_up()
+        self._holds = left
 
     def _on_changed(self, request: bridge.ChangedRequest, reply: bridge.ChangedReply) -> None:
         if self._under_way:
@@ -503,7 +526,7 @@ class Bridge:
         self._changed.notify_all()
 
     def _now(self) -> tuple[int, str, str, bool]:
-        return self._state_number, self._under_way, self._hold, self._is_ended
+        return self._state_number, self._under_way, tuple(self._holds), self._is_ended
 
     def _now_ns(self) -> int:
         return time.monotonic_ns() + self._clock_offset_ns
@@ -512,8 +535,9 @@ class Bridge:
         state = bridge.CellState(state_number=self._state_number, first_state_number=self._first_state_number, bodies=self._bodies)
         state.executing_placement_id = self._under_way if self._under_way in self._placements else ""
         state.is_simulated, state.clock_ns = True, self._now_ns()
-        if self._hold:
-            state.hold.reason = self._hold
+        if self._holds:
+            state.hold.reason = self._reasons()
+            state.holds.extend(self._holds.values())
         return state
 
     # In the robot's thread
@@ -523,8 +547,8 @@ class Bridge:
             work()
         except Exception as error:  # Whatever it is, nobody knows what the cell is like now.
             with self._changed:
-                self.problem = self._hold = f"the cell failed: {error!r}"
-                self._changed.notify_all()
+                self.problem = f"the cell failed: {error!r}"
+                self._hold("failed", self.problem)
 
     def _look(self) -> tuple[list[NDArray[np.float32]], list[bridge.Body]]:
         views = [sensor.see(self._cell.surfaces()) for sensor in self._sensors]

@@ -227,7 +227,7 @@ class Packing:
         self.items, self.decisions, self.steps, self.history, self.events = [], [], [], [[now_ms() - 60000, 0.0]], []
         self.heights = [[0.0] * 64 for _ in range(64)]
         self.number = 0
-        self.held = None
+        self.held, self.holds, self.failure_id = None, ["h1"], ""
         console.publish("cells", [{"name": CELL, "containers": [CELL]}])
         self.services()
         self.publish("placing", "Placing mug into cell-1 (1 of 20).")
@@ -364,7 +364,16 @@ class Packing:
         pending = self.decisions[0] if self.decisions and self.decisions[0]["outcome"] is None else None
         publish(
             "status",
-            {"doing": doing, "text": text, "help": help_, "stale": list(stale), "held": self.held, "is_moving": pending is not None},
+            {
+                "doing": doing,
+                "text": text,
+                "help": help_,
+                "stale": list(stale),
+                "held": self.held,
+                "holds": self.holds if self.held else [],
+                "failure_id": self.failure_id,
+                "is_moving": pending is not None,
+            },
             CELL,
         )
         publish(

@@ -128,7 +128,9 @@ class Stack:
 
     def begin(self, name, objects):
         """Begins a session in an empty container, whatever was before."""
-        self.call("bridge", "resume")
+        holds = self.call("bridge", "state")["state"].get("holds", [])
+        if holds:
+            self.call("bridge", "resume", hold_ids=[hold["id"] for hold in holds])
         # Refused where there is no session.
         call(self.programs, self.endpoint, "planner", "automatic", {"is_automatic": False}, ("STATUS_OK", "STATUS_CONFLICT"))
         state = self.call("bridge", "state")["state"]

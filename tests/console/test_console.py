@@ -150,8 +150,9 @@ def test_each_hold_is_shown(cell, open_page, capsys):
     for _ in range(HOLDS):
         took_ms.append(button(page, "HOLD").evaluate(CLICK_AND_MEASURE, STARTED_MS))
         assert took_ms[-1] is not None, "a hold is not shown"
-        assert cell.state()[(cell.CELL, None, "status")]["held"] is not None
-        assert post(cell.url, "resume", TOKEN, cell=cell.CELL, confirmed=True)[0] == 200
+        status = cell.state()[(cell.CELL, None, "status")]
+        assert status["held"] is not None
+        assert post(cell.url, "resume", TOKEN, cell=cell.CELL, hold_ids=status["holds"], confirmed=True)[0] == 200
         expect(level(page, "held")).to_have_count(0)
     # How long that takes is the machine's, which draws the page in software here: it is said, not asserted.
     with capsys.disabled():

@@ -237,7 +237,7 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
         assert console.asked[-1] == (action, {"cell": "cell-1"} | fields)
 
     for button, action in (("Resume", "resume"), ("Step", "step"), ("New container", "new_container")):
-        extra = {"container": "cell-1"} if action == "new_container" else {}
+        extra = {"container": "cell-1"} if action == "new_container" else {"hold_ids": ["h1"]}
         asked(button, button, action=action, confirmed=True, **extra)
         assert [fields.get("confirmed") for _, fields in console.asked] == [None, True], console.asked
     asked("I had my hand in it", "Yes, see it anew", action="touched", container="cell-1")
@@ -250,6 +250,30 @@ def test_each_control_is_asked_for_as_the_console_wants_it(console, packing, ope
     page.keyboard.press("Enter")
     expect(dialog).to_be_hidden()
     assert len(console.asked) == before, "Enter does not move a robot by itself"
+
+
+def test_what_ends_is_what_the_page_showed_when_it_was_asked_for(console, packing, open_page):
+    packing.held = "a door is open"
+    packing.publish("held", "Held: a door is open.")
+    page = open_page(console.url)
+    page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
+    page.get_by_role("button", name="Resume", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("Is nobody in the cell?")
+    # Somebody else holds it while the question is open.
+    packing.holds = ["h1", "h2"]
+    packing.publish("held", "Held: a door is open; a hand is in the cell.")
+    expect(page.locator("#said")).to_contain_text("a hand is in the cell")
+    dialog.get_by_role("button", name="Resume", exact=True).click()
+    expect(page.locator("#reply")).to_have_text("resume: done.")
+    assert console.asked[-1] == ("resume", {"cell": "cell-1", "hold_ids": ["h1"], "confirmed": True})
+    packing.held, packing.failure_id = None, "s-1"
+    packing.publish("failed", "Stopped: it was lost.")
+    page.get_by_role("button", name="I have looked: go on", exact=True).click()
+    dialog.get_by_role("button", name="Go on", exact=True).click()
+    expect(page.locator("#reply")).to_have_text("automatic: done.")
+    assert console.asked[-1] == ("automatic", {"cell": "cell-1", "is_on": True, "failure_id": "s-1", "confirmed": True})
 
 
 def test_a_question_that_takes_the_place_of_another_one_is_answered(console, packing, open_page):

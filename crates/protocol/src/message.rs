@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ppnpack_wire::convert::{cycle, pose};
 use ppnpack_wire::{WireError, header, limits, v1};
 
-use crate::ledger::Outcome;
+use crate::ledger::{Hold, Outcome};
 use crate::placing::{Body, Ending, KnownPose, Placement};
 
 /// Reads what a placement request asks for.
@@ -76,5 +76,14 @@ pub fn write_body(body: &Body) -> v1::Body {
         container_from_item: Some(pose::write(body.container_from_item.isometry())),
         is_inside: body.is_inside,
         is_found: body.container_from_item.is_found(),
+    }
+}
+
+/// Something that holds a cell.
+pub fn write_hold(hold: &Hold) -> v1::Hold {
+    v1::Hold {
+        reason: hold.reason.clone(),
+        id: hold.id.clone(),
+        holder: hold.holder.clone(),
     }
 }

@@ -151,8 +151,15 @@ def test_a_cell_that_is_held_is_waited_for(cell):
     with pytest.raises(Unanswered, match="a door is open") as raised:
         cell.carry_out(decision, within_s=0.5)
     assert raised.value.last.status is Status.HELD
+    # Each ends what it saw alone, however often and late it is sent.
+    cell.hold("a hand is in it", hold_id="hand")
+    cell.resume(["hand"])
+    with pytest.raises(Refused, match="a door is open") as raised:
+        cell.resume(["hand"])
+    assert raised.value.status is Status.STALE
     # The container may have changed meanwhile: what was decided before is never begun.
     cell.resume()
+    assert not cell.resume(["hand"]).holds
     outcome = cell.carry_out(decision)
     assert outcome.kind == OutcomeKind.OUTCOME_KIND_NOT_PLACED and "STALE" in outcome.failure
     cell.report(decision, outcome)

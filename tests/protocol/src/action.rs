@@ -65,13 +65,19 @@ pub enum Action {
     /// It is put back.
     RestoreStore,
     /// Somebody holds the cell.
-    Hold,
+    Hold(u8),
+    /// Their request arrives once more, late.
+    HoldAgain(u8),
     /// A hand takes an item out of the held cell, and says so.
     TakeOut(u8),
-    /// Somebody looks, says what changed, and lets the cell go on.
-    Resume,
-    /// Somebody looks, and switches the automatic mode on again.
-    Acknowledge,
+    /// Somebody looks, says what changed, and asks that what they saw hold the cell ends.
+    Resume(u8),
+    /// Their last request for that arrives, perhaps once more.
+    Resumed(u8),
+    /// Somebody sees that the session has failed, and asks that the automatic mode goes on.
+    Acknowledge(u8),
+    /// Their last request for that arrives, perhaps once more.
+    Acknowledged(u8),
     /// Somebody begins a session anew, where the planner knows none.
     BeginAnew,
     /// An empty container is asked for.
@@ -85,20 +91,18 @@ impl World {
     pub fn actions(&self, configuration: &Configuration) -> Vec<Action> {
         use Action::*;
         let mut actions = match self.bridge.is_up {
-            true => vec![Move, Write, KillBridge, Hold, Resume, Renew, BackUpJournal],
+            true => vec![Move, Write, KillBridge, Renew, BackUpJournal],
             false => vec![StartBridge, LoseJournal, RestoreJournal, BackUpJournal],
         };
         actions.extend(match self.planner.is_up {
-            true => vec![
-                Finish,
-                KillPlanner,
-                Acknowledge,
-                BeginAnew,
-                BeginNext,
-                BackUpStore,
-            ],
+            true => vec![Finish, KillPlanner, BeginAnew, BeginNext, BackUpStore],
             false => vec![StartPlanner, LoseStore, RestoreStore, BackUpStore],
         });
+        for person in 0..self.people.len() as u8 {
+            actions.extend([Hold(person), HoldAgain(person)]);
+            actions.extend([Resume(person), Resumed(person)]);
+            actions.extend([Acknowledge(person), Acknowledged(person)]);
+        }
         for who in self.drivers() {
             match self.driver(who).and_then(|driver| driver.call.as_ref()) {
                 None => actions.push(Ask(who)),
@@ -131,7 +135,7 @@ impl World {
             Some(Motion::Renew) => actions.push(Stop(Ending::Placed, false)),
             None => {}
         }
-        if self.bridge.ledger.head().hold.is_some() {
+        if self.is_held_by_somebody() {
             actions.extend((0..configuration.items).map(TakeOut));
         }
         actions
@@ -172,10 +176,13 @@ impl World {
             LoseStore => self.lose_store(configuration),
             BackUpStore => self.back_up_store(configuration),
             RestoreStore => self.restore_store(configuration),
-            Hold => self.hold(configuration),
+            Hold(person) => self.hold(person, configuration),
+            HoldAgain(person) => self.hold_again(person, configuration),
             TakeOut(item) => self.take_out(item, configuration),
-            Resume => self.resume(configuration),
-            Acknowledge => self.acknowledge(configuration),
+            Resume(person) => self.resume(person),
+            Resumed(person) => self.resumed(person, configuration),
+            Acknowledge(person) => self.acknowledge(person, configuration),
+            Acknowledged(person) => self.acknowledged(person, configuration),
             BeginAnew => self.begin_anew(configuration),
             Renew => self.renew(configuration),
             BeginNext => self.begin_next(configuration),

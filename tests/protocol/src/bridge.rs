@@ -47,7 +47,7 @@ impl World {
                     false => self.bridge.ledger.head().first_state_number,
                 },
                 state_number: self.bridge.ledger.head().state_number,
-                is_held: self.bridge.ledger.head().hold.is_some(),
+                is_held: self.bridge.ledger.is_held(),
             },
         };
         self.driver_mut(who)?.call.as_mut()?.answer = Some(answer);
@@ -95,7 +95,7 @@ impl World {
             return Some(Answer::Execution(execution));
         }
         let execution = message::execution(&placement, None);
-        let is_held = ledger.head().hold.is_some();
+        let is_held = self.is_held_by_somebody();
         // What is unknown may have been carried out, now or before.
         let is_settled = decided
             .settled
@@ -231,7 +231,12 @@ impl World {
         }
         self.bridge.is_up = true;
         let has_not_happened = configuration.lacks(Sabotage::CutOffIsNotPlaced);
-        if let Some(change) = self.bridge.ledger.recover(has_not_happened) {
+        let ledger = &self.bridge.ledger;
+        let is_cut_off = ledger.under_way().is_some();
+        let change = ledger.recover(has_not_happened);
+        let change =
+            change.filter(|_| is_cut_off || !configuration.lacks(Sabotage::BeginsWithoutPast));
+        if let Some(change) = change {
             self.bridge.ledger.apply(change);
         }
         Some(())

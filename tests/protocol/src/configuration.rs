@@ -9,6 +9,8 @@ pub struct Configuration {
     pub items: u8,
     /// The most decisions that are made.
     pub decisions: u8,
+    /// People at the cell.
+    pub people: u8,
     /// Controllers that carry decisions out, where the planner does not by itself.
     pub controllers: u8,
     /// Whether the robot may fail: miss an item, lose it, not know.
@@ -28,7 +30,7 @@ pub enum Fault {
     KillBridge,
     /// The planner is killed.
     KillPlanner,
-    /// A request is given up by who asked; it may arrive all the same.
+    /// A request is given up by who asked; it may arrive all the same. So may a hold that was answered, once more.
     TimeOut,
     /// The journal is lost, while the bridge is down.
     LoseJournal,
@@ -66,6 +68,14 @@ pub enum Sabotage {
     CutOffIsNotPlaced,
     /// A session that was restored goes on by itself.
     RestoredGoesOn,
+    /// Whatever a request to resume names, it ends all that holds the cell.
+    AnyResume,
+    /// In a cell that is held another one who holds it is not noted.
+    FirstHoldStays,
+    /// A real cell of which nothing is known begins.
+    BeginsWithoutPast,
+    /// Whatever failure is acknowledged, a session goes on.
+    AnyFailure,
     /// A bridge that was killed does not go on with what was asked for.
     NeverStarts,
 }
@@ -77,6 +87,7 @@ impl Configuration {
             name,
             items: 2,
             decisions: 3,
+            people: 1,
             controllers: 0,
             may_fail: false,
             followed: 1,
@@ -93,10 +104,19 @@ impl Configuration {
             automatic("nothing fails"),
             automatic("kills").with(&[(KillBridge, 2), (KillPlanner, 1), (TimeOut, 2)]),
             automatic("holds").with(&[(Hold, 2), (Hand, 1), (TimeOut, 2)]),
+            automatic("two people")
+                .by_people(2)
+                .with(&[(Hold, 2), (TimeOut, 1)]),
             automatic("kills and holds").with(&[
                 (Hold, 1),
                 (Hand, 1),
                 (KillBridge, 1),
+                (TimeOut, 1),
+            ]),
+            automatic("a held cell whose journal is lost").with(&[
+                (Hold, 1),
+                (KillBridge, 1),
+                (LoseJournal, 1),
                 (TimeOut, 1),
             ]),
             automatic("lost disks").with(&[
@@ -121,6 +141,9 @@ impl Configuration {
             automatic("a robot that fails")
                 .failing()
                 .with(&[(KillBridge, 1), (TimeOut, 1)]),
+            automatic("two people and a robot that fails")
+                .failing()
+                .by_people(2),
             automatic("two controllers")
                 .by_controllers(2)
                 .with(&[(KillBridge, 1), (Hold, 1), (TimeOut, 1)])
@@ -133,6 +156,7 @@ impl Configuration {
         let all = |world: Self| Self {
             items: 4,
             decisions: 8,
+            people: 2,
             most: [3; Fault::COUNT],
             ..world.failing()
         };
@@ -158,6 +182,12 @@ impl Configuration {
             controllers,
             ..self
         }
+    }
+
+    /// The same, with so many people.
+    #[must_use]
+    pub fn by_people(self, people: u8) -> Self {
+        Self { people, ..self }
     }
 
     /// The same, in which one of so many worlds is followed.

@@ -1,7 +1,7 @@
 //! People: they hold the cell, reach into it, look, and let it go on. They do what docs/protocol.md and the texts of the software
 //! ask of them, and no more.
 
-use ppnpack_protocol::ledger::RenewalVerdict;
+use ppnpack_protocol::ledger::{BRIDGE, Hold, RenewalVerdict};
 use ppnpack_wire::v1;
 
 use crate::bridge::item_id;
@@ -10,23 +10,75 @@ use crate::planner;
 use crate::shared::Shared;
 use crate::world::{Whereabouts, World};
 
-/// Why somebody holds the cell.
-const REASON: &str = "a door is open";
+/// Somebody, and what they asked for last: each request may arrive late, or never, or once more.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(crate) struct Person {
+    /// Whether they hold the cell, by what they know: their hold was answered, and they did not ask that it ends.
+    holds: bool,
+    /// The name of their last hold.
+    hold: String,
+    /// What they asked to end.
+    ended: Vec<String>,
+    /// The failure that they acknowledged.
+    failure: String,
+}
 
 impl World {
-    pub(crate) fn hold(&mut self, configuration: &Configuration) -> Option<()> {
-        if !self.bridge.is_up || self.bridge.ledger.head().hold.is_some() {
+    /// Whether somebody relies on that nothing begins.
+    pub(crate) fn is_held_by_somebody(&self) -> bool {
+        self.people.iter().any(|person| person.holds)
+    }
+
+    fn person(&self, person: u8) -> Option<&Person> {
+        self.people.get(usize::from(person))
+    }
+
+    fn person_mut(&mut self, person: u8) -> Option<&mut Person> {
+        self.people.get_mut(usize::from(person))
+    }
+
+    /// Somebody holds the cell, and gets the answer.
+    pub(crate) fn hold(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
+        // People are alike: they come in their order.
+        let mut before = self.people.iter().take(usize::from(person));
+        let comes = before.all(|other| !other.hold.is_empty());
+        if !self.bridge.is_up || !comes || self.person(person)?.holds {
             return None;
         }
+        let id = format!("h{}", self.happened(Fault::Hold));
         self.count(Fault::Hold, configuration)?;
-        let change = self.bridge.ledger.hold(REASON);
-        self.bridge.ledger.apply(change);
+        let own = self.person_mut(person)?;
+        own.holds = true;
+        own.hold.clone_from(&id);
+        self.note_hold(&id, configuration);
         Some(())
+    }
+
+    /// The same request once more, which may be late.
+    pub(crate) fn hold_again(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
+        let id = self.person(person)?.hold.clone();
+        let holds = &self.bridge.ledger.head().holds;
+        let is_known = holds.iter().any(|hold| hold.id == id);
+        if !self.bridge.is_up || id.is_empty() || is_known {
+            return None;
+        }
+        self.count(Fault::TimeOut, configuration)?;
+        self.note_hold(&id, configuration);
+        Some(())
+    }
+
+    fn note_hold(&mut self, id: &str, configuration: &Configuration) {
+        let ledger = &self.bridge.ledger;
+        if ledger.is_held() && configuration.lacks(Sabotage::FirstHoldStays) {
+            return;
+        }
+        let change = ledger.hold(Hold::new(id, "", ""));
+        self.bridge.ledger.apply(change);
     }
 
     pub(crate) fn take_out(&mut self, item: u8, configuration: &Configuration) -> Option<()> {
         let ledger = &self.bridge.ledger;
-        let is_held = self.bridge.is_up && ledger.head().hold.is_some();
+        let is_held = self.bridge.is_up && self.is_held_by_somebody();
         let stands = ledger.under_way().is_none() && self.motion.is_none();
         let item = usize::from(item);
         if !is_held || !stands || self.items.get(item)? != &Whereabouts::Inside {
@@ -39,30 +91,70 @@ impl World {
         Some(())
     }
 
-    /// Who held the cell lets it go on. Where the software held it, somebody waits until the robot stands, and says what the
-    /// container holds.
-    pub(crate) fn resume(&mut self, configuration: &Configuration) -> Option<()> {
-        let reason = self.bridge.ledger.head().hold.clone()?;
+    /// Somebody asks that their own hold ends, those that nobody relies on, such as of a backup, and those of the software: for these they
+    /// wait until the robot stands and nobody else holds the cell, and say what the container holds. From now on they rely on nothing.
+    pub(crate) fn resume(&mut self, person: u8) -> Option<()> {
+        let mut is_changed = self.person(person)?.holds;
         if !self.bridge.is_up {
             return None;
         }
-        if reason != REASON {
-            if self.motion.is_some() || self.bridge.ledger.under_way().is_some() {
-                return None;
-            }
-            let bodies = self.bridge.ledger.head().bodies.iter();
-            let missing = bodies.filter(|body| {
-                let item = self.item_no(&body.item_id);
-                let whereabouts = item.and_then(|item| self.items.get(usize::from(item)));
-                whereabouts != Some(&Whereabouts::Inside)
+        let ledger = &self.bridge.ledger;
+        let stands = self.motion.is_none() && ledger.under_way().is_none();
+        let others = self.people.iter().enumerate();
+        let others = others.filter(|(other, it)| *other != usize::from(person) && it.holds);
+        let relied_on: Vec<&str> = others.map(|(_, other)| other.hold.as_str()).collect();
+        let has_looked = stands && relied_on.is_empty();
+        let seen = ledger
+            .head()
+            .holds
+            .iter()
+            .filter(|hold| match hold.holder == BRIDGE {
+                true => has_looked,
+                false => !relied_on.contains(&hold.id.as_str()),
             });
-            let missing: Vec<String> = missing.map(|body| body.item_id.clone()).collect();
-            let change = self.bridge.ledger.change_by_hand(&missing);
-            self.bridge.ledger.apply(change);
+        let seen: Vec<String> = seen.map(|hold| hold.id.clone()).collect();
+        if has_looked && self.bridge.ledger.is_held() {
+            let missing = self.missing_bodies();
+            if !missing.is_empty() {
+                let change = self.bridge.ledger.change_by_hand(&missing);
+                self.bridge.ledger.apply(change);
+                is_changed = true;
+            }
         }
-        let mut change = self.bridge.ledger.resume();
+        let own = self.person_mut(person)?;
+        own.holds = false;
+        if !seen.is_empty() && seen != own.ended {
+            own.ended = seen;
+            is_changed = true;
+        }
+        is_changed.then_some(())
+    }
+
+    /// What the bridge knows to lie in the container, and does not.
+    fn missing_bodies(&self) -> Vec<String> {
+        let bodies = self.bridge.ledger.head().bodies.iter();
+        let missing = bodies.filter(|body| {
+            let item = self.item_no(&body.item_id);
+            let whereabouts = item.and_then(|item| self.items.get(usize::from(item)));
+            whereabouts != Some(&Whereabouts::Inside)
+        });
+        missing.map(|body| body.item_id.clone()).collect()
+    }
+
+    /// The request arrives: in time, late, or once more.
+    pub(crate) fn resumed(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
+        let mut ended = self.person(person)?.ended.clone();
+        let ledger = &self.bridge.ledger;
+        if !self.bridge.is_up || ended.is_empty() || !ledger.is_held() {
+            return None;
+        }
+        if configuration.lacks(Sabotage::AnyResume) {
+            let all = ledger.head().holds.iter();
+            ended = all.map(|hold| hold.id.clone()).collect();
+        }
+        let mut change = ledger.resume(&ended, 0)?;
         if configuration.lacks(Sabotage::SameStateAfterHold) {
-            change.head.state_number = self.bridge.ledger.head().state_number;
+            change.head.state_number = ledger.head().state_number;
         }
         self.bridge.ledger.apply(change);
         Some(())
@@ -82,14 +174,46 @@ impl World {
         Some(self.bridge.ledger.head().state_number)
     }
 
-    /// Somebody looks where everything is, takes out of the session what does not wait any more, and switches on again.
-    pub(crate) fn acknowledge(&mut self, configuration: &Configuration) -> Option<()> {
+    /// Somebody sees that the session has failed, and asks that it goes on. Who drives it by a controller looks, and goes on.
+    pub(crate) fn acknowledge(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
+        if !self.planner.is_up {
+            return None;
+        }
+        if !self.controllers.is_empty() {
+            return if self.must_look {
+                self.look(configuration)
+            } else {
+                None
+            };
+        }
+        let failure = self.planner.session.failure_id()?;
+        let own = self.person_mut(person)?;
+        if own.failure == failure {
+            return None;
+        }
+        own.failure = failure;
+        Some(())
+    }
+
+    /// The request arrives: in time, late, or once more. Who asked for it looks until it does.
+    pub(crate) fn acknowledged(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
+        let mut failure = self.person(person)?.failure.clone();
         let session = &self.planner.session;
-        let is_due = match self.controllers.is_empty() {
-            true => session.has_failed(),
-            false => self.must_look,
-        };
-        if !self.planner.is_up || !is_due || self.motion.is_some() {
+        let failed = session.failure_id()?;
+        if !self.planner.is_up || failure.is_empty() {
+            return None;
+        }
+        if failure == failed {
+            self.look(configuration)?;
+        } else if configuration.lacks(Sabotage::AnyFailure) {
+            failure = failed;
+        }
+        self.planner.session.set_automatic(true, &failure).ok()
+    }
+
+    /// Somebody looks where everything is, and takes out of the session what does not wait any more.
+    fn look(&mut self, configuration: &Configuration) -> Option<()> {
+        if self.motion.is_some() {
             return None;
         }
         let voided = self.void_decisions(configuration)?;
@@ -101,9 +225,6 @@ impl World {
             }
         }
         session.goes_on_at("", Some(voided));
-        if session.is_automatic() {
-            session.set_automatic(true).ok()?;
-        }
         self.must_look = false;
         Some(())
     }

@@ -276,7 +276,8 @@ impl World {
         if !configuration.lacks(Sabotage::RestoredGoesOn) {
             let pending = self.planner.session.pending();
             let pending = pending.and_then(|decision| self.decision_no(&decision.decision_id));
-            self.planner.session.restored(FROM_BACKUP);
+            let failures = self.fresh_state();
+            self.planner.session.restored_after(failures, FROM_BACKUP);
             if let Some(decided) = pending.and_then(|number| self.decided.get_mut(number)) {
                 decided.settled.get_or_insert(OutcomeKind::Unknown);
             }

@@ -65,10 +65,11 @@ impl World {
             Write,
             Stop(Ending::Placed, true),
             Move,
-            Resume,
-            Acknowledge,
-            BeginAnew,
         ];
+        let people = || 0..self.people.len() as u8;
+        actions.extend(people().flat_map(|person| [Resumed(person), Acknowledged(person)]));
+        actions.extend(people().flat_map(|person| [Resume(person), Acknowledge(person)]));
+        actions.push(BeginAnew);
         for who in self.drivers() {
             actions.extend([Receive(who), Arrive(who)]);
             if let Who::Controller(controller) = who {

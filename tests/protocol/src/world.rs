@@ -5,7 +5,7 @@ use std::fmt;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use ppnpack_protocol::ledger::{Ledger, Record};
+use ppnpack_protocol::ledger::{Holds, Ledger, Record};
 use ppnpack_protocol::placing::Finding;
 use ppnpack_protocol::session::Session;
 use ppnpack_wire::v1;
@@ -13,6 +13,7 @@ use prost::Message;
 
 use crate::configuration::{Configuration, Fault};
 use crate::driver::Driver;
+use crate::people::Person;
 use crate::shared::Shared;
 use crate::{Action, planner};
 
@@ -36,7 +37,7 @@ pub enum Broken {
     BegunAfterItWasSettled,
     /// A placement was begun on another content than the one that its picture showed.
     OtherContent,
-    /// A placement was begun while the cell was held.
+    /// A placement was begun while somebody held the cell.
     BegunWhileHeld,
     /// Something was planned by itself after an item was lost or unknown and before anybody looked.
     NobodyLooked,
@@ -119,6 +120,7 @@ pub(crate) enum Motion {
 pub struct World {
     pub(crate) planner: Planner,
     pub(crate) controllers: Vec<Driver>,
+    pub(crate) people: Vec<Person>,
     pub(crate) bridge: Bridge,
     pub(crate) motion: Option<Motion>,
     pub(crate) items: Vec<Whereabouts>,
@@ -151,9 +153,10 @@ impl World {
                 driver: Driver::default(),
             },
             controllers: vec![Driver::default(); usize::from(configuration.controllers)],
+            people: vec![Person::default(); usize::from(configuration.people)],
             bridge: Bridge {
                 is_up: true,
-                ledger: Shared::new(Ledger::beginning_at(FIRST_STATE)),
+                ledger: Shared::new(begun_ledger()),
                 backup: None,
                 job: None,
             },
@@ -237,6 +240,16 @@ impl World {
     }
 }
 
+/// The ledger of a cell that somebody looked at when it was started for the first time.
+fn begun_ledger() -> Ledger {
+    let mut ledger = Ledger::beginning_at(FIRST_STATE - 1);
+    if let Some(held) = ledger.recover(false) {
+        ledger.apply(held);
+    }
+    ledger.apply(ledger.held_by(Holds::default(), 0));
+    ledger
+}
+
 impl Hash for World {
     fn hash<H: Hasher>(&self, state: &mut H) {
         let Planner {
@@ -248,6 +261,7 @@ impl Hash for World {
                 .hash(state);
         }
         (self.planner.is_up, &self.planner.driver, &self.controllers).hash(state);
+        self.people.hash(state);
         let Bridge { ledger, backup, .. } = &self.bridge;
         for ledger in [Some(ledger), backup.as_ref()] {
             ledger.map(|ledger| ledger.hash_by(hash_ledger)).hash(state);
@@ -289,7 +303,8 @@ fn hash_ledger(ledger: &Ledger, state: &mut DefaultHasher) {
     (
         head.state_number,
         head.first_state_number,
-        &head.hold,
+        &head.holds,
+        head.placements_left,
         head.next,
     )
         .hash(state);

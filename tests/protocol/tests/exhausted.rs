@@ -50,6 +50,21 @@ fn holds_and_hands_break_nothing() {
 }
 
 #[test]
+fn two_people_who_hold_and_resume_break_nothing() {
+    exhausted("two people");
+}
+
+#[test]
+fn two_people_who_acknowledge_break_nothing() {
+    exhausted("two people and a robot that fails");
+}
+
+#[test]
+fn a_lost_journal_of_a_held_cell_breaks_nothing() {
+    exhausted("a held cell whose journal is lost");
+}
+
+#[test]
 fn kills_of_held_cells_break_nothing() {
     exhausted("kills and holds");
 }
@@ -101,6 +116,11 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
     let world = || Configuration::automatic("sabotaged");
     let held = || world().with(&[(Hold, 1), (TimeOut, 1)]);
     let killed = || world().with(&[(KillBridge, 1), (TimeOut, 1)]);
+    // Of three items two are lost, and the third one is decided on.
+    let failing = Configuration {
+        items: 3,
+        ..world().failing()
+    };
     let restarted = || killed().with(&[(KillPlanner, 1)]).following(1_000);
     for (sabotage, world) in [
         (AnyState, held()),
@@ -109,12 +129,22 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
         (NothingIsVoided, restarted().with(&[(LoseStore, 1)])),
         (KnowsAll, killed().with(&[(LoseJournal, 1)])),
         (CutOffIsNotPlaced, killed()),
+        (AnyResume, held().with(&[(Hold, 2)])),
+        (FirstHoldStays, held().by_people(2).with(&[(Hold, 2)])),
+        (
+            BeginsWithoutPast,
+            killed().with(&[(Hold, 1), (LoseJournal, 1)]),
+        ),
+        (AnyFailure, failing),
         (RestoredGoesOn, restarted().with(&[(Restore, 1)])),
         (NeverStarts, killed()),
     ] {
         let broken = broken_without(sabotage, world);
         let expected: &[Broken] = match sabotage {
-            BeginsWhileHeld => &[Broken::BegunWhileHeld],
+            BeginsWhileHeld | AnyResume | FirstHoldStays | BeginsWithoutPast => {
+                &[Broken::BegunWhileHeld]
+            }
+            AnyFailure => &[Broken::NobodyLooked],
             NeverStarts => &[Broken::Stuck],
             _ => &[
                 Broken::ItemPlacedTwice,

@@ -114,10 +114,24 @@ impl CellClient {
         Ok(())
     }
 
+    /// Ends all that holds the cell.
+    pub(crate) fn resume(&self) -> Result<()> {
+        let holds = self.state()?.holds.into_iter();
+        let hold_ids: Vec<String> = holds.map(|hold| hold.id).collect();
+        if !hold_ids.is_empty() {
+            self.ask(v1::ResumeRequest {
+                hold_ids,
+                ..v1::ResumeRequest::default()
+            })?;
+        }
+        Ok(())
+    }
+
     /// Switches the automatic mode on, which acknowledges a failure.
     pub(crate) fn acknowledge(&self) -> Result<()> {
         self.ask(v1::AutomaticRequest {
             is_automatic: true,
+            failure_id: self.session()?.failure_id,
             ..v1::AutomaticRequest::default()
         })?;
         Ok(())

@@ -286,6 +286,6 @@ fn hold(cell: &CellClient) -> Result<String> {
     }
     thread::sleep(span());
     cell.patiently(|cell| Ok(cell.ask(v1::ChangedRequest::default())?))?;
-    cell.ask(v1::ResumeRequest::default())?;
+    cell.resume()?;
     Ok("a cell held, a hand in it".to_owned())
 }

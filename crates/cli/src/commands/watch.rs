@@ -191,13 +191,17 @@ mod tests {
     #[test]
     fn a_held_cell_says_why() {
         let mut state = v1::CellState {
-            hold: Some(v1::Hold {
+            holds: vec![v1::Hold {
                 reason: "a door is open".to_owned(),
+                id: "h1".to_owned(),
+                holder: "door".to_owned(),
+            }],
             }),
             ..v1::CellState::default()
         };
-        assert!(shown(Stream::State, &state).contains("HELD     a door is open"));
-        state.hold = None;
+        let told = shown(Stream::State, &state);
+        assert!(told.contains("HELD     a door is open (h1, door)"));
+        state.holds.clear();
         let told = shown(Stream::State, &state);
         assert!(told.contains("robot    idle, state 0, 0 bodies") && !told.contains("HELD"));
     }

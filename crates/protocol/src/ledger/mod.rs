@@ -10,6 +10,8 @@
 //! Of a placement that it does not know, a ledger says that it was never begun only where it knows all that was done on the
 //! state that it was planned on: from [`Head::first_state_number`] on.
 
+mod holds;
+
 use std::collections::{BTreeMap, HashMap};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -17,6 +19,8 @@ use ppnpack_wire::v1::Status;
 use serde::{Deserialize, Serialize};
 
 use crate::placing::{Body, Ending, Finding, Placement};
+pub use holds::{AFTER_ANOTHER, BRIDGE, FROM_BACKUP, Hold, Holds};
+use holds::{PLACEMENT_CUT_OFF, RENEWAL_CUT_OFF};
 
 /// How many placements and renewals are remembered: hours of a cell's work, at a kilobyte each. Of what was planned before, a ledger
 /// says that it does not know ([`PlacementVerdict::Forgotten`]).
@@ -30,22 +34,6 @@ const MOST_CHANGES: u64 = 1 << 32;
 
 /// How many high bits of what a restored state number is moved on by are 0; thousands of restorings find room.
 const RESTORE_SHIFT: u32 = 12;
-
-/// Why a cell is held whose placement was cut off.
-const PLACEMENT_CUT_OFF: &str = "the bridge was restarted while a placement was carried out: look where the item is and what \
-     the robot holds, say what changed, then resume";
-
-/// Why a cell is held whose renewal was cut off.
-const RENEWAL_CUT_OFF: &str = "the bridge was restarted while the container was renewed: look which container is there, resume, \
-     and renew it where it is not empty";
-
-/// Why a cell is held that another bridge served meanwhile.
-pub const AFTER_ANOTHER: &str = "another bridge served the cell: look what the container holds and what the robot does, renew the container \
-     or say what changed, then resume";
-
-/// Why a cell is held whose journal was restored.
-pub const FROM_BACKUP: &str = "the journal was restored from a backup: look what the container holds and what the robot does, renew the \
-     container or say what changed, then resume";
 
 /// How a placement ended, and the state of the cell afterwards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,8 +70,10 @@ pub struct Head {
     pub state_number: u64,
     /// The first state of which every placement is known.
     pub first_state_number: u64,
-    /// Why nothing is begun, where the cell is held.
-    pub hold: Option<String>,
+    /// Why nothing is begun.
+    pub holds: Holds,
+    /// How many placements may begin before the cell holds itself; 0: any number.
+    pub placements_left: u32,
     /// The number of the next record.
     pub next: u64,
     /// What lies in the container.
@@ -108,16 +98,6 @@ impl Change {
             written: None,
             forgotten: Vec::new(),
         }
-    }
-
-    /// The same, after which the cell is held for this reason too: whoever resumes it has to know all of them.
-    fn holding(mut self, reason: &str) -> Self {
-        self.head.hold = Some(match self.head.hold {
-            None => reason.to_owned(),
-            Some(first) if first.ends_with(reason) => first,
-            Some(first) => format!("{first}; and {reason}"),
-        });
-        self
     }
 }
 
@@ -145,8 +125,8 @@ pub enum PlacementVerdict<'a> {
     Stale,
     /// It was planned on a state of which it is not known what was done on it.
     Forgotten,
-    /// Nothing is begun, for this reason.
-    Held(&'a str),
+    /// Nothing is begun, for these reasons.
+    Held(&'a Holds),
     /// It can be executed.
     New,
 }
@@ -160,8 +140,8 @@ pub enum RenewalVerdict<'a> {
     UnderWay,
     /// Something else is under way.
     Busy,
-    /// Nothing is begun, for this reason.
-    Held(&'a str),
+    /// Nothing is begun, for these reasons.
+    Held(&'a Holds),
     /// It can begin.
     New,
 }
@@ -169,7 +149,7 @@ pub enum RenewalVerdict<'a> {
 /// The number of a state that no placement was planned on.
 ///
 /// The time alone would do where clocks only go forward; the random bits are for those that do not.
-fn new_state_number() -> u64 {
+pub(crate) fn new_state_number() -> u64 {
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     let milliseconds = since_1970.map_or(0, |since_1970| since_1970.as_millis() as u64);
     let random = rand::random::<u64>() >> (u64::BITS - RANDOM_BITS);
@@ -202,7 +182,8 @@ impl Ledger {
             Head {
                 state_number,
                 first_state_number: state_number,
-                hold: None,
+                holds: Holds::default(),
+                placements_left: 0,
                 next: 1,
                 bodies: Vec::new(),
             },
@@ -258,10 +239,8 @@ impl Ledger {
             None if !self.knows_all_of(asked.state_number) => PlacementVerdict::Forgotten,
             None if asked.state_number != self.head.state_number => PlacementVerdict::Stale,
             None if self.under_way.is_some() => PlacementVerdict::Busy,
-            None => match &self.head.hold {
-                Some(reason) => PlacementVerdict::Held(reason),
-                None => PlacementVerdict::New,
-            },
+            None if self.is_held() => PlacementVerdict::Held(&self.head.holds),
+            None => PlacementVerdict::New,
         }
     }
 
@@ -281,19 +260,18 @@ impl Ledger {
             }) => RenewalVerdict::Done(*state_number),
             Some(_) => RenewalVerdict::UnderWay,
             None if self.under_way.is_some() => RenewalVerdict::Busy,
-            None => match &self.head.hold {
-                Some(reason) => RenewalVerdict::Held(reason),
-                None => RenewalVerdict::New,
-            },
+            None if self.is_held() => RenewalVerdict::Held(&self.head.holds),
+            None => RenewalVerdict::New,
         }
     }
 
     /// A placement is accepted.
     pub fn accept(&self, placement: Placement) -> Change {
-        self.begin(Record::Placement {
+        let begun = self.begin(Record::Placement {
             placement: Box::new(placement),
             outcome: None,
-        })
+        });
+        begun.counted()
     }
 
     /// A renewal begins.
@@ -344,29 +322,6 @@ impl Ledger {
         Change::of(self.head_with(bodies, true))
     }
 
-    /// Nothing is begun from now on. Where the cell is held already, the first reason stays.
-    pub fn hold(&self, reason: &str) -> Change {
-        match self.head.hold {
-            Some(_) => self.no_change(),
-            None => self.no_change().holding(reason),
-        }
-    }
-
-    /// Nothing is begun from now on, for a reason of the software's own, beside that for which the cell is held already.
-    pub fn hold_besides(&self, reason: &str) -> Change {
-        self.no_change().holding(reason)
-    }
-
-    /// The cell is held no longer, and goes on at a new state: a placement that was refused while it was held counts as not
-    /// placed, and its request may still come late.
-    pub fn resume(&self) -> Change {
-        let is_held = self.head.hold.is_some();
-        Change::of(Head {
-            hold: None,
-            ..self.head_with(self.head.bodies.clone(), is_held)
-        })
-    }
-
     /// Somebody had a hand in the container, and took some items out.
     pub fn change_by_hand(&self, removed: &[String]) -> Change {
         let bodies = self.head.bodies.iter();
@@ -382,10 +337,17 @@ impl Ledger {
     /// What was under way when the bridge was cut off; `None` where nothing was.
     ///
     /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known: it is held
-    /// until somebody has looked, and its container counts as holding what it held before.
+    /// until somebody has looked, and its container counts as holding what it held before. So is one of which nothing is known.
     pub fn recover(&self, is_simulated: bool) -> Option<Change> {
         let bodies = self.head.bodies.clone();
-        Some(match (self.under_way()?, is_simulated) {
+        let cut_off = |change: Change, reason| {
+            let hold = Hold::own("cut-off", change.head.state_number, reason);
+            change.holding(hold)
+        };
+        let Some(under_way) = self.under_way() else {
+            return (!is_simulated).then(|| self.hold_without_past())?;
+        };
+        Some(match (under_way, is_simulated) {
             (Record::Placement { .. }, true) => {
                 let failure = "the bridge was restarted before it was carried out";
                 self.end_placement(Finding::failed(Ending::NotPlaced, failure), bodies)
@@ -393,12 +355,11 @@ impl Ledger {
             (Record::Placement { .. }, false) => {
                 let failure = "the bridge was restarted while it was carried out";
                 let finding = Finding::failed(Ending::Unknown, failure);
-                self.end_placement(finding, bodies)
-                    .holding(PLACEMENT_CUT_OFF)
+                cut_off(self.end_placement(finding, bodies), PLACEMENT_CUT_OFF)
             }
             (Record::Renewal { .. }, true) => self.abandon_renewal(bodies),
             (Record::Renewal { .. }, false) => {
-                self.abandon_renewal(bodies).holding(RENEWAL_CUT_OFF)
+                cut_off(self.abandon_renewal(bodies), RENEWAL_CUT_OFF)
             }
         })
     }
@@ -423,7 +384,7 @@ impl Ledger {
             Some(Record::Renewal { .. }) => self.abandon_renewal(bodies),
             None => self.no_change(),
         };
-        let mut change = settled.holding(reason);
+        let mut change = settled.holding(Hold::own("restored", state_number, reason));
         change.head.state_number = state_number;
         change.head.first_state_number = state_number;
         change

@@ -23,6 +23,21 @@ fn body(item_id: &str) -> Body {
     }
 }
 
+fn ids(ids: &[&str]) -> Vec<String> {
+    ids.iter().map(|id| (*id).to_owned()).collect()
+}
+
+/// Ends all that holds a cell.
+fn end_holds(ledger: &mut Ledger) {
+    let ids: Vec<String> = ledger
+        .head()
+        .holds
+        .iter()
+        .map(|hold| hold.id.clone())
+        .collect();
+    ledger.apply(ledger.resume(&ids, 0).unwrap());
+}
+
 #[test]
 fn what_was_under_way_is_settled_after_a_restart() {
     let mut ledger = Ledger::without_past();
@@ -43,7 +58,7 @@ fn what_was_under_way_is_settled_after_a_restart() {
         );
         assert_eq!(ledger.under_way(), None);
         // Of a real robot nobody knows what it holds.
-        assert_eq!(ledger.head().hold.is_some(), !is_simulated);
+        assert_eq!(ledger.is_held(), !is_simulated);
     }
 }
 
@@ -61,24 +76,111 @@ fn an_interrupted_renewal_leaves_what_is_known_and_a_real_cell_held() {
             (head.state_number, &head.bodies[..]),
             (before + 1, &[body("a")][..])
         );
-        assert_eq!(head.hold.is_some(), !is_simulated);
-        ledger.apply(ledger.resume());
+        assert_eq!(ledger.is_held(), !is_simulated);
+        end_holds(&mut ledger);
         assert_eq!(ledger.judge_renewal("r"), RenewalVerdict::New);
     }
 }
 
 #[test]
-fn a_cell_that_was_held_already_is_held_for_what_the_bridge_finds_too() {
+fn each_hold_is_ended_by_its_id_and_the_last_lets_the_cell_go_on() {
     let mut ledger = Ledger::without_past();
-    ledger.apply(ledger.accept(placement("a", ledger.head().state_number)));
-    ledger.apply(ledger.hold("a door is open"));
+    let state = ledger.head().state_number;
+    ledger.apply(ledger.accept(placement("a", state)));
+    ledger.apply(ledger.hold(Hold::new("h1", "door", "a door is open")));
+    ledger.apply(ledger.hold(Hold::new("h2", "operator", "somebody looks")));
+    // Sent again, it is the same one.
+    ledger.apply(ledger.hold(Hold::new("h1", "door", "a door is open")));
     ledger.apply(ledger.recover(false).unwrap());
-    let reason = ledger.head().hold.clone().unwrap();
-    assert!(reason.starts_with("a door is open; and "), "{reason}");
-    assert!(reason.ends_with(PLACEMENT_CUT_OFF), "{reason}");
-    ledger.apply(ledger.hold_besides(PLACEMENT_CUT_OFF));
-    ledger.apply(ledger.hold("another reason"));
-    assert_eq!(ledger.head().hold.as_deref(), Some(reason.as_str()));
+    let holds = &ledger.head().holds;
+    assert_eq!(
+        holds.to_string(),
+        format!("a door is open; somebody looks; {PLACEMENT_CUT_OFF}")
+    );
+    let own: Vec<&Hold> = holds.iter().filter(|hold| hold.holder == BRIDGE).collect();
+    let [own] = own[..] else { panic!("{holds}") };
+    let own = own.id.clone();
+    let before = ledger.head().state_number;
+    // The door alone is closed: what is not there any more, or was not yet, is passed over.
+    ledger.apply(ledger.resume(&ids(&["h1", "h9"]), 0).unwrap());
+    assert!(ledger.is_held() && ledger.head().state_number == before);
+    assert_eq!(ledger.resume(&ids(&["h1"]), 0), None);
+    assert_eq!(ledger.resume(&[], 0), None);
+    ledger.apply(ledger.resume(&ids(&["h2", &own]), 0).unwrap());
+    assert!(!ledger.is_held());
+    assert_eq!(ledger.head().state_number, before + 1);
+    // Whatever it names, it was ended.
+    assert_eq!(ledger.resume(&ids(&["h1"]), 3).unwrap(), ledger.no_change());
+}
+
+#[test]
+fn a_full_set_of_holds_takes_one_more_and_whoever_saw_the_last_alone_ends_neither() {
+    let mut ledger = Ledger::without_past();
+    for number in 0..40 {
+        let hold = Hold::new(&format!("h{number}"), "", &format!("reason {number}"));
+        ledger.apply(ledger.hold(hold));
+    }
+    let holds = &ledger.head().holds;
+    assert_eq!(holds.iter().count(), 32);
+    let last = holds.iter().last().unwrap();
+    assert_eq!(last.id, "h39");
+    assert!(last.reason.starts_with("reason 39; reason 38; "));
+    assert!(last.reason.ends_with("; reason 31"), "{}", last.reason);
+    assert_eq!(ledger.resume(&ids(&["h31", "h38"]), 0), None);
+    // However often it is said, it is kept once.
+    for number in 40..10_000 {
+        ledger.apply(ledger.hold(Hold::new(&format!("h{number}"), "", "again")));
+    }
+    let last = ledger.head().holds.iter().last().unwrap();
+    assert!(
+        last.reason.starts_with("again; reason 39; "),
+        "{}",
+        last.reason
+    );
+}
+
+#[test]
+fn so_many_placements_begin_as_a_resume_asks_for_and_the_last_holds_the_cell() {
+    let mut ledger = Ledger::without_past();
+    let fail = |ledger: &mut Ledger, id: &str| {
+        let asked = placement(id, ledger.head().state_number);
+        assert_eq!(ledger.judge(&asked), PlacementVerdict::New, "{id}");
+        ledger.apply(ledger.accept(asked));
+        let is_held = ledger.is_held();
+        ledger
+            .apply(ledger.end_placement(Finding::failed(Ending::NotPlaced, "missed"), Vec::new()));
+        is_held
+    };
+    ledger.apply(ledger.hold(Hold::new("h1", "", "a look")));
+    ledger.apply(ledger.resume(&ids(&["h1"]), 2).unwrap());
+    assert!(!fail(&mut ledger, "a"));
+    // A renewal is none of them.
+    ledger.apply(ledger.begin_renewal("r".to_owned()));
+    ledger.apply(ledger.end_renewal(Vec::new()));
+    assert!(fail(&mut ledger, "b"));
+    // The request for the step once more, which is late.
+    assert_eq!(ledger.resume(&ids(&["h1"]), 2), None);
+    let next = placement("c", ledger.head().state_number);
+    assert!(matches!(ledger.judge(&next), PlacementVerdict::Held(_)));
+
+    // Somebody else holds it meanwhile: then the limit is of the past.
+    let stepped = ledger.head().holds.iter().next().unwrap().id.clone();
+    ledger.apply(ledger.resume(&ids(&[&stepped]), 1).unwrap());
+    ledger.apply(ledger.hold(Hold::new("h2", "", "a look")));
+    end_holds(&mut ledger);
+    assert!(!fail(&mut ledger, "d") && !fail(&mut ledger, "e"));
+}
+
+#[test]
+fn a_real_cell_without_a_past_begins_held_until_somebody_has_looked() {
+    let mut ledger = Ledger::without_past();
+    assert_eq!(ledger.recover(true), None);
+    ledger.apply(ledger.recover(false).unwrap());
+    assert!(ledger.head().holds.to_string().contains("nothing is known"));
+    // Started again before anybody came, it is held once.
+    assert_eq!(ledger.recover(false), None);
+    end_holds(&mut ledger);
+    assert_eq!(ledger.recover(false), None);
 }
 
 #[test]

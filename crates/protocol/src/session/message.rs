@@ -19,6 +19,7 @@ impl Session {
             least_state_number: first.map_or(0, |first| first.least_state_number),
             mean_cycle_s: self.mean_cycle_s().unwrap_or_default(),
             set_aside: self.reasons_set_aside().cloned().collect(),
+            failure_id: self.failure_id().unwrap_or_default(),
             ..own.clone()
         }
     }
@@ -41,6 +42,7 @@ impl Session {
             least_state_number: 0,
             mean_cycle_s: 0.0,
             set_aside: Vec::new(),
+            failure_id: String::new(),
             ..message
         }))
     }

@@ -4,14 +4,14 @@
 //! caller keeps a copy until the change is on disk.
 
 mod container;
+mod failure;
 pub mod item;
 pub mod message;
 
 use ppnpack_wire::v1::{self, ItemState};
 
-use crate::pursuit;
-
 pub use container::{closed_container, open_container};
+pub use failure::{AFTER_ANOTHER, FROM_BACKUP};
 pub use item::Packed;
 
 /// The most items of a session.
@@ -19,14 +19,6 @@ const MAX_ITEMS: usize = 1_000;
 
 /// Decisions remembered after their outcome, to tell a repeated report or request from a new one.
 const SETTLED_KEPT: usize = 64;
-
-/// How a session ends where another planner planned meanwhile.
-pub const AFTER_ANOTHER: &str = "another planner planned for the cell, and what was packed meanwhile is not known: withdraw what is in \
-     the container, or begin a new session with an empty one";
-
-/// How a session ends that was restored.
-pub const FROM_BACKUP: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
-     container, or begin a new session with an empty one";
 
 /// Sessions remembered after their end, so that a late request begins none of them again.
 const PAST_KEPT: usize = 64;
@@ -91,6 +83,9 @@ pub enum SessionError {
     /// What is reported says nothing.
     #[error("the outcome has no kind")]
     NoKind,
+    /// Nobody who acknowledges has seen this failure.
+    #[error("the session has failed: {0}: look, then name this failure: failure_id of the session")]
+    Failed(String),
 }
 
 /// How a session ended.
@@ -143,6 +138,7 @@ impl Session {
         let surplus = past.clone().count().saturating_sub(PAST_KEPT);
         Ok(Self(v1::Session {
             past_session_ids: past.skip(surplus).collect(),
+            failures: own.failures,
             ..next
         }))
     }
@@ -218,16 +214,6 @@ impl Session {
             ItemState::Waiting => Ok(item),
             _ => Err(SessionError::NotWaiting(item_id.to_owned())),
         }
-    }
-
-    /// Switches the automatic mode; switching it on acknowledges a failure.
-    pub fn set_automatic(&mut self, is_automatic: bool) -> Result<(), SessionError> {
-        self.must_be_under_way()?;
-        self.0.is_automatic = is_automatic;
-        if is_automatic {
-            self.set_end(None);
-        }
-        Ok(())
     }
 
     /// Adds waiting items in their order; those that were announced before are left as they are, but for those that are
@@ -421,19 +407,6 @@ impl Session {
         }
     }
 
-    /// What was packed since it was written is not known, for this reason, such as [`FROM_BACKUP`]; neither what became of the decision
-    /// that was pending. Its item may have been placed by a later one.
-    pub fn restored(&mut self, reason: &str) {
-        if self.id().is_empty() {
-            return;
-        }
-        if let Some(decision) = self.0.pending.take() {
-            let unknown = pursuit::settled_as(&decision, v1::OutcomeKind::Unknown, reason, 0);
-            self.settle(decision, &unknown);
-        }
-        self.end(End::Failed(reason.to_owned()));
-    }
-
     /// The session has ended, in this way.
     pub fn end(&mut self, end: End) {
         self.set_end(Some(end));
@@ -451,6 +424,7 @@ impl Session {
             }
             Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure),
         };
+        self.0.failures += u64::from(end == v1::SessionEnd::Failed);
         self.0.set_end(end);
         (self.0.reasons, self.0.failure) = (reasons, failure);
     }

@@ -80,6 +80,12 @@ fn waiting(session: &Session) -> Vec<&str> {
         .collect()
 }
 
+/// Acknowledges a failure.
+fn acknowledge(session: &mut Session) {
+    let failure_id = session.failure_id().unwrap();
+    session.set_automatic(true, &failure_id).unwrap();
+}
+
 #[test]
 fn nothing_is_done_before_a_session_begins() {
     let mut session = Session::default();
@@ -167,7 +173,7 @@ fn where_nobody_knows_where_an_item_is_the_automatic_mode_ends_until_it_is_switc
         (v1::OutcomeKind::Unknown, "may lie anywhere"),
     ] {
         let mut session = session_of(&["a", "b"]);
-        session.set_automatic(true).unwrap();
+        session.set_automatic(true, "").unwrap();
         session.decide(decision("d1", "a")).unwrap();
         report(&mut session, "d1", kind);
         let end = failure(&session).unwrap().to_owned();
@@ -175,7 +181,7 @@ fn where_nobody_knows_where_an_item_is_the_automatic_mode_ends_until_it_is_switc
         report(&mut session, "d1", kind);
         session.announce(vec![announced("c")]).unwrap();
         assert_eq!(failure(&session), Some(end.as_str()));
-        session.set_automatic(true).unwrap();
+        acknowledge(&mut session);
         assert!(!session.has_ended());
 
         // A controller that plans by request decides itself what to do.
@@ -185,7 +191,7 @@ fn where_nobody_knows_where_an_item_is_the_automatic_mode_ends_until_it_is_switc
         assert!(!session.has_ended());
     }
     let mut session = session_of(&["a"]);
-    session.set_automatic(true).unwrap();
+    session.set_automatic(true, "").unwrap();
     session.decide(decision("d1", "a")).unwrap();
     report(&mut session, "d1", v1::OutcomeKind::NotPlaced);
     assert!(!session.has_ended());
@@ -218,7 +224,7 @@ fn a_session_is_put_away_once_and_no_pending_decision_with_it_unasked() {
 #[test]
 fn a_restored_session_has_failed_and_one_that_never_began_has_not() {
     let mut session = session_of(&["a"]);
-    session.set_automatic(true).unwrap();
+    session.set_automatic(true, "").unwrap();
     session.restored(FROM_BACKUP);
     assert_eq!(failure(&session), Some(FROM_BACKUP));
     // A decision that was pending then may have been carried out, or its item by a later one.
@@ -445,8 +451,46 @@ fn a_failure_stays_whatever_is_announced_or_withdrawn_until_the_automatic_mode_i
     assert!(session.has_ended());
     session.decide(decision("d1", "a")).unwrap();
     assert!(session.has_ended());
-    session.set_automatic(false).unwrap();
+    session.set_automatic(false, "").unwrap();
     assert!(session.has_ended());
-    session.set_automatic(true).unwrap();
+    acknowledge(&mut session);
     assert!(!session.has_ended());
+}
+
+#[test]
+fn a_failure_is_acknowledged_by_its_name_alone() {
+    let fail = |session: &mut Session| {
+        session.end(End::Failed("the bridge refuses the placement".into()));
+        session.failure_id().unwrap()
+    };
+    let mut session = session_of(&["a"]);
+    let first = fail(&mut session);
+    let failed = session.clone();
+    for other in ["", "s-9"] {
+        let refused = session.set_automatic(true, other).unwrap_err();
+        assert!(
+            refused.to_string().contains("the bridge refuses"),
+            "{refused}"
+        );
+        assert_eq!(session, failed);
+    }
+    session.set_automatic(true, &first).unwrap();
+    // Once more, nothing changes.
+    session.set_automatic(true, &first).unwrap();
+    assert_eq!((session.has_ended(), session.failure_id()), (false, None));
+    // It fails in the same words, and the request comes once more.
+    let second = fail(&mut session);
+    assert!(session.set_automatic(true, &first).is_err());
+    session.set_automatic(true, &second).unwrap();
+    // So it is in the next session, and in one that was restored.
+    let next = Session::begin("t".to_owned(), only(), true, 0);
+    let mut next = session.followed_by(next, false).unwrap();
+    let third = fail(&mut next);
+    next.restored(FROM_BACKUP);
+    let message = next.to_message(0);
+    assert_eq!(message.failure_id, next.failure_id().unwrap());
+    assert_eq!(Session::from_message(message).unwrap(), next);
+    for past in [first, second, third] {
+        assert!(next.set_automatic(true, &past).is_err(), "{past}");
+    }
 }

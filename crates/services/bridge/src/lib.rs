@@ -132,7 +132,7 @@ pub fn start_robots(
 /// The robots of the cells that share theirs with others.
 fn shared_robots(settings: &Settings) -> BTreeMap<&str, SharedRobot> {
     let robots = settings.robots.values().flat_map(|cells| {
-        let robot = SharedRobot::default();
+        let robot = SharedRobot::of(cells);
         let cells = cells.iter();
         cells.map(move |cell| (cell.as_str(), robot.clone()))
     });

@@ -7,7 +7,7 @@ use ppnpack_service::metrics::{self, Metric};
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::v1;
+use ppnpack_wire::{header, v1};
 
 use crate::Settings;
 use crate::clock;
@@ -60,7 +60,11 @@ impl Streams {
             executing_placement_id: executing,
             bodies: head.bodies.iter().map(message::write_body).collect(),
             is_simulated: self.is_simulated,
-            hold: head.hold.clone().map(|reason| v1::Hold { reason }),
+            hold: ledger.is_held().then(|| v1::Hold {
+                reason: header::text(&head.holds.to_string()),
+                ..v1::Hold::default()
+            }),
+            holds: head.holds.iter().map(message::write_hold).collect(),
             first_state_number: head.first_state_number,
             clock_ns: clock::now_ns(),
         }

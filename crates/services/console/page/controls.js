@@ -5,8 +5,8 @@ import { byId, make, setText } from './dom.js';
 import { milliseconds, named } from './format.js';
 
 const TOKEN = 'ppnpack-console-token';
-// A step and a new container are answered after half a minute at the latest, everything else much sooner.
-const PATIENCE_MS = { step: 45000, new_container: 45000, hold: 7000, abort: 7000 };
+// A new container is answered after half a minute at the latest, everything else much sooner.
+const PATIENCE_MS = { new_container: 45000, hold: 7000, abort: 7000 };
 const USUAL_PATIENCE_MS = 15000;
 
 // What a token is made of, and a header takes.
@@ -46,6 +46,8 @@ export class Controls {
     // When a hold was asked for, while the cell does not show it.
     this.asked = null;
     this.isHeld = false;
+    // What is shown: the console is told it, so that nothing ends that was not seen.
+    this.seen = { hold_ids: [], failure_id: '' };
     for (const button of document.querySelectorAll('[data-act]')) {
       button.addEventListener('click', () => this.act(button.dataset.act));
     }
@@ -58,6 +60,7 @@ export class Controls {
     this.isOff = isOff;
     const isHeld = (status?.held ?? null) !== null;
     this.isHeld = isHeld;
+    this.seen = { hold_ids: status?.holds ?? [], failure_id: status?.failure_id ?? '' };
     const needs = { resume: isHeld, step: isHeld, automatic: status?.doing === 'failed' };
     for (const button of document.querySelectorAll('[data-act]')) {
       const { act } = button.dataset;
@@ -78,10 +81,13 @@ export class Controls {
   /** What a button or a letter does. */
   act(name) {
     if (this.isOff || byId('acts').querySelector(`[data-act=${name}]`)?.disabled) return;
+    const { hold_ids, failure_id } = this.seen;
     const acts = {
+      resume: () => this.send('resume', { hold_ids }),
+      step: () => this.send('step', { hold_ids }),
       removed: () => this.askRemoved(null),
       touched: () => this.askTouched(),
-      automatic: () => this.send('automatic', { is_on: true }),
+      automatic: () => this.send('automatic', { is_on: true, failure_id }),
     };
     (acts[name] ?? (() => this.send(name)))();
   }

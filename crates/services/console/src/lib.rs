@@ -98,7 +98,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
         })?;
     let served = Served {
         board,
-        controls: Controls::new(process.session(), client.clone(), Arc::clone(&directory)),
+        controls: Controls::new(client.clone(), Arc::clone(&directory)),
         directory,
         shapes,
         client,

@@ -1,10 +1,11 @@
 //! What each service of a cell says in ROS, and what can be asked of it there.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::{self, Subscription};
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
@@ -14,6 +15,9 @@ use crate::requests::Requests;
 use crate::rmw::keys::{Name, Qos};
 use crate::rmw::messages::{Announce, Begin, Changed, Hold, SetBool, TfMessage, Trigger, Withdraw};
 use crate::rmw::{Node, Publisher, Server};
+
+/// Who holds where a node of ROS asks for it.
+const HOLDER: &str = "ROS";
 
 /// How long the planner may take to tell the session that is under way.
 const SESSION_LIMIT: Duration = Duration::from_secs(1);
@@ -37,6 +41,9 @@ pub(crate) struct Face {
     planner: Option<Parts>,
 }
 
+/// What was told last in ROS: by that a request without content is made to say what its caller saw.
+type Told<T> = Arc<Mutex<T>>;
+
 impl Face {
     /// Has a service of the cell in ROS, where it is not yet.
     pub(crate) fn meet(
@@ -48,12 +55,14 @@ impl Face {
     ) -> Result<(), RosError> {
         match service {
             Service::Bridge if self.bridge.is_none() => {
-                let stream = tell_states(common, name, cell)?;
-                self.bridge = Some((stream, serve_bridge(common, name, cell)?));
+                let holds = Told::default();
+                let stream = tell_states(common, name, cell, &holds)?;
+                self.bridge = Some((stream, serve_bridge(common, name, cell, holds)?));
             }
             Service::Planner if self.planner.is_none() => {
-                let stream = tell_sessions(common, name, cell)?;
-                self.planner = Some((stream, serve_planner(common, name, cell)?));
+                let failure = Told::default();
+                let stream = tell_sessions(common, name, cell, &failure)?;
+                self.planner = Some((stream, serve_planner(common, name, cell, failure)?));
             }
             _ => {}
         }
@@ -78,11 +87,22 @@ fn follow<M: prost::Message + prost::Name + Default + 'static>(
     Ok(stream::subscribe(session, cell, stream, limit, on_message)?)
 }
 
-fn tell_states(common: &Common, name: &Name, cell: &Cell) -> Result<Subscription, RosError> {
+/// Tells states, and notes what holds the cell by the last.
+fn tell_states(
+    common: &Common,
+    name: &Name,
+    cell: &Cell,
+    holds: &Told<Vec<String>>,
+) -> Result<Subscription, RosError> {
     let states = common.node.publisher(&name.join("state"), Qos::Latched)?;
     let moving = Arc::clone(&common.moving);
+    let holds = Arc::clone(holds);
     follow(common, cell, Stream::State, move |cell, state| {
+        // Whoever asks because of this state waits until it is noted.
+        let mut told = lock(&holds);
         states.publish(&convert::state(cell, state))?;
+        *told = state.holds.iter().map(|hold| hold.id.clone()).collect();
+        drop(told);
         let transforms = convert::item_frames(cell, state);
         match transforms.is_empty() {
             true => Ok(()),
@@ -91,7 +111,12 @@ fn tell_states(common: &Common, name: &Name, cell: &Cell) -> Result<Subscription
     })
 }
 
-fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, RosError> {
+fn serve_bridge(
+    common: &Common,
+    name: &Name,
+    cell: &Cell,
+    told: Told<Vec<String>>,
+) -> Result<Vec<Server>, RosError> {
     let (node, requests) = (&common.node, &common.requests);
     // However many wait for something else, a cell can be held.
     let holds = requests.apart();
@@ -100,11 +125,15 @@ fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>
             v1::HoldRequest {
                 reason: asked.reason.clone(),
                 is_aborting: asked.is_aborting,
+                holder: HOLDER.to_owned(),
                 ..v1::HoldRequest::default()
             }
         })?,
-        requests.serve(node, &name.join("resume"), cell, |_: &Trigger| {
-            v1::ResumeRequest::default()
+        requests.serve(node, &name.join("resume"), cell, move |_: &Trigger| {
+            v1::ResumeRequest {
+                hold_ids: lock(&told).clone(),
+                ..v1::ResumeRequest::default()
+            }
         })?,
         requests.serve_by(
             node,
@@ -121,18 +150,28 @@ fn serve_bridge(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>
     ])
 }
 
-/// Tells sessions, the one that is under way first: the planner tells it on change alone, which may not come for long.
-fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Subscription, RosError> {
+/// Tells sessions, and notes the failure of the last. The one that is under way comes first: the planner tells it on change alone, which
+/// may not come for long.
+fn tell_sessions(
+    common: &Common,
+    name: &Name,
+    cell: &Cell,
+    failure: &Told<String>,
+) -> Result<Subscription, RosError> {
     let publisher = common.node.publisher(&name.join("session"), Qos::Latched)?;
     // Whether one was told on change: what was asked for may be older, and is not told after it.
     let has_changed = Mutex::new(false);
+    let failure = Arc::clone(failure);
     let tell = Arc::new(move |cell: &Cell, session: &v1::Session, is_change: bool| {
-        let mut has_changed = has_changed.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut has_changed = lock(&has_changed);
         *has_changed |= is_change;
-        match *has_changed == is_change {
-            true => publisher.publish(&convert::session(cell, session)),
-            false => Ok(()),
+        if *has_changed != is_change {
+            return Ok(());
         }
+        let mut told = lock(&failure);
+        publisher.publish(&convert::session(cell, session))?;
+        told.clone_from(&session.failure_id);
+        Ok(())
     });
     let changed = Arc::clone(&tell);
     let on_change = move |cell: &Cell, session: &v1::Session| changed(cell, session, true);
@@ -145,7 +184,12 @@ fn tell_sessions(common: &Common, name: &Name, cell: &Cell) -> Result<Subscripti
     Ok(subscription)
 }
 
-fn serve_planner(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server>, RosError> {
+fn serve_planner(
+    common: &Common,
+    name: &Name,
+    cell: &Cell,
+    told: Told<String>,
+) -> Result<Vec<Server>, RosError> {
     let (node, requests) = (&common.node, &common.requests);
     Ok(vec![
         requests.serve(node, &name.join("begin"), cell, |asked: &Begin| {
@@ -169,11 +213,15 @@ fn serve_planner(common: &Common, name: &Name, cell: &Cell) -> Result<Vec<Server
                 ..v1::WithdrawRequest::default()
             }
         })?,
-        requests.serve(node, &name.join("automatic"), cell, |asked: &SetBool| {
-            v1::AutomaticRequest {
+        requests.serve(
+            node,
+            &name.join("automatic"),
+            cell,
+            move |asked: &SetBool| v1::AutomaticRequest {
                 is_automatic: asked.data,
+                failure_id: lock(&told).clone(),
                 ..v1::AutomaticRequest::default()
-            }
-        })?,
+            },
+        )?,
     ])
 }

@@ -76,7 +76,7 @@ impl Requests {
         node: &Node,
         name: &Name,
         cell: &Cell,
-        to_request: fn(&S) -> R,
+        to_request: impl Fn(&S) -> R + Send + Sync + 'static,
     ) -> Result<Server, RosError> {
         self.serve_by(node, name, cell, move |requests, cell, asked: &S| {
             let request = to_request(asked);
@@ -100,6 +100,7 @@ impl Requests {
                 return request.answer(&answer(Err(busy)));
             };
             let (requests, cell) = (requests.clone(), cell.clone());
+            let asked = to_request(&request.message);
             let work = move || {
                 let done = ask(&requests, &cell, &request.message);
                 request.answer(&answer(done.map_err(|error| error.to_string())));

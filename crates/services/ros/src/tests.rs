@@ -19,7 +19,7 @@ use zenoh::{Session as ZenohSession, Wait};
 
 use crate::rmw::cdr;
 use crate::rmw::keys::{self, Name};
-use crate::rmw::messages::{CellState, Hold, Service, Session, TfMessage, Trigger, Typed};
+use crate::rmw::messages::{CellState, Hold, Service, Session, SetBool, TfMessage, Trigger, Typed};
 use crate::{Ros, Settings};
 
 /// Far more than anything here takes.
@@ -148,7 +148,14 @@ fn state() -> v1::CellState {
         }],
         hold: Some(v1::Hold {
             reason: "a door is open".to_owned(),
+            ..v1::Hold::default()
         }),
+        holds: ["h1", "h2"]
+            .map(|id| v1::Hold {
+                id: id.to_owned(),
+                ..v1::Hold::default()
+            })
+            .into(),
         ..v1::CellState::default()
     }
 }
@@ -208,6 +215,45 @@ fn what_is_asked_is_passed_on_and_answered() {
     let response = rig.call("/ppnpack/cell_1/resume", &Trigger::default());
     assert!(!response.success);
     assert!(!response.message.is_empty());
+}
+
+#[test]
+fn what_is_resumed_and_acknowledged_is_what_was_told_in_ros() {
+    let rig = Rig::new(&Settings::default());
+    let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
+    let _alive = alive::announce(&planner, Some(&cell())).unwrap();
+    let sessions = Publisher::new(&planner, &cell(), Stream::Session).unwrap();
+    let (sender, asked) = sync_channel(8);
+    let names = sender.clone();
+    let resume = move |incoming: Incoming<v1::ResumeRequest>| {
+        let named = incoming.message().hold_ids.join(" ");
+        names.try_send(named).unwrap();
+        incoming.reply(v1::ResumeReply::default(), Done::default());
+    };
+    let switch = move |incoming: Incoming<v1::AutomaticRequest>| {
+        let named = incoming.message().failure_id.clone();
+        sender.try_send(named).unwrap();
+        incoming.reply(v1::AutomaticReply::default(), Done::default());
+    };
+    let _resumes = rpc::listen(&rig.bridge, Some(&cell()), resume).unwrap();
+    let _switches = rpc::listen(&planner, Some(&cell()), switch).unwrap();
+
+    let (states, _of_states) = rig.listen::<CellState>("/ppnpack/cell_1/state");
+    comes(&states, || rig.states.put(&state()).unwrap());
+    let done = rig.call("/ppnpack/cell_1/resume", &Trigger::default());
+    assert!(done.success, "{}", done.message);
+    assert_eq!(asked.recv_timeout(PATIENCE).unwrap(), "h1 h2");
+
+    let failed = v1::Session {
+        session_id: "s".to_owned(),
+        failure_id: "s-1".to_owned(),
+        ..v1::Session::default()
+    };
+    let (told, _of_sessions) = rig.listen::<Session>("/ppnpack/cell_1/session");
+    comes(&told, || sessions.put(&failed).unwrap());
+    let done = rig.call("/ppnpack/cell_1/automatic", &SetBool { data: true });
+    assert!(done.success, "{}", done.message);
+    assert_eq!(asked.recv_timeout(PATIENCE).unwrap(), "s-1");
 }
 
 #[test]

@@ -140,6 +140,17 @@ fn a_packing_is_shown_and_a_planner_that_is_killed_is_missed_until_it_is_back() 
     assert!(watch.beats > 0);
 }
 
+/// An order to go on, once the page shows that the cell is held for this reason.
+fn seen(watch: &mut Watch, reason: &str) -> Value {
+    let is_shown = |it: &Watch| {
+        let held = it.part("cell-1", "status")["held"].as_str();
+        held.is_some_and(|held| held.contains(reason))
+    };
+    watch.until("the hold", is_shown).unwrap();
+    let holds = &watch.part("cell-1", "status")["holds"];
+    json!({"cell": "cell-1", "confirmed": true, "hold_ids": holds})
+}
+
 #[test]
 fn controls_need_the_token_and_stop_a_cell_at_once() {
     let options = slow_robot(Options::default());
@@ -172,6 +183,8 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
         .until("the state", |it| it.part("cell-1", "state").is_object())
         .unwrap();
 
+    let by_page = "held at the operator's page";
+    let mut resumed = Value::Null;
     // Held and resumed several times, from the request to the page's own word that the cell is held.
     let mut waits = Vec::new();
     for _ in 0..10 {
@@ -191,7 +204,13 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
             cell.state().unwrap().hold.is_some(),
             "nothing is done before it is confirmed"
         );
-        assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
+        // On a page that is old another hold is shown.
+        if !resumed.is_null() {
+            let stale = page.control("resume", &resumed).unwrap();
+            assert_eq!(stale.error(), (409, "refused".to_owned()));
+        }
+        resumed = seen(&mut watch, by_page);
+        assert_eq!(page.control("resume", &resumed).unwrap().status, 200);
         watch
             .until("the resumption", |it| {
                 it.part("cell-1", "state")["held"].is_null()
@@ -208,9 +227,11 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
     assert!(median <= HELD_WITHIN, "{waits:?}");
 
     // A step makes one placement, and the cell is held after it.
+    assert_eq!(page.control("resume", &confirmed).unwrap().status, 400);
     assert_eq!(page.control("hold", &order).unwrap().status, 200);
     cell.begin("steps", &OBJECTS[..6], true).unwrap();
-    let stepped = page.control("step", &confirmed).unwrap();
+    let step = seen(&mut watch, by_page);
+    let stepped = page.control("step", &step).unwrap();
     assert_eq!(stepped.status, 200, "{:?}", stepped.json());
     common::wait_for(&cell, |session| count(session, ItemState::Packed) == 1);
     assert!(cell.state().unwrap().hold.is_some());
@@ -244,7 +265,8 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
     assert_eq!(page.control("new_container", &order).unwrap().status, 409);
     let renewed = page.control("new_container", &confirmed).unwrap();
     assert_eq!(renewed.status, 200, "{:?}", renewed.json());
-    assert_eq!(page.control("resume", &confirmed).unwrap().status, 200);
+    let stepped = seen(&mut watch, "as were asked for");
+    assert_eq!(page.control("resume", &stepped).unwrap().status, 200);
     common::wait_for(&cell, |session| {
         session.containers[0].sequence == 1 && session.containers[0].is_open
     });

@@ -140,7 +140,7 @@ fn assert_serves_container(container: &CellClient, until: Instant, when: &str) {
 
 #[test]
 fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
-    let stack = stack();
+    let mut stack = stack();
     let cell = stack.cell(0).unwrap();
     begin(&cell, &OBJECTS[..4], false);
     let [left, right] = containers(&cell);
@@ -168,6 +168,11 @@ fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
         ..v1::HoldRequest::default()
     };
     own.ask(hold).unwrap();
+    let refused = other.ask(elsewhere.clone()).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
+    // Also where the bridge was killed before each had it written down: nothing begins before it is known of all.
+    stack.signal("bridge-1", Signal::Kill).unwrap();
+    stack.restart("bridge-1").unwrap();
     let refused = other.ask(elsewhere).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
     let renewal = v1::RenewRequest {
@@ -177,7 +182,7 @@ fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
     let refused = other.ask(renewal).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
     until_hold_is(&other, true);
-    other.ask(v1::ResumeRequest::default()).unwrap();
+    other.resume().unwrap();
     until_hold_is(&own, false);
     cell.acknowledge().unwrap();
     let session = wait_for(&cell, |session| session.end != 0);

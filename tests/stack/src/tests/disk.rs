@@ -77,7 +77,7 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
     assert_serves_again(&cell, Instant::now(), fault);
     let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Held), "{refused}");
-    cell.ask(v1::ResumeRequest::default()).unwrap();
+    cell.resume().unwrap();
     let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
     assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
     cell.report(&decision, not_placed(&cell)).unwrap();

@@ -25,10 +25,6 @@ fn hold(cell: &CellClient, reason: &str) -> v1::CellState {
     cell.ask_within(request, AT_ONCE).unwrap().state.unwrap()
 }
 
-fn resume(cell: &CellClient) {
-    cell.ask(v1::ResumeRequest::default()).unwrap();
-}
-
 /// Waits until the robot carries something out.
 fn wait_for_placing(cell: &CellClient) -> v1::CellState {
     let until = Instant::now() + Duration::from_secs(60);
@@ -84,7 +80,7 @@ fn a_held_cell_stands_still_and_goes_on_by_itself_when_it_is_resumed() {
     assert_eq!(count(&session, ItemState::Packed), packed);
     assert_eq!(session.end(), SessionEnd::Unspecified);
 
-    resume(&cell);
+    cell.resume().unwrap();
     let session = wait_for(&cell, |session| session.end != 0);
     assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);
     assert_eq!(cell.state().unwrap().bodies.len(), session.items.len() - 1);
@@ -137,7 +133,7 @@ fn a_hold_outlives_kills_of_bridge_and_planner() {
         session.pending.is_none() && last == Some(OutcomeKind::NotPlaced)
     });
     assert_eq!(cell.state().unwrap().state_number, state.state_number);
-    resume(&cell);
+    cell.resume().unwrap();
     let session = wait_for(&cell, |session| session.end != 0);
     assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);
     assert_consistent(&cell, "at the end");
@@ -232,6 +228,6 @@ fn restored_backups_are_held_and_nothing_old_is_carried_out() {
         // Held or not, it may have been carried out.
         let refused = cell.ask(v1::PlaceRequest::from(&old)).unwrap_err();
         assert_eq!(refused.status(), Some(Status::Forgotten), "{refused}");
-        resume(&cell);
+        cell.resume().unwrap();
     }
 }

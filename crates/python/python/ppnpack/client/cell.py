@@ -99,9 +99,12 @@ class Cell:
         """Of this order no more items come than were announced so far."""
         return self.ask("planner", "withdraw", planner.WithdrawRequest(order=order), planner.WithdrawReply).session
 
-    def set_automatic(self, is_automatic: bool) -> planner.Session:
-        """Switches the automatic mode; on: a failure is acknowledged."""
-        request = planner.AutomaticRequest(is_automatic=is_automatic)
+    def set_automatic(self, is_automatic: bool, *, failure_id: str | None = None) -> planner.Session:
+        """Switches the automatic mode; on: a failure is acknowledged. failure_id: that which was seen, by Session.failure_id; give it where
+        somebody has looked. Without it, it is the one that the session has when this is called."""
+        if failure_id is None:
+            failure_id = self.session().failure_id if is_automatic else ""
+        request = planner.AutomaticRequest(is_automatic=is_automatic, failure_id=failure_id)
         return self.ask("planner", "automatic", request, planner.AutomaticReply).session
 
     def open_container(
@@ -212,15 +215,24 @@ class Cell:
         """The state of the cell, or of one of its containers."""
         return self.ask("bridge", "state", bridge.CellStateRequest(), bridge.CellStateReply, container=container).state
 
-    def hold(self, reason: str, *, is_aborting: bool = False, container: str = "") -> bridge.CellState:
-        """Nothing is begun any more until resume. is_aborting: what is under way is broken off, where the robot can. It is no safety-rated
-        stop."""
-        request = bridge.HoldRequest(reason=reason, is_aborting=is_aborting)
+    def hold(self, reason: str, *, is_aborting: bool = False, holder: str = "", hold_id: str = "", container: str = "") -> bridge.CellState:
+        """Nothing is begun any more until this and all other holds are ended. is_aborting: what is under way is broken off, where the robot
+        can. holder: who holds, for people. hold_id: names it, for resume; one of its own for each hold. It is no safety-rated stop."""
+        request = bridge.HoldRequest(reason=reason, is_aborting=is_aborting, holder=holder)
+        request.header.request_id = hold_id
         return self.ask("bridge", "hold", request, bridge.HoldReply, container=container).state
 
-    def resume(self, *, container: str = "") -> bridge.CellState:
-        """The cell goes on."""
-        return self.ask("bridge", "resume", bridge.ResumeRequest(), bridge.ResumeReply, container=container).state
+    def resume(self, hold_ids: Iterable[str] | None = None, *, most_placements: int = 0, container: str = "") -> bridge.CellState:
+        """Ends holds; the cell goes on when none is left. hold_ids: those that were seen, by CellState.holds; give them where a person
+        resumes. Without them, they are all that hold the cell when this is called. most_placements: after so many it is held again; 0: it
+        is not. Refused (Status.STALE) where it is held by others alone."""
+        if hold_ids is None:
+            state = self.state(container=container)
+            if not state.holds:
+                return state
+            hold_ids = [hold.id for hold in state.holds]
+        request = bridge.ResumeRequest(hold_ids=list(hold_ids), most_placements=most_placements)
+        return self.ask("bridge", "resume", request, bridge.ResumeReply, container=container).state
 
     def changed(self, removed_item_ids: Iterable[str] = (), *, container: str = "") -> bridge.CellState:
         """Somebody had a hand in the container: it is seen anew, and what was planned before is stale."""

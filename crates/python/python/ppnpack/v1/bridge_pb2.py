@@ -27,17 +27,17 @@ from ppnpack.v1 import geometry_pb2 as ppnpack_dot_v1_dot_geometry__pb2
 from ppnpack.v1 import header_pb2 as ppnpack_dot_v1_dot_header__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17ppnpack/v1/bridge.proto\x12\nppnpack.v1\x1a\x14ppnpack/v1/arm.proto\x1a\x19ppnpack/v1/geometry.proto\x1a\x17ppnpack/v1/header.proto\"\xf1\x01\n\x0cPlaceRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cplacement_id\x18\x02 \x01(\t\x12\x0f\n\x07item_id\x18\x03 \x01(\t\x12\x0e\n\x06object\x18\x04 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x14\n\x0cstate_number\x18\x06 \x01(\x04\x12#\n\x05\x63ycle\x18\x07 \x01(\x0b\x32\x14.ppnpack.v1.ArmCycle\x12\x15\n\rdecided_at_ns\x18\x08 \x01(\x04\"_\n\nPlaceReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12(\n\texecution\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.Execution\"Q\n\x0eOutcomeRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cplacement_id\x18\x02 \x01(\t\"a\n\x0cOutcomeReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12(\n\texecution\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.Execution\"O\n\x0cRenewRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\"K\n\nRenewReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\"]\n\x0bHoldRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x0e\n\x06reason\x18\x02 \x01(\t\x12\x13\n\x0bis_aborting\x18\x03 \x01(\x08\"Z\n\tHoldReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\":\n\rResumeRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\"\\\n\x0bResumeReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\"U\n\x0e\x43hangedRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x18\n\x10removed_item_ids\x18\x02 \x03(\t\"]\n\x0c\x43hangedReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\"r\n\tExecution\x12\x14\n\x0cplacement_id\x18\x01 \x01(\t\x12)\n\x05phase\x18\x02 \x01(\x0e\x32\x1a.ppnpack.v1.ExecutionPhase\x12$\n\x07outcome\x18\x03 \x01(\x0b\x32\x13.ppnpack.v1.Outcome\"\xf5\x01\n\x07Outcome\x12\x14\n\x0cplacement_id\x18\x01 \x01(\t\x12\x0f\n\x07item_id\x18\x02 \x01(\t\x12%\n\x04kind\x18\x03 \x01(\x0e\x32\x17.ppnpack.v1.OutcomeKind\x12\x0f\n\x07\x66\x61ilure\x18\x04 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x11\n\tis_inside\x18\x06 \x01(\x08\x12\x0f\n\x07slide_m\x18\x07 \x01(\x01\x12\x10\n\x08tilt_rad\x18\x08 \x01(\x01\x12\x14\n\x0cstate_number\x18\t \x01(\x04\x12\x10\n\x08is_found\x18\n \x01(\x08\"\xc7\x01\n\tCellState\x12\x14\n\x0cstate_number\x18\x01 \x01(\x04\x12\x1e\n\x16\x65xecuting_placement_id\x18\x02 \x01(\t\x12 \n\x06\x62odies\x18\x03 \x03(\x0b\x32\x10.ppnpack.v1.Body\x12\x14\n\x0cis_simulated\x18\x04 \x01(\x08\x12\x1e\n\x04hold\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Hold\x12\x1a\n\x12\x66irst_state_number\x18\x06 \x01(\x04\x12\x10\n\x08\x63lock_ns\x18\x07 \x01(\x04\"\x16\n\x04Hold\x12\x0e\n\x06reason\x18\x01 \x01(\t\"{\n\x04\x42ody\x12\x0f\n\x07item_id\x18\x01 \x01(\t\x12\x0e\n\x06object\x18\x02 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x03 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x11\n\tis_inside\x18\x04 \x01(\x08\x12\x10\n\x08is_found\x18\x05 \x01(\x08\"=\n\x10\x43\x65llStateRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\"_\n\x0e\x43\x65llStateReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState*j\n\x0e\x45xecutionPhase\x12\x1f\n\x1b\x45XECUTION_PHASE_UNSPECIFIED\x10\x00\x12\x1c\n\x18\x45XECUTION_PHASE_ACCEPTED\x10\x01\x12\x19\n\x15\x45XECUTION_PHASE_ENDED\x10\x02*\x92\x01\n\x0bOutcomeKind\x12\x1c\n\x18OUTCOME_KIND_UNSPECIFIED\x10\x00\x12\x17\n\x13OUTCOME_KIND_PLACED\x10\x01\x12\x1b\n\x17OUTCOME_KIND_NOT_PLACED\x10\x02\x12\x15\n\x11OUTCOME_KIND_LOST\x10\x03\x12\x18\n\x14OUTCOME_KIND_UNKNOWN\x10\x04\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17ppnpack/v1/bridge.proto\x12\nppnpack.v1\x1a\x14ppnpack/v1/arm.proto\x1a\x19ppnpack/v1/geometry.proto\x1a\x17ppnpack/v1/header.proto\"\xf1\x01\n\x0cPlaceRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cplacement_id\x18\x02 \x01(\t\x12\x0f\n\x07item_id\x18\x03 \x01(\t\x12\x0e\n\x06object\x18\x04 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x14\n\x0cstate_number\x18\x06 \x01(\x04\x12#\n\x05\x63ycle\x18\x07 \x01(\x0b\x32\x14.ppnpack.v1.ArmCycle\x12\x15\n\rdecided_at_ns\x18\x08 \x01(\x04\"_\n\nPlaceReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12(\n\texecution\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.Execution\"Q\n\x0eOutcomeRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cplacement_id\x18\x02 \x01(\t\"a\n\x0cOutcomeReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12(\n\texecution\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.Execution\"O\n\x0cRenewRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\"K\n\nRenewReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12\x14\n\x0cstate_number\x18\x02 \x01(\x04\"m\n\x0bHoldRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x0e\n\x06reason\x18\x02 \x01(\t\x12\x13\n\x0bis_aborting\x18\x03 \x01(\x08\x12\x0e\n\x06holder\x18\x04 \x01(\t\"k\n\tHoldReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\x12\x0f\n\x07hold_id\x18\x03 \x01(\t\"e\n\rResumeRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x10\n\x08hold_ids\x18\x02 \x03(\t\x12\x17\n\x0fmost_placements\x18\x03 \x01(\r\"\\\n\x0bResumeReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\"U\n\x0e\x43hangedRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\x12\x18\n\x10removed_item_ids\x18\x02 \x03(\t\"]\n\x0c\x43hangedReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState\"r\n\tExecution\x12\x14\n\x0cplacement_id\x18\x01 \x01(\t\x12)\n\x05phase\x18\x02 \x01(\x0e\x32\x1a.ppnpack.v1.ExecutionPhase\x12$\n\x07outcome\x18\x03 \x01(\x0b\x32\x13.ppnpack.v1.Outcome\"\xf5\x01\n\x07Outcome\x12\x14\n\x0cplacement_id\x18\x01 \x01(\t\x12\x0f\n\x07item_id\x18\x02 \x01(\t\x12%\n\x04kind\x18\x03 \x01(\x0e\x32\x17.ppnpack.v1.OutcomeKind\x12\x0f\n\x07\x66\x61ilure\x18\x04 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x11\n\tis_inside\x18\x06 \x01(\x08\x12\x0f\n\x07slide_m\x18\x07 \x01(\x01\x12\x10\n\x08tilt_rad\x18\x08 \x01(\x01\x12\x14\n\x0cstate_number\x18\t \x01(\x04\x12\x10\n\x08is_found\x18\n \x01(\x08\"\xe8\x01\n\tCellState\x12\x14\n\x0cstate_number\x18\x01 \x01(\x04\x12\x1e\n\x16\x65xecuting_placement_id\x18\x02 \x01(\t\x12 \n\x06\x62odies\x18\x03 \x03(\x0b\x32\x10.ppnpack.v1.Body\x12\x14\n\x0cis_simulated\x18\x04 \x01(\x08\x12\x1e\n\x04hold\x18\x05 \x01(\x0b\x32\x10.ppnpack.v1.Hold\x12\x1a\n\x12\x66irst_state_number\x18\x06 \x01(\x04\x12\x10\n\x08\x63lock_ns\x18\x07 \x01(\x04\x12\x1f\n\x05holds\x18\x08 \x03(\x0b\x32\x10.ppnpack.v1.Hold\"2\n\x04Hold\x12\x0e\n\x06reason\x18\x01 \x01(\t\x12\n\n\x02id\x18\x02 \x01(\t\x12\x0e\n\x06holder\x18\x03 \x01(\t\"{\n\x04\x42ody\x12\x0f\n\x07item_id\x18\x01 \x01(\t\x12\x0e\n\x06object\x18\x02 \x01(\t\x12-\n\x13\x63ontainer_from_item\x18\x03 \x01(\x0b\x32\x10.ppnpack.v1.Pose\x12\x11\n\tis_inside\x18\x04 \x01(\x08\x12\x10\n\x08is_found\x18\x05 \x01(\x08\"=\n\x10\x43\x65llStateRequest\x12)\n\x06header\x18\x01 \x01(\x0b\x32\x19.ppnpack.v1.RequestHeader\"_\n\x0e\x43\x65llStateReply\x12\'\n\x06header\x18\x01 \x01(\x0b\x32\x17.ppnpack.v1.ReplyHeader\x12$\n\x05state\x18\x02 \x01(\x0b\x32\x15.ppnpack.v1.CellState*j\n\x0e\x45xecutionPhase\x12\x1f\n\x1b\x45XECUTION_PHASE_UNSPECIFIED\x10\x00\x12\x1c\n\x18\x45XECUTION_PHASE_ACCEPTED\x10\x01\x12\x19\n\x15\x45XECUTION_PHASE_ENDED\x10\x02*\x92\x01\n\x0bOutcomeKind\x12\x1c\n\x18OUTCOME_KIND_UNSPECIFIED\x10\x00\x12\x17\n\x13OUTCOME_KIND_PLACED\x10\x01\x12\x1b\n\x17OUTCOME_KIND_NOT_PLACED\x10\x02\x12\x15\n\x11OUTCOME_KIND_LOST\x10\x03\x12\x18\n\x14OUTCOME_KIND_UNKNOWN\x10\x04\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'ppnpack.v1.bridge_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_EXECUTIONPHASE']._serialized_start=2192
-  _globals['_EXECUTIONPHASE']._serialized_end=2298
-  _globals['_OUTCOMEKIND']._serialized_start=2301
-  _globals['_OUTCOMEKIND']._serialized_end=2447
+  _globals['_EXECUTIONPHASE']._serialized_start=2329
+  _globals['_EXECUTIONPHASE']._serialized_end=2435
+  _globals['_OUTCOMEKIND']._serialized_start=2438
+  _globals['_OUTCOMEKIND']._serialized_end=2584
   _globals['_PLACEREQUEST']._serialized_start=114
   _globals['_PLACEREQUEST']._serialized_end=355
   _globals['_PLACEREPLY']._serialized_start=357
@@ -51,29 +51,29 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_RENEWREPLY']._serialized_start=717
   _globals['_RENEWREPLY']._serialized_end=792
   _globals['_HOLDREQUEST']._serialized_start=794
-  _globals['_HOLDREQUEST']._serialized_end=887
-  _globals['_HOLDREPLY']._serialized_start=889
-  _globals['_HOLDREPLY']._serialized_end=979
-  _globals['_RESUMEREQUEST']._serialized_start=981
-  _globals['_RESUMEREQUEST']._serialized_end=1039
-  _globals['_RESUMEREPLY']._serialized_start=1041
-  _globals['_RESUMEREPLY']._serialized_end=1133
-  _globals['_CHANGEDREQUEST']._serialized_start=1135
-  _globals['_CHANGEDREQUEST']._serialized_end=1220
-  _globals['_CHANGEDREPLY']._serialized_start=1222
-  _globals['_CHANGEDREPLY']._serialized_end=1315
-  _globals['_EXECUTION']._serialized_start=1317
-  _globals['_EXECUTION']._serialized_end=1431
-  _globals['_OUTCOME']._serialized_start=1434
-  _globals['_OUTCOME']._serialized_end=1679
-  _globals['_CELLSTATE']._serialized_start=1682
-  _globals['_CELLSTATE']._serialized_end=1881
-  _globals['_HOLD']._serialized_start=1883
-  _globals['_HOLD']._serialized_end=1905
-  _globals['_BODY']._serialized_start=1907
-  _globals['_BODY']._serialized_end=2030
-  _globals['_CELLSTATEREQUEST']._serialized_start=2032
-  _globals['_CELLSTATEREQUEST']._serialized_end=2093
-  _globals['_CELLSTATEREPLY']._serialized_start=2095
-  _globals['_CELLSTATEREPLY']._serialized_end=2190
+  _globals['_HOLDREQUEST']._serialized_end=903
+  _globals['_HOLDREPLY']._serialized_start=905
+  _globals['_HOLDREPLY']._serialized_end=1012
+  _globals['_RESUMEREQUEST']._serialized_start=1014
+  _globals['_RESUMEREQUEST']._serialized_end=1115
+  _globals['_RESUMEREPLY']._serialized_start=1117
+  _globals['_RESUMEREPLY']._serialized_end=1209
+  _globals['_CHANGEDREQUEST']._serialized_start=1211
+  _globals['_CHANGEDREQUEST']._serialized_end=1296
+  _globals['_CHANGEDREPLY']._serialized_start=1298
+  _globals['_CHANGEDREPLY']._serialized_end=1391
+  _globals['_EXECUTION']._serialized_start=1393
+  _globals['_EXECUTION']._serialized_end=1507
+  _globals['_OUTCOME']._serialized_start=1510
+  _globals['_OUTCOME']._serialized_end=1755
+  _globals['_CELLSTATE']._serialized_start=1758
+  _globals['_CELLSTATE']._serialized_end=1990
+  _globals['_HOLD']._serialized_start=1992
+  _globals['_HOLD']._serialized_end=2042
+  _globals['_BODY']._serialized_start=2044
+  _globals['_BODY']._serialized_end=2167
+  _globals['_CELLSTATEREQUEST']._serialized_start=2169
+  _globals['_CELLSTATEREQUEST']._serialized_end=2230
+  _globals['_CELLSTATEREPLY']._serialized_start=2232
+  _globals['_CELLSTATEREPLY']._serialized_end=2327
 # @@protoc_insertion_point(module_scope)

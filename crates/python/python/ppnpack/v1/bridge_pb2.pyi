@@ -93,28 +93,36 @@ class RenewReply(_message.Message):
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., state_number: _Optional[int] = ...) -> None: ...
 
 class HoldRequest(_message.Message):
-    __slots__ = ("header", "reason", "is_aborting")
+    __slots__ = ("header", "reason", "is_aborting", "holder")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
     IS_ABORTING_FIELD_NUMBER: _ClassVar[int]
+    HOLDER_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.RequestHeader
     reason: str
     is_aborting: bool
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., reason: _Optional[str] = ..., is_aborting: _Optional[bool] = ...) -> None: ...
+    holder: str
+    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., reason: _Optional[str] = ..., is_aborting: _Optional[bool] = ..., holder: _Optional[str] = ...) -> None: ...
 
 class HoldReply(_message.Message):
-    __slots__ = ("header", "state")
+    __slots__ = ("header", "state", "hold_id")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]
+    HOLD_ID_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.ReplyHeader
     state: CellState
-    def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., state: _Optional[_Union[CellState, _Mapping]] = ...) -> None: ...
+    hold_id: str
+    def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., state: _Optional[_Union[CellState, _Mapping]] = ..., hold_id: _Optional[str] = ...) -> None: ...
 
 class ResumeRequest(_message.Message):
-    __slots__ = ("header",)
+    __slots__ = ("header", "hold_ids", "most_placements")
     HEADER_FIELD_NUMBER: _ClassVar[int]
+    HOLD_IDS_FIELD_NUMBER: _ClassVar[int]
+    MOST_PLACEMENTS_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.RequestHeader
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ...) -> None: ...
+    hold_ids: _containers.RepeatedScalarFieldContainer[str]
+    most_placements: int
+    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., hold_ids: _Optional[_Iterable[str]] = ..., most_placements: _Optional[int] = ...) -> None: ...
 
 class ResumeReply(_message.Message):
     __slots__ = ("header", "state")
@@ -175,7 +183,7 @@ class Outcome(_message.Message):
     def __init__(self, placement_id: _Optional[str] = ..., item_id: _Optional[str] = ..., kind: _Optional[_Union[OutcomeKind, str]] = ..., failure: _Optional[str] = ..., container_from_item: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., is_inside: _Optional[bool] = ..., slide_m: _Optional[float] = ..., tilt_rad: _Optional[float] = ..., state_number: _Optional[int] = ..., is_found: _Optional[bool] = ...) -> None: ...
 
 class CellState(_message.Message):
-    __slots__ = ("state_number", "executing_placement_id", "bodies", "is_simulated", "hold", "first_state_number", "clock_ns")
+    __slots__ = ("state_number", "executing_placement_id", "bodies", "is_simulated", "hold", "first_state_number", "clock_ns", "holds")
     STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
     EXECUTING_PLACEMENT_ID_FIELD_NUMBER: _ClassVar[int]
     BODIES_FIELD_NUMBER: _ClassVar[int]
@@ -183,6 +191,7 @@ class CellState(_message.Message):
     HOLD_FIELD_NUMBER: _ClassVar[int]
     FIRST_STATE_NUMBER_FIELD_NUMBER: _ClassVar[int]
     CLOCK_NS_FIELD_NUMBER: _ClassVar[int]
+    HOLDS_FIELD_NUMBER: _ClassVar[int]
     state_number: int
     executing_placement_id: str
     bodies: _containers.RepeatedCompositeFieldContainer[Body]
@@ -190,13 +199,18 @@ class CellState(_message.Message):
     hold: Hold
     first_state_number: int
     clock_ns: int
-    def __init__(self, state_number: _Optional[int] = ..., executing_placement_id: _Optional[str] = ..., bodies: _Optional[_Iterable[_Union[Body, _Mapping]]] = ..., is_simulated: _Optional[bool] = ..., hold: _Optional[_Union[Hold, _Mapping]] = ..., first_state_number: _Optional[int] = ..., clock_ns: _Optional[int] = ...) -> None: ...
+    holds: _containers.RepeatedCompositeFieldContainer[Hold]
+    def __init__(self, state_number: _Optional[int] = ..., executing_placement_id: _Optional[str] = ..., bodies: _Optional[_Iterable[_Union[Body, _Mapping]]] = ..., is_simulated: _Optional[bool] = ..., hold: _Optional[_Union[Hold, _Mapping]] = ..., first_state_number: _Optional[int] = ..., clock_ns: _Optional[int] = ..., holds: _Optional[_Iterable[_Union[Hold, _Mapping]]] = ...) -> None: ...
 
 class Hold(_message.Message):
-    __slots__ = ("reason",)
+    __slots__ = ("reason", "id", "holder")
     REASON_FIELD_NUMBER: _ClassVar[int]
+    ID_FIELD_NUMBER: _ClassVar[int]
+    HOLDER_FIELD_NUMBER: _ClassVar[int]
     reason: str
-    def __init__(self, reason: _Optional[str] = ...) -> None: ...
+    id: str
+    holder: str
+    def __init__(self, reason: _Optional[str] = ..., id: _Optional[str] = ..., holder: _Optional[str] = ...) -> None: ...
 
 class Body(_message.Message):
     __slots__ = ("item_id", "object", "container_from_item", "is_inside", "is_found")

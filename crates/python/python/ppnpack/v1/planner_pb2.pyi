@@ -407,12 +407,14 @@ class ExplainReply(_message.Message):
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., best: _Optional[_Union[_placement_pb2.RankedPlacement, _Mapping]] = ..., reason: _Optional[_Union[ItemReason, _Mapping]] = ..., counts: _Optional[_Union[_placement_pb2.PlacementCounts, _Mapping]] = ...) -> None: ...
 
 class AutomaticRequest(_message.Message):
-    __slots__ = ("header", "is_automatic")
+    __slots__ = ("header", "is_automatic", "failure_id")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     IS_AUTOMATIC_FIELD_NUMBER: _ClassVar[int]
+    FAILURE_ID_FIELD_NUMBER: _ClassVar[int]
     header: _header_pb2.RequestHeader
     is_automatic: bool
-    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., is_automatic: _Optional[bool] = ...) -> None: ...
+    failure_id: str
+    def __init__(self, header: _Optional[_Union[_header_pb2.RequestHeader, _Mapping]] = ..., is_automatic: _Optional[bool] = ..., failure_id: _Optional[str] = ...) -> None: ...
 
 class AutomaticReply(_message.Message):
     __slots__ = ("header", "session")
@@ -437,7 +439,7 @@ class SessionReply(_message.Message):
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., session: _Optional[_Union[Session, _Mapping]] = ...) -> None: ...
 
 class Session(_message.Message):
-    __slots__ = ("session_id", "items", "pending", "step", "is_automatic", "keep_out", "buffer", "end", "reasons", "failure", "least_state_number", "settled", "mean_cycle_s", "set_aside_limit", "set_aside", "past_session_ids", "containers", "closed", "forgotten_items")
+    __slots__ = ("session_id", "items", "pending", "step", "is_automatic", "keep_out", "buffer", "end", "reasons", "failure", "least_state_number", "settled", "mean_cycle_s", "set_aside_limit", "set_aside", "past_session_ids", "containers", "closed", "forgotten_items", "failure_id", "failures")
     SESSION_ID_FIELD_NUMBER: _ClassVar[int]
     ITEMS_FIELD_NUMBER: _ClassVar[int]
     PENDING_FIELD_NUMBER: _ClassVar[int]
@@ -457,6 +459,8 @@ class Session(_message.Message):
     CONTAINERS_FIELD_NUMBER: _ClassVar[int]
     CLOSED_FIELD_NUMBER: _ClassVar[int]
     FORGOTTEN_ITEMS_FIELD_NUMBER: _ClassVar[int]
+    FAILURE_ID_FIELD_NUMBER: _ClassVar[int]
+    FAILURES_FIELD_NUMBER: _ClassVar[int]
     session_id: str
     items: _containers.RepeatedCompositeFieldContainer[SessionItem]
     pending: Decision
@@ -476,7 +480,9 @@ class Session(_message.Message):
     containers: _containers.RepeatedCompositeFieldContainer[SessionContainer]
     closed: _containers.RepeatedCompositeFieldContainer[ClosedContainer]
     forgotten_items: int
-    def __init__(self, session_id: _Optional[str] = ..., items: _Optional[_Iterable[_Union[SessionItem, _Mapping]]] = ..., pending: _Optional[_Union[Decision, _Mapping]] = ..., step: _Optional[int] = ..., is_automatic: _Optional[bool] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., buffer: _Optional[int] = ..., end: _Optional[_Union[SessionEnd, str]] = ..., reasons: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., failure: _Optional[str] = ..., least_state_number: _Optional[int] = ..., settled: _Optional[_Iterable[_Union[SettledDecision, _Mapping]]] = ..., mean_cycle_s: _Optional[float] = ..., set_aside_limit: _Optional[int] = ..., set_aside: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., past_session_ids: _Optional[_Iterable[str]] = ..., containers: _Optional[_Iterable[_Union[SessionContainer, _Mapping]]] = ..., closed: _Optional[_Iterable[_Union[ClosedContainer, _Mapping]]] = ..., forgotten_items: _Optional[int] = ...) -> None: ...
+    failure_id: str
+    failures: int
+    def __init__(self, session_id: _Optional[str] = ..., items: _Optional[_Iterable[_Union[SessionItem, _Mapping]]] = ..., pending: _Optional[_Union[Decision, _Mapping]] = ..., step: _Optional[int] = ..., is_automatic: _Optional[bool] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., buffer: _Optional[int] = ..., end: _Optional[_Union[SessionEnd, str]] = ..., reasons: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., failure: _Optional[str] = ..., least_state_number: _Optional[int] = ..., settled: _Optional[_Iterable[_Union[SettledDecision, _Mapping]]] = ..., mean_cycle_s: _Optional[float] = ..., set_aside_limit: _Optional[int] = ..., set_aside: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., past_session_ids: _Optional[_Iterable[str]] = ..., containers: _Optional[_Iterable[_Union[SessionContainer, _Mapping]]] = ..., closed: _Optional[_Iterable[_Union[ClosedContainer, _Mapping]]] = ..., forgotten_items: _Optional[int] = ..., failure_id: _Optional[str] = ..., failures: _Optional[int] = ...) -> None: ...
 
 class SessionContainer(_message.Message):
     __slots__ = ("container", "sequence", "is_open", "renewal_id", "keep_out", "least_state_number")

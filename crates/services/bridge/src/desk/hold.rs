@@ -1,98 +1,90 @@
 //! Requests that stop a cell, let it go on, and say what people did in it.
 
+use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::motion::Cycle;
-use ppnpack_service::Shutdown;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{WireError, header};
 
 use super::Desk;
-use super::share::Order;
 use crate::journal::JournalError;
-use crate::runner::Job;
-use ppnpack_protocol::ledger::{Change, Record};
+use ppnpack_protocol::ledger::{Change, Hold, Holds, Record};
 
-/// The most items that one request may say were taken out.
-const MOST_REMOVED: usize = 1_000;
+/// The most items or holds that one request may name.
+const MOST_IDS: usize = 1_000;
 
 impl Desk {
     /// Holds the cell, whatever becomes of the journal: that it cannot be written is told.
     pub(super) fn hold(&mut self, incoming: Incoming<v1::HoldRequest>) {
-        self.share.order(&Order::hold(incoming.message()));
-        if let Err(error) = self.follow_order() {
+        self.share.hold_for(&incoming);
+        let mut written = self.follow();
+        if written.is_ok() && self.trouble.is_some() {
+            // It may be one that came before, and was not written.
+            written = self.commit(self.ledger.no_change()).map(drop);
+        }
+        if let Err(error) = written {
             let message = format!("the cell is held, but a restart would forget it: {error}");
             return incoming.refuse(Status::Unavailable, message);
         }
         let reply = v1::HoldReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
+            hold_id: incoming.header().request_id.clone(),
         };
         incoming.reply(reply, Done::default());
     }
 
-    /// Holds the cell for this reason; what is under way is broken off where that is asked for.
-    fn hold_for(&mut self, reason: &str, is_aborting: bool) -> Result<(), JournalError> {
-        if is_aborting && let Some(break_off) = &self.break_off {
-            break_off.request();
+    /// Takes over the holds of the robot, as the desks of all its containers do.
+    fn follow(&mut self) -> Result<(), JournalError> {
+        let (holds, most_placements) = self.share.holds();
+        if holds == self.ledger.head().holds {
+            return Ok(());
         }
-        self.hold_with(self.ledger.hold(reason))
-    }
-
-    /// Does what was ordered last for all containers of the robot.
-    fn follow_order(&mut self) -> Result<(), JournalError> {
-        match self.share.take_order() {
-            None => Ok(()),
-            Some(Order::Hold {
-                reason,
-                is_aborting,
-            }) => self.hold_for(&reason, is_aborting),
-            Some(Order::Resume) => self.go_on(),
+        if !holds.is_empty() {
+            return self.hold_by(holds);
         }
+        self.commit(self.ledger.held_by(holds, most_placements))?;
+        self.tell_holds();
+        Ok(())
     }
 
     /// Does what was asked for at another container of the robot; until it can be written down, that goes on being tried.
     pub(super) fn follow_others(&mut self) {
-        let is_resuming = self.share.is_resuming();
-        if let Err(error) = self.follow_order() {
-            tracing::error!(%error, "what was asked for at another container of the robot is not written down");
-            if is_resuming {
-                self.share.put_back(Order::Resume);
-            }
+        if let Err(error) = self.follow() {
+            tracing::error!(%error, "the holds of the robot are not written down");
         }
     }
 
-    /// Takes over the hold of another container of the same robot, and has the others take over the own one.
-    pub(super) fn begin_held_with_others(&mut self) {
-        let own = self.ledger.head().hold.clone();
-        self.share.note(own.as_deref());
-        if let Some(reason) = own {
-            self.order_hold(reason);
-        } else if let Some(reason) = self.share.held_elsewhere()
-            && let Err(error) = self.hold_for(&reason, false)
-        {
+    /// Holds the cell by these, also where that cannot be written down.
+    fn hold_by(&mut self, holds: Holds) -> Result<(), JournalError> {
+        let change = self.ledger.held_by(holds, 0);
+        let written = self.commit(change.clone());
+        if written.is_err() {
+            self.ledger.apply(change);
+        }
+        self.tell_holds();
+        written.map(drop)
+    }
+
+    /// As [`Self::hold_by`], where nobody waits for it.
+    pub(super) fn be_held_by(&mut self, holds: Holds) {
+        if let Err(error) = self.hold_by(holds) {
             tracing::error!(%error, "a restart would forget that the cell is held");
         }
     }
 
-    fn order_hold(&self, reason: String) {
-        self.share.order(&Order::Hold {
-            reason,
-            is_aborting: false,
-        });
-    }
-
-    /// Holds the cell, also where that cannot be written down.
-    fn hold_with(&mut self, change: Change) -> Result<(), JournalError> {
-        let reason = change.head.hold.as_deref();
-        tracing::warn!(reason, "the cell is held");
-        let written = self.commit(change.clone());
-        if written.is_err() {
-            self.apply(change);
+    /// Tells that the cell is held, or goes on.
+    fn tell_holds(&self) {
+        let head = self.ledger.head();
+        if self.ledger.is_held() {
+            tracing::warn!(reasons = %head.holds, "the cell is held");
+        } else {
+            tracing::info!("the cell goes on");
+            self.show();
         }
         self.streams.tell_state(&self.ledger);
-        written.map(drop)
     }
 
     /// From now on the placement may take so long.
@@ -121,39 +113,50 @@ impl Desk {
             placement.placement_id,
             self.limits.overdue.as_secs_f64()
         );
-        if let Err(error) = self.hold_with(self.ledger.hold_besides(&reason)) {
-            tracing::error!(%error, "a restart would forget that the cell is held");
-        }
-        self.order_hold(reason);
+        let hold = Hold::own("overdue", self.ledger.head().state_number, &reason);
+        self.share.hold(hold, false);
+        self.follow_others();
     }
 
     pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {
-        if !self.resumed.has(&incoming.header().request_id) {
-            self.share.order(&Order::Resume);
-            if let Err(error) = self.follow_order() {
-                return incoming.refuse(Status::Unavailable, error.to_string());
-            }
-            self.resumed.add(&incoming.header().request_id);
-        }
-        let reply = v1::ResumeReply {
-            header: None,
-            state: Some(self.streams.state_of(&self.ledger)),
+        let ids = match read_hold_ids(incoming.message()) {
+            Ok(ids) => ids,
+            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
         };
-        incoming.reply(reply, Done::default());
+        match self.end_holds(&ids, incoming.message().most_placements) {
+            Ok(()) => {
+                let reply = v1::ResumeReply {
+                    header: None,
+                    state: Some(self.streams.state_of(&self.ledger)),
+                };
+                incoming.reply(reply, Done::default());
+            }
+            Err((status, message)) => incoming.refuse(status, message),
+        }
     }
 
-    /// The cell is held no longer.
-    fn go_on(&mut self) -> Result<(), JournalError> {
-        self.change(self.ledger.resume())?;
-        tracing::info!("the cell goes on");
-        if self.ledger.under_way().is_none() {
-            self.send(Job::Show(self.ledger.head().state_number));
+    /// Ends holds of the robot; on an error none of them.
+    fn end_holds(&mut self, ids: &[String], most_placements: u32) -> Result<(), (Status, String)> {
+        let unavailable = |error: &dyn Display| (Status::Unavailable, error.to_string());
+        self.share.is_open().map_err(|taken| unavailable(&taken))?;
+        self.follow().map_err(|error| unavailable(&error))?;
+        if !self.ledger.is_held() {
+            return Ok(());
         }
+        let Some(change) = self.ledger.resume(ids, most_placements) else {
+            let holds = &self.ledger.head().holds;
+            let message =
+                format!("the cell is held for another reason: {holds}: see `holds` of its state");
+            return Err((Status::Stale, message));
+        };
+        self.commit(change).map_err(|error| unavailable(&error))?;
+        self.share.end_holds(ids, most_placements);
+        self.tell_holds();
         Ok(())
     }
 
     pub(super) fn changed(&mut self, incoming: Incoming<v1::ChangedRequest>) {
-        let removed = match read_removed(incoming.message()) {
+        let removed = match read_ids("removed_item_ids", &incoming.message().removed_item_ids) {
             Ok(removed) => removed,
             Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
         };
@@ -179,20 +182,20 @@ impl Desk {
         self.streams.tell_state(&self.ledger);
         Ok(())
     }
-
-    /// By which the next placement can be broken off.
-    pub(super) fn new_break_off(&mut self) -> Shutdown {
-        let break_off = self.cut_off.of_part();
-        self.break_off = Some(break_off.clone());
-        break_off
-    }
 }
 
-fn read_removed(message: &v1::ChangedRequest) -> Result<Vec<String>, WireError> {
-    let field = "removed_item_ids";
-    let ids = &message.removed_item_ids;
-    if ids.len() > MOST_REMOVED {
-        let reason = format_args!("{} where at most {MOST_REMOVED} are possible", ids.len());
+fn read_hold_ids(message: &v1::ResumeRequest) -> Result<Vec<String>, WireError> {
+    let field = "hold_ids";
+    if message.hold_ids.is_empty() {
+        let reason = "name the holds that are to end, by `holds` of the cell's state";
+        return Err(WireError::invalid(field, reason));
+    }
+    read_ids(field, &message.hold_ids)
+}
+
+fn read_ids(field: &'static str, ids: &[String]) -> Result<Vec<String>, WireError> {
+    if ids.len() > MOST_IDS {
+        let reason = format_args!("{} where at most {MOST_IDS} are possible", ids.len());
         return Err(WireError::invalid(field, reason));
     }
     let ids = ids.iter().map(|id| Ok(header::id(field, id)?.to_owned()));

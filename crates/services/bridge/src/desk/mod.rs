@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Actor, Address, PendingRequests};
-use ppnpack_service::rpc::{Done, Incoming, Once};
+use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
@@ -28,7 +28,7 @@ use crate::runner::{Job, Jobs};
 use crate::streams::Streams;
 pub(crate) use expiry::TimeLimits;
 pub(crate) use opening::{Early, open};
-use ppnpack_protocol::ledger::{Change, Ledger, Record};
+use ppnpack_protocol::ledger::{Change, Hold, Ledger, Record};
 pub(crate) use reach::Reach;
 pub(crate) use share::{Share, SharedRobot};
 
@@ -102,8 +102,6 @@ pub(crate) struct Desk {
     streams: Streams,
     /// The end of this service, at once.
     cut_off: Shutdown,
-    /// By which the last placement can be broken off.
-    break_off: Option<Shutdown>,
     limits: TimeLimits,
     /// When the placement under way takes too long.
     overdue_at: Option<Instant>,
@@ -115,8 +113,6 @@ pub(crate) struct Desk {
     unwritten: Option<Ended>,
     /// Why the journal cannot be written, and when to try again.
     trouble: Option<(JournalError, Instant)>,
-    /// Requests to resume: one that is sent again must not end a hold that came after it.
-    resumed: Once,
     outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
     renewals: PendingRequests<Incoming<v1::RenewRequest>>,
 }
@@ -219,7 +215,6 @@ impl Desk {
             _robot: actor,
             streams,
             cut_off,
-            break_off: None,
             limits,
             overdue_at: None,
             is_robot_busy: false,
@@ -227,12 +222,11 @@ impl Desk {
             is_ending: false,
             unwritten: None,
             trouble: None,
-            resumed: Once::default(),
             outcomes: PendingRequests::new(MOST_OUTCOMES),
             renewals: PendingRequests::new(MOST_RENEWALS),
         };
         desk.show();
-        desk.begin_held_with_others();
+        desk.share.open(&desk.ledger.head().holds);
         // What came while the journal was opened.
         desk.follow_others();
         desk
@@ -278,7 +272,7 @@ impl Desk {
         match self.journal.write(&self.ledger, &change) {
             Ok(()) => {
                 self.trouble = None;
-                self.apply(change);
+                self.ledger.apply(change);
                 Ok(header::stage("journal", began.elapsed()))
             }
             Err(error) => {
@@ -293,19 +287,13 @@ impl Desk {
     /// was acknowledged.
     fn hold_where_moved(&mut self) {
         let moved = self.trouble.as_ref().and_then(|(error, _)| error.moved());
-        let Some(change) = moved.map(|reason| self.ledger.hold_besides(reason)) else {
-            return;
-        };
-        if change.head != *self.ledger.head() {
-            self.apply(change);
-            self.streams.tell_state(&self.ledger);
+        if let Some(reason) = moved {
+            let head = self.ledger.head();
+            let hold = Hold::own("moved", head.state_number, reason);
+            if head.holds.iter().all(|own| own.id != hold.id) {
+                self.share.hold(hold, false);
+            }
         }
-    }
-
-    /// Makes a change, and tells those who share the robot whether the cell is held.
-    fn apply(&mut self, change: Change) {
-        self.ledger.apply(change);
-        self.share.note(self.ledger.head().hold.as_deref());
     }
 
     /// The robot gave up before it touched anything: as it was told to, or as the service ends, which settles it at its next start.

@@ -8,7 +8,7 @@ use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::Status;
 
-use super::share::{Order, Share};
+use super::share::Share;
 use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::Robot;
@@ -68,7 +68,7 @@ impl Early<'_> {
                 Some(Message::Outcome(incoming)) => refuse(incoming, error),
                 Some(Message::Renew(incoming)) => refuse(incoming, error),
                 Some(Message::Hold(incoming)) => {
-                    self.share.order(&Order::hold(incoming.message()));
+                    self.share.hold_for(&incoming);
                     refuse(incoming, error);
                 }
                 Some(Message::Resume(incoming)) => refuse(incoming, error),

@@ -8,7 +8,7 @@ use super::Desk;
 use super::share::Taken;
 use crate::robot::Placement;
 use crate::runner::Job;
-use ppnpack_protocol::ledger::{PlacementVerdict, Record};
+use ppnpack_protocol::ledger::{Holds, PlacementVerdict, Record};
 use ppnpack_protocol::message;
 
 impl Desk {
@@ -44,7 +44,7 @@ impl Desk {
                 );
                 incoming.refuse(Status::Forgotten, message);
             }
-            PlacementVerdict::Held(reason) => refuse_held(incoming, reason),
+            PlacementVerdict::Held(holds) => refuse_held(incoming, holds),
             PlacementVerdict::New => match self.limits.expired(incoming.message().decided_at_ns) {
                 Some(reason) => self.refuse_expired(incoming, reason),
                 None => self.accept(incoming, placement),
@@ -70,8 +70,9 @@ impl Desk {
         if let Err((status, message)) = self.reach.check(&placement) {
             return incoming.refuse(status, message);
         }
-        if let Err(taken) = self.share.begin() {
-            return refuse_taken(incoming, &taken);
+        let break_off = self.cut_off.of_part();
+        if let Err(taken) = self.share.begin(&break_off) {
+            return self.refuse_taken(incoming, taken);
         }
         let change = self.ledger.accept(placement.clone());
         let stage = match self.commit(change) {
@@ -81,10 +82,13 @@ impl Desk {
                 return incoming.refuse(Status::Unavailable, error.to_string());
             }
         };
+        // Where it was the last of a step.
+        for hold in self.ledger.head().holds.iter() {
+            self.share.hold(hold.clone(), false);
+        }
         let execution = message::execution(&placement, None);
         self.is_robot_busy = true;
         self.watch_over(placement.cycle.as_deref());
-        let break_off = self.new_break_off();
         self.send(Job::Place(placement, break_off));
         let done = Done {
             stages: vec![stage],
@@ -108,22 +112,25 @@ impl Desk {
         };
         incoming.refuse(Status::Busy, message);
     }
-}
 
-/// Refuses what would begin something that the robot cannot, for another container's sake.
-pub(super) fn refuse_taken<R: Request>(incoming: Incoming<R>, taken: &Taken) {
-    match taken {
-        Taken::Held(reason) => refuse_held(incoming, reason),
-        Taken::Busy(other) => {
-            let message = format!("the robot places into container {other}");
-            incoming.refuse(Status::Busy, message);
+    /// Refuses what would begin something that the robot cannot, for another container's sake.
+    pub(super) fn refuse_taken<R: Request>(&mut self, incoming: Incoming<R>, taken: Taken) {
+        let text = taken.to_string();
+        match taken {
+            Taken::Held(holds) => {
+                // What is refused so begins never more: the state has to count up when the cell goes on.
+                self.be_held_by(holds);
+                incoming.refuse(Status::Held, text);
+            }
+            Taken::Busy(_) => incoming.refuse(Status::Busy, text),
+            Taken::NotOpen(_) => incoming.refuse(Status::Unavailable, text),
         }
     }
 }
 
 /// Refuses what would begin something.
-pub(super) fn refuse_held<R: Request>(incoming: Incoming<R>, reason: &str) {
-    incoming.refuse(Status::Held, format!("the cell is held: {reason}"));
+pub(super) fn refuse_held<R: Request>(incoming: Incoming<R>, holds: &Holds) {
+    incoming.refuse(Status::Held, format!("the cell is held: {holds}"));
 }
 
 fn reply(execution: v1::Execution) -> v1::PlaceReply {

@@ -4,7 +4,7 @@ use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::v1::{self, Status};
 
 use super::Desk;
-use super::place::{refuse_held, refuse_taken};
+use super::place::refuse_held;
 use crate::runner::Job;
 use ppnpack_protocol::ledger::RenewalVerdict;
 
@@ -26,7 +26,7 @@ impl Desk {
             }
             RenewalVerdict::UnderWay => self.renewals.keep_or_refuse(incoming),
             RenewalVerdict::Busy => self.refuse_busy(incoming),
-            RenewalVerdict::Held(reason) => refuse_held(incoming, reason),
+            RenewalVerdict::Held(holds) => refuse_held(incoming, holds),
             RenewalVerdict::New if asked != now => {
                 let message = format!(
                     "state_number: the cell is in state {now}, not {asked}: ask anew where its \
@@ -36,7 +36,7 @@ impl Desk {
             }
             RenewalVerdict::New => {
                 if let Err(taken) = self.share.may_begin() {
-                    return refuse_taken(incoming, &taken);
+                    return self.refuse_taken(incoming, taken);
                 }
                 let change = self.ledger.begin_renewal(request_id);
                 if let Err(error) = self.commit(change) {

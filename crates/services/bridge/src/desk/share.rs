@@ -1,16 +1,23 @@
 //! Containers that share a robot: it places into one at a time, and where one is held, all are.
 //!
-//! Each container has a desk and a ledger of its own. What they share is in memory alone: after a restart nothing is being placed,
-//! and the holds are in the ledgers.
+//! Each container has a desk and a ledger of its own. The robot's holds are those of all its ledgers, taken together when the last of
+//! them is opened; nothing begins before. From then on they are one set, which each desk writes down for itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ppnpack_protocol::ledger::{Hold, Holds};
+use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Address, WeakAddress};
+use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::{header, v1};
+use ppnpack_wire::v1;
 
 use super::Message;
+
+/// The reason of a hold that gives none.
+const ASKED_FOR: &str = "it was asked for";
 
 /// A robot that several desks share.
 #[derive(Clone, Default)]
@@ -18,39 +25,15 @@ pub(crate) struct SharedRobot(Arc<Mutex<Shared>>);
 
 #[derive(Default)]
 struct Shared {
-    /// Where the robot places something.
-    busy: Option<Cell>,
-    /// Which are held, and why.
-    held: BTreeMap<Cell, String>,
-    desks: BTreeMap<Cell, Other>,
-}
-
-/// A desk, as the others know it.
-struct Other {
-    address: WeakAddress<Message>,
-    /// What was asked of another desk, and is asked of this one too.
-    order: Option<Order>,
-}
-
-/// What is done in all containers of a robot where it is asked for in one.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Order {
-    Hold { reason: String, is_aborting: bool },
-    Resume,
-}
-
-impl Order {
-    /// What a request asks for.
-    pub(super) fn hold(request: &v1::HoldRequest) -> Self {
-        let reason = match request.reason.is_empty() {
-            true => "it was asked for".to_owned(),
-            false => header::text(&request.reason),
-        };
-        Self::Hold {
-            reason,
-            is_aborting: request.is_aborting,
-        }
-    }
+    /// The containers whose ledgers are not open yet.
+    awaited: BTreeSet<String>,
+    /// Where the robot places something, and by which that can be broken off.
+    busy: Option<(Cell, Shutdown)>,
+    /// What holds the robot.
+    holds: Holds,
+    /// After how many placements each container holds itself, where the robot went on; 0: it does not.
+    most_placements: u32,
+    desks: BTreeMap<Cell, WeakAddress<Message>>,
 }
 
 /// A desk's share of a robot.
@@ -64,133 +47,159 @@ pub(crate) struct Share {
 pub(crate) enum Taken {
     /// It places into this container.
     Busy(Cell),
-    /// Another container is held, for this reason.
-    Held(String),
+    /// It is held.
+    Held(Holds),
+    /// It is not known whether this container is held.
+    NotOpen(String),
+}
+
+impl fmt::Display for Taken {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Busy(other) => write!(formatter, "the robot places into container {other}"),
+            Self::Held(holds) => write!(formatter, "the robot is held: {holds}"),
+            Self::NotOpen(other) => write!(
+                formatter,
+                "container {other} of the same robot is not served yet, or its journal not read"
+            ),
+        }
+    }
+}
+
+impl SharedRobot {
+    /// The robot of these containers.
+    pub(crate) fn of(containers: &[String]) -> Self {
+        let shared = Shared {
+            awaited: containers.iter().cloned().collect(),
+            ..Shared::default()
+        };
+        Self(Arc::new(Mutex::new(shared)))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shared> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Share {
-    /// The share of a desk, which is told what the others do from now on.
+    /// The share of a desk, which is woken where others change what holds the robot.
     pub(crate) fn new(robot: SharedRobot, cell: &Cell, desk: &Address<Message>) -> Self {
-        let other = Other {
-            address: desk.downgrade(),
-            order: None,
-        };
-        robot.lock().desks.insert(cell.clone(), other);
+        robot.lock().desks.insert(cell.clone(), desk.downgrade());
         Self {
             cell: cell.clone(),
             robot,
         }
     }
 
+    /// The desk's ledger is open, and held by these.
+    pub(crate) fn open(&self, holds: &Holds) {
+        self.change(|shared| {
+            holds.iter().for_each(|hold| shared.holds.add(hold.clone()));
+            shared.awaited.remove(self.cell.as_str());
+        });
+    }
+
     /// Takes the robot for a placement.
     ///
     /// # Errors
-    /// [`Taken`] where another desk has it, or another container is held.
-    pub(crate) fn begin(&self) -> Result<(), Taken> {
+    /// [`Taken`] where another desk has it, or it is held.
+    pub(crate) fn begin(&self, break_off: &Shutdown) -> Result<(), Taken> {
         let mut shared = self.robot.lock();
-        if let Some(reason) = shared.held_but(&self.cell) {
-            return Err(Taken::Held(reason.clone()));
-        }
+        shared.may_begin()?;
         match &shared.busy {
-            Some(other) if *other != self.cell => Err(Taken::Busy(other.clone())),
+            Some((other, _)) if *other != self.cell => Err(Taken::Busy(other.clone())),
             _ => {
-                shared.busy = Some(self.cell.clone());
+                shared.busy = Some((self.cell.clone(), break_off.clone()));
                 Ok(())
             }
         }
     }
 
-    /// Whether no other container is held.
+    /// Whether the robot is not held.
     ///
     /// # Errors
-    /// [`Taken::Held`]
+    /// [`Taken::Held`], and [`Taken::NotOpen`].
     pub(crate) fn may_begin(&self) -> Result<(), Taken> {
-        match self.held_elsewhere() {
-            Some(reason) => Err(Taken::Held(reason)),
-            None => Ok(()),
-        }
+        self.robot.lock().may_begin()
+    }
+
+    /// Whether it is known for all containers whether they are held.
+    ///
+    /// # Errors
+    /// [`Taken::NotOpen`].
+    pub(crate) fn is_open(&self) -> Result<(), Taken> {
+        self.robot.lock().is_open()
     }
 
     /// The placement has ended.
     pub(crate) fn end(&self) {
         let mut shared = self.robot.lock();
-        shared.busy.take_if(|busy| *busy == self.cell);
+        shared.busy.take_if(|(busy, _)| *busy == self.cell);
     }
 
-    /// Why another container is held, where one is.
-    pub(crate) fn held_elsewhere(&self) -> Option<String> {
-        self.robot.lock().held_but(&self.cell).cloned()
-    }
-
-    /// Notes whether the own container is held.
-    pub(crate) fn note(&self, hold: Option<&str>) {
-        let mut shared = self.robot.lock();
-        match hold {
-            Some(reason) => drop(shared.held.insert(self.cell.clone(), reason.to_owned())),
-            None => drop(shared.held.remove(&self.cell)),
-        }
-    }
-
-    /// Has all desks do this, the own one too. What was ordered before and not done yet is done no more, but that something is broken
-    /// off.
-    pub(super) fn order(&self, order: &Order) {
-        let mut shared = self.robot.lock();
-        for (cell, desk) in &mut shared.desks {
-            let breaks_off = matches!(
-                desk.order,
-                Some(Order::Hold {
-                    is_aborting: true,
-                    ..
-                })
-            );
-            let mut order = order.clone();
-            if let Order::Hold { is_aborting, .. } = &mut order {
-                *is_aborting |= breaks_off;
-            }
-            desk.order = Some(order);
-            // A desk that is gone begins nothing.
-            if *cell != self.cell
-                && let Some(address) = desk.address.upgrade()
-            {
-                address.wake();
-            }
-        }
-    }
-
-    /// What was ordered last, and is not done yet.
-    pub(super) fn take_order(&self) -> Option<Order> {
-        let mut shared = self.robot.lock();
-        shared.desks.get_mut(&self.cell)?.order.take()
-    }
-
-    /// Whether it was ordered last to go on.
-    pub(super) fn is_resuming(&self) -> bool {
+    /// What holds the robot; where that is nothing, after how many placements each container holds itself.
+    pub(crate) fn holds(&self) -> (Holds, u32) {
         let shared = self.robot.lock();
-        let own = shared.desks.get(&self.cell);
-        own.is_some_and(|own| own.order == Some(Order::Resume))
+        (shared.holds.clone(), shared.most_placements)
     }
 
-    /// An order that could not be followed yet; a newer one counts.
-    pub(super) fn put_back(&self, order: Order) {
+    /// Holds the robot at once, for all of its desks, as a request says.
+    pub(super) fn hold_for(&self, incoming: &Incoming<v1::HoldRequest>) {
+        let request = incoming.message();
+        let reason = match request.reason.as_str() {
+            "" => ASKED_FOR,
+            reason => reason,
+        };
+        let hold = Hold::new(&incoming.header().request_id, &request.holder, reason);
+        self.hold(hold, request.is_aborting);
+    }
+
+    /// Holds the robot at once, for all of its desks; what it places is broken off where that is asked for.
+    pub(super) fn hold(&self, hold: Hold, is_aborting: bool) {
+        self.change(|shared| {
+            shared.holds.add(hold);
+            if is_aborting && let Some((_, break_off)) = &shared.busy {
+                break_off.request();
+            }
+        });
+    }
+
+    /// The desk has ended these holds; the others do it as well.
+    pub(super) fn end_holds(&self, ids: &[String], most_placements: u32) {
+        self.change(|shared| {
+            if let Some(left) = shared.holds.without(ids) {
+                shared.holds = left;
+                shared.most_placements = most_placements;
+            }
+        });
+    }
+
+    /// Changes what all desks see, and wakes the others.
+    fn change(&self, change: impl FnOnce(&mut Shared)) {
         let mut shared = self.robot.lock();
-        if let Some(own) = shared.desks.get_mut(&self.cell) {
-            own.order.get_or_insert(order);
+        change(&mut shared);
+        let others = shared.desks.iter().filter(|(cell, _)| **cell != self.cell);
+        // A desk that is gone begins nothing.
+        for address in others.filter_map(|(_, desk)| desk.upgrade()) {
+            address.wake();
         }
     }
 }
 
 impl Shared {
-    /// Why a container other than this one is held, where one is.
-    fn held_but(&self, own: &Cell) -> Option<&String> {
-        let mut held = self.held.iter();
-        let other = held.find(|(cell, _)| *cell != own);
-        other.map(|(_, reason)| reason)
+    fn may_begin(&self) -> Result<(), Taken> {
+        self.is_open()?;
+        match self.holds.is_empty() {
+            true => Ok(()),
+            false => Err(Taken::Held(self.holds.clone())),
+        }
     }
-}
 
-impl SharedRobot {
-    fn lock(&self) -> MutexGuard<'_, Shared> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    fn is_open(&self) -> Result<(), Taken> {
+        match self.awaited.first() {
+            Some(container) => Err(Taken::NotOpen(container.clone())),
+            None => Ok(()),
+        }
     }
 }
 
@@ -200,54 +209,63 @@ mod tests {
 
     use super::*;
 
-    fn hold(reason: &str, is_aborting: bool) -> Order {
-        Order::Hold {
-            reason: reason.to_owned(),
-            is_aborting,
-        }
+    fn hold(id: &str) -> Hold {
+        Hold::new(id, "", "a hand")
     }
 
     /// The shares of two desks in one robot.
     fn shares() -> [Share; 2] {
         let (address, _mailbox) = actor::mailbox(1);
-        let robot = SharedRobot::default();
-        ["left", "right"].map(|name| Share::new(robot.clone(), &Cell::new(name).unwrap(), &address))
+        let names = ["left", "right"];
+        let robot = SharedRobot::of(&names.map(str::to_owned));
+        names.map(|name| Share::new(robot.clone(), &Cell::new(name).unwrap(), &address))
+    }
+
+    fn begin(share: &Share) -> Result<Shutdown, Taken> {
+        let break_off = Shutdown::default();
+        share.begin(&break_off)?;
+        Ok(break_off)
     }
 
     #[test]
     fn a_robot_places_into_one_container_at_a_time_and_is_held_as_a_whole() {
         let [left, right] = shares();
-        assert_eq!(left.begin(), Ok(()));
-        assert_eq!(right.begin(), Err(Taken::Busy(left.cell.clone())));
+        for share in [&left, &right] {
+            share.open(&Holds::default());
+        }
+        let break_off = begin(&left).unwrap();
+        assert_eq!(begin(&right).unwrap_err(), Taken::Busy(left.cell.clone()));
         right.end();
-        assert_eq!(right.begin(), Err(Taken::Busy(left.cell.clone())));
+        assert_eq!(begin(&right).unwrap_err(), Taken::Busy(left.cell.clone()));
+        right.hold(hold("h1"), false);
+        assert!(!break_off.is_requested());
+        right.hold(hold("h2"), true);
+        assert!(break_off.is_requested());
         left.end();
-        assert_eq!(right.begin(), Ok(()));
-        right.end();
-        left.note(Some("a hand"));
-        assert_eq!(left.held_elsewhere(), None);
-        assert_eq!(right.begin(), Err(Taken::Held("a hand".to_owned())));
-        left.note(None);
-        assert_eq!(right.begin(), Ok(()));
+        for share in [&left, &right] {
+            assert!(matches!(share.may_begin(), Err(Taken::Held(_))));
+            assert!(matches!(begin(share), Err(Taken::Held(_))));
+        }
+        left.end_holds(&["h1".to_owned()], 7);
+        assert!(matches!(begin(&right), Err(Taken::Held(_))));
+        right.end_holds(&["h1".to_owned(), "h2".to_owned()], 1);
+        assert_eq!(left.holds(), (Holds::default(), 1));
+        assert!(begin(&right).is_ok());
     }
 
     #[test]
-    fn the_last_order_counts_but_what_was_to_be_broken_off_is() {
+    fn nothing_begins_before_it_is_known_of_all_containers_what_holds_them() {
         let [left, right] = shares();
-        left.order(&hold("first", true));
-        left.order(&hold("second", false));
-        for desk in [&left, &right] {
-            assert_eq!(desk.take_order(), Some(hold("second", true)));
-            assert_eq!(desk.take_order(), None);
+        left.open(&Holds::default());
+        for share in [&left, &right] {
+            let not_open = Taken::NotOpen("right".to_owned());
+            assert_eq!(begin(share).unwrap_err(), not_open);
+            assert_eq!(share.is_open(), Err(not_open));
         }
-        left.order(&hold("third", false));
-        right.order(&Order::Resume);
-        assert!(left.is_resuming());
-        assert_eq!(left.take_order(), Some(Order::Resume));
-        left.put_back(Order::Resume);
-        assert_eq!(left.take_order(), Some(Order::Resume));
-        right.order(&hold("fourth", false));
-        right.put_back(Order::Resume);
-        assert_eq!(right.take_order(), Some(hold("fourth", false)));
+        let mut holds = Holds::default();
+        holds.add(hold("cut off"));
+        right.open(&holds);
+        assert_eq!(begin(&left).unwrap_err(), Taken::Held(holds));
+        assert_eq!(left.is_open(), Ok(()));
     }
 }

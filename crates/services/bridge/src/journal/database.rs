@@ -15,7 +15,7 @@ use serde::de::DeserializeOwned;
 use ppnpack_protocol::ledger::{Change, Ledger, Record};
 
 /// Per cell: its [`Head`]. The names of the tables count the versions of what is in them.
-const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-3");
+const HEADS: TableDefinition<&str, &[u8]> = TableDefinition::new("heads-4");
 
 /// Per cell and number: its [`Record`]s.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-2");
@@ -24,7 +24,7 @@ const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("recor
 const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 
 /// The version of this program.
-const VERSION: u64 = 4;
+const VERSION: u64 = 5;
 
 /// What it holds is not what was written.
 #[derive(Debug, thiserror::Error)]

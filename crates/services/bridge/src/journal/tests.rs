@@ -2,7 +2,7 @@ use std::io::{Error, ErrorKind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Isometry3;
-use ppnpack_protocol::ledger::{Outcome, PlacementVerdict};
+use ppnpack_protocol::ledger::{Hold, Outcome, PlacementVerdict};
 use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Health;
 use redb::backends::InMemoryBackend;
@@ -341,16 +341,19 @@ fn the_journal_of_another_version_is_refused_and_left_as_it_is() {
             table.insert("version", version).unwrap();
         });
     };
+    for version in [4, 6] {
+        set(version);
+        let (other, health) = journal(&disk);
+        let refused = CellJournal::new(Some(other), cell("c1")).load();
+        let text = refused.unwrap_err().to_string();
+        assert!(
+            text.contains("another version") && text.contains(&format!("format {version}")),
+            "{text}"
+        );
+        assert!(text.contains("run that version"), "{text}");
+        assert!(!health.is_ready());
+    }
     set(5);
-    let (other, health) = journal(&disk);
-    let refused = CellJournal::new(Some(other), cell("c1")).load();
-    let text = refused.unwrap_err().to_string();
-    assert!(
-        text.contains("another version") && text.contains("format 5"),
-        "{text}"
-    );
-    assert!(!health.is_ready());
-    set(4);
     let (again, _) = journal(&disk);
     assert_eq!(begin(&again, "c1").1, ledger);
 }
@@ -363,7 +366,7 @@ fn what_is_written_is_encoded_as_this_version_does() {
     let end = ledger.end_placement(placed(), vec![body("a")]);
     ledger.apply(end);
     ledger.apply(ledger.begin_renewal("r1".to_owned()));
-    ledger.apply(ledger.hold("a door is open"));
+    ledger.apply(ledger.hold(Hold::new("h1", "door", "a door is open")));
     let mut written = database::encode(ledger.head()).unwrap();
     for (_, record) in ledger.records() {
         written.extend(database::encode(record).unwrap());
@@ -374,9 +377,9 @@ fn what_is_written_is_encoded_as_this_version_does() {
 
 /// A head, a placement that was carried out, and a renewal under way.
 const ENCODED: &str = "\
-    4e4d010e6120646f6f72206973206f70656e0301016103626f78010000000000000000000000000000000000\
-    00000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100027031\
-    076974656d2d703103626f78000000000000000000000000000000000000000000000000000000000000f03f\
-    9a9999999999b93f9a9999999999c93f333333333333d33f4d01000001010000000000000000000000000000\
-    00000000000000000000000000000000f03f9a9999999999b93f9a9999999999c93f000000000000d03f0100\
-    0000000000000000000000000000004e0102723100";
+    4e4d0102683104646f6f720e6120646f6f72206973206f70656e000301016103626f78010000000000000000\
+    00000000000000000000000000000000000000000000f03f9a9999999999b93f9a9999999999c93f00000000\
+    0000d03f0100027031076974656d2d703103626f780000000000000000000000000000000000000000000000\
+    00000000000000f03f9a9999999999b93f9a9999999999c93f333333333333d33f4d01000001010000000000\
+    00000000000000000000000000000000000000000000000000f03f9a9999999999b93f9a9999999999c93f00\
+    0000000000d03f01000000000000000000000000000000004e0102723100";

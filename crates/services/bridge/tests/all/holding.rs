@@ -1,16 +1,21 @@
 //! A cell that is held, aborted, changed by hand and resumed.
 
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Mutex;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crate::common::{self, Rig, Script, changed, deadline, hold, place, renew};
+use crate::common::{
+    self, Controller, Rig, Script, changed, deadline, hold, place, renew, resume,
+};
 use ppnpack_bridge::Settings;
+use ppnpack_bridge::robot::Robot;
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::convert;
-use ppnpack_wire::keys::Stream;
+use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
 /// Why the cell is held, if it is.
@@ -26,10 +31,11 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
     controller.place(place("p1", state, 0.16));
 
     // The robot does not go on before the test lets it.
-    let held = controller.call(hold("a door is open", false)).unwrap();
-    assert_eq!(reason(held.state).as_deref(), Some("a door is open"));
-    let again = controller.call(hold("another reason", false)).unwrap();
-    assert_eq!(reason(again.state).as_deref(), Some("a door is open"));
+    let door = controller.call(hold("a door is open", false)).unwrap();
+    assert_eq!(reason(door.state).as_deref(), Some("a door is open"));
+    let again = controller.call(hold("a hand", false)).unwrap();
+    let both = Some("a door is open; a hand".to_owned());
+    assert_eq!(reason(again.state), both);
 
     // What was under way comes to its end, and is known.
     script.go.send(()).unwrap();
@@ -50,9 +56,15 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
     assert_eq!(controller.refused(renew("r1", state + 1)), Status::Held);
     assert_eq!(script.done(), ["p1"]);
 
+    // Each is ended by its name.
+    assert_eq!(controller.refused(resume(&[])), Status::Invalid);
+    let left = controller.resume(&[again.hold_id.clone()]);
+    assert_eq!(reason(Some(left)).as_deref(), Some("a door is open"));
+    assert_eq!(controller.refused(resume(&[again.hold_id])), Status::Stale);
+    assert_eq!(controller.refused(next.clone()), Status::Held);
     for _ in 0..2 {
-        let resumed = controller.call(v1::ResumeRequest::default()).unwrap();
-        assert_eq!(reason(resumed.state), None);
+        let resumed = controller.resume(&[door.hold_id.clone()]);
+        assert_eq!(reason(Some(resumed)), None);
     }
     // Its request may come late, when its item is planned anew: what was refused never begins.
     assert_eq!(controller.refused(next), Status::Stale);
@@ -64,21 +76,165 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
 
 #[test]
 fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
-    let rig = Rig::simulated(SimulatedSettings::default());
-    let resume = |id: &str| {
-        let request = v1::ResumeRequest {
-            header: Some(v1::RequestHeader {
-                request_id: id.to_owned(),
-                ..v1::RequestHeader::default()
-            }),
-        };
-        reason(rig.controller.call(request).unwrap().state)
+    let folder = tempfile::tempdir().unwrap();
+    let journal = Some(folder.path().join("bridge.redb"));
+    let (mut rig, _script) = Rig::scripted(true, journal.clone());
+    let looks = rig.controller.call(hold("somebody looks", false)).unwrap();
+    let request = v1::ResumeRequest {
+        header: Some(v1::RequestHeader {
+            request_id: "r1".to_owned(),
+            ..v1::RequestHeader::default()
+        }),
+        ..resume(&[looks.hold_id])
     };
-    rig.controller.call(hold("somebody looks", false)).unwrap();
-    assert_eq!(resume("r1"), None);
-    rig.controller.call(hold("a door is open", false)).unwrap();
-    assert_eq!(resume("r1").as_deref(), Some("a door is open"));
-    assert_eq!(resume("r2"), None);
+    let resumed = rig.controller.call(request.clone()).unwrap();
+    assert_eq!(reason(resumed.state), None);
+    let door = rig.controller.call(hold("a door is open", false)).unwrap();
+    assert_eq!(rig.controller.refused(request.clone()), Status::Stale);
+    drop(rig.bridge.take());
+    drop(rig);
+    let (rig, _script) = Rig::scripted(true, journal);
+    assert_eq!(rig.controller.refused(request), Status::Stale);
+    assert_eq!(rig.controller.hold_ids(), [door.hold_id.clone()]);
+    let resumed = rig.controller.resume(&[door.hold_id]);
+    assert_eq!(reason(Some(resumed)), None);
+}
+
+#[test]
+fn a_step_is_one_placement_which_holds_the_cell_as_it_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = Some(folder.path().join("bridge.redb"));
+    let (mut rig, script) = Rig::scripted(false, journal.clone());
+    let looks = rig.controller.call(hold("somebody looks", false)).unwrap();
+    let step = v1::ResumeRequest {
+        most_placements: 1,
+        ..resume(&[looks.hold_id])
+    };
+    let state = rig.controller.call(step.clone()).unwrap().state.unwrap();
+    assert!(state.holds.is_empty() && state.hold.is_none());
+    rig.controller.place(place("p1", state.state_number, 0.1));
+    // Before the robot moves: the one who asked for the step may be gone.
+    let holds = rig.controller.state().holds;
+    let [held] = &holds[..] else {
+        panic!("it is not held, or more than once");
+    };
+    assert_eq!(held.holder, "bridge");
+    script.go.send(()).unwrap();
+    let placed = rig.controller.outcome("p1");
+    assert_eq!(placed.kind(), OutcomeKind::Placed);
+    let next = place("p2", placed.state_number, 0.2);
+    assert_eq!(rig.controller.refused(next.clone()), Status::Held);
+    // The request for the step once more, which is late.
+    assert_eq!(rig.controller.refused(step.clone()), Status::Stale);
+    drop(rig.bridge.take());
+    drop(rig);
+
+    let (rig, script) = Rig::scripted(false, journal);
+    assert_eq!(rig.controller.refused(step), Status::Stale);
+    assert_eq!(rig.controller.refused(next), Status::Held);
+    let state = rig.controller.resume(&[held.id.clone()]);
+    for (id, x_m) in [("p3", 0.2), ("p4", 0.25)] {
+        let state_number = rig.controller.state_number();
+        assert!(state_number >= state.state_number);
+        rig.controller.place(place(id, state_number, x_m));
+        script.go.send(()).unwrap();
+        assert_eq!(rig.controller.outcome(id).kind(), OutcomeKind::Placed);
+    }
+}
+
+#[test]
+fn a_real_cell_of_which_nothing_is_known_begins_held() {
+    let folder = tempfile::tempdir().unwrap();
+    let journal = folder.path().join("bridge.redb");
+    let settings = Settings {
+        journal: Some(journal.clone()),
+        ..Settings::default()
+    };
+    for lose in [
+        |_: &Path| {},
+        |journal: &Path| std::fs::remove_file(journal).unwrap(),
+        |journal: &Path| std::fs::write(journal, "no database").unwrap(),
+    ] {
+        lose(&journal);
+        let (rig, _script) = Rig::unseen(false, &settings);
+        let controller = &rig.controller;
+        let state = controller.state();
+        let request = place("p1", state.state_number, 0.16);
+        assert_eq!(controller.refused(request), Status::Held);
+        let told = reason(Some(state)).unwrap();
+        assert!(told.contains("nothing is known of the cell"), "{told}");
+        let resumed = controller.resume(&controller.hold_ids());
+        assert_eq!(reason(Some(resumed)), None);
+        // Somebody holds it, which is lost with the journal.
+        controller.call(hold("a hand", false)).unwrap();
+    }
+    // What is known is known, and a simulated cell is what its journal says.
+    let (rig, _script) = Rig::unseen(false, &settings);
+    assert_eq!(
+        reason(Some(rig.controller.state())).as_deref(),
+        Some("a hand")
+    );
+    let (rig, _script) = Rig::unseen(true, &Settings::default());
+    assert_eq!(reason(Some(rig.controller.state())), None);
+}
+
+/// Waits until a cell is held by so many holds; gives their ids.
+fn until_holds_are(controller: &Controller, count: usize) -> Vec<String> {
+    let until = deadline();
+    loop {
+        let ids = controller.hold_ids();
+        if ids.len() == count {
+            return ids;
+        }
+        assert!(Instant::now() < until, "{ids:?} where {count} are expected");
+    }
+}
+
+#[test]
+fn containers_of_one_robot_are_held_and_go_on_together() {
+    let names = ["cell-1", "cell-2"];
+    let settings = Settings {
+        robots: BTreeMap::from([("robot".to_owned(), names.map(str::to_owned).into())]),
+        ..Settings::default()
+    };
+    let scripted = names.map(|_| common::scripted(false));
+    let [(first, script), (second, _other)] = scripted;
+    let robots: [Box<dyn Robot>; 2] = [Box::new(first), Box::new(second)];
+    let cells = names.map(|name| Cell::new(name).unwrap());
+    let robots: BTreeMap<Cell, Box<dyn Robot>> = cells.into_iter().zip(robots).collect();
+    let rig = Rig::new(|process| ppnpack_bridge::start_robots(process, &settings, robots).unwrap());
+    let [left, right] = names.map(|name| rig.controller.at(name));
+    // Of neither anything is known.
+    let ids = until_holds_are(&left, 2);
+    left.resume(&ids[..1]);
+    assert_eq!(until_holds_are(&right, 1), &ids[1..]);
+    right.resume(&ids);
+    until_holds_are(&left, 0);
+
+    // A hold at the one breaks off what is placed into the other.
+    left.place(place("p1", left.state_number(), 0.16));
+    let held = right.call(hold("a hand", true)).unwrap();
+    let outcome = left.outcome("p1");
+    assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
+    assert_eq!(until_holds_are(&left, 1), [held.hold_id.clone()]);
+    let refused = place("p2", left.state_number(), 0.16);
+    assert_eq!(left.refused(refused.clone()), Status::Held);
+
+    // One placement of a step in the one holds the other, too.
+    let step = v1::ResumeRequest {
+        most_placements: 1,
+        ..resume(&[held.hold_id])
+    };
+    right.call(step).unwrap();
+    until_holds_are(&left, 0);
+    assert_eq!(left.refused(refused), Status::Stale);
+    left.place(place("p3", left.state_number(), 0.16));
+    let elsewhere = place("p4", right.state_number(), 0.16);
+    let status = right.refused(elsewhere);
+    assert!(matches!(status, Status::Held | Status::Stale), "{status:?}");
+    script.go.send(()).unwrap();
+    assert_eq!(left.outcome("p3").kind(), OutcomeKind::Placed);
+    assert_eq!(until_holds_are(&right, 1), left.hold_ids());
 }
 
 #[test]
@@ -98,7 +254,7 @@ fn a_hold_that_comes_before_the_journal_can_be_opened_is_kept() {
     let state = loop {
         match controller.call(v1::CellStateRequest::default()) {
             Ok(reply) => break reply.state,
-            Err(error) => assert!(std::time::Instant::now() < until, "{error}"),
+            Err(error) => assert!(Instant::now() < until, "{error}"),
         }
     };
     assert_eq!(reason(state).as_deref(), Some("a door is open"));
@@ -110,7 +266,7 @@ fn aborting_leaves_an_item_that_was_not_touched_where_it_is() {
     let controller = &rig.controller;
     let state = controller.state_number();
     controller.place(place("p1", state, 0.16));
-    controller.call(hold("stop", true)).unwrap();
+    let held = controller.call(hold("stop", true)).unwrap();
     let outcome = controller.outcome("p1");
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
     assert!(
@@ -122,7 +278,7 @@ fn aborting_leaves_an_item_that_was_not_touched_where_it_is() {
     assert_eq!(script.done(), Vec::<String>::new());
 
     // The next one is not broken off by that.
-    controller.call(v1::ResumeRequest::default()).unwrap();
+    controller.resume(&[held.hold_id]);
     controller.place(place("p2", controller.state_number(), 0.16));
     script.go.send(()).unwrap();
     assert_eq!(controller.outcome("p2").kind(), OutcomeKind::Placed);

@@ -1,10 +1,9 @@
 //! What an operator has a cell do: by the requests that any controller makes.
 
 mod order;
-mod step;
+mod resume;
 
-use std::collections::BTreeSet;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::metrics::{self, Metric};
@@ -12,7 +11,6 @@ use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
-use zenoh::Session;
 
 use crate::clock::now_ms;
 use crate::directory::Directory;
@@ -24,6 +22,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How long a bridge may take to bring an empty container, where nobody else waits for it.
 const RENEWAL_PATIENCE: Duration = Duration::from_secs(30);
+
+/// Who holds.
+const HOLDER: &str = "operator";
 
 /// The reason of a hold where the operator gives none.
 const HELD_HERE: &str = "held at the operator's page";
@@ -41,8 +42,6 @@ pub(crate) enum ControlError {
     Refused(String),
     /// Nobody answered in time: it may have been done.
     Unanswered(String),
-    /// Another one of its kind is under way.
-    Busy(&'static str),
 }
 
 impl From<CallError> for ControlError {
@@ -66,11 +65,8 @@ impl ControlError {
 
 /// Makes the requests.
 pub(crate) struct Controls {
-    session: Session,
     client: Client,
     directory: Arc<Directory>,
-    /// The cells of which a step is under way.
-    stepping: Mutex<BTreeSet<Cell>>,
 }
 
 /// A cell that an order is for.
@@ -80,13 +76,8 @@ struct Target {
 }
 
 impl Controls {
-    pub(crate) fn new(session: &Session, client: Client, directory: Arc<Directory>) -> Self {
-        Self {
-            session: session.clone(),
-            client,
-            directory,
-            stepping: Mutex::default(),
-        }
+    pub(crate) fn new(client: Client, directory: Arc<Directory>) -> Self {
+        Self { client, directory }
     }
 
     /// Carries an order out; it waits for the answer. Gives what was done, for people.
@@ -126,13 +117,13 @@ impl Controls {
         match action {
             Action::Hold => self.hold(target, &order.reason, false),
             Action::Abort => self.hold(target, &order.reason, true),
-            Action::Resume => self.resume(target),
-            Action::Step => self.step(target),
+            Action::Resume => self.resume(target, order.hold_ids()?),
+            Action::Step => self.step(target, order.hold_ids()?),
             Action::Touched => self.changed(&target.container(order)?, Vec::new()),
             Action::Removed => self.changed(&target.container(order)?, order.items()?),
             Action::Withdraw => self.withdraw(target, order),
             Action::NewContainer => self.new_container(target, &target.container(order)?),
-            Action::Automatic => self.automatic(target, order.is_on()?),
+            Action::Automatic => self.automatic(target, order.is_on()?, &order.failure_id),
         }
     }
 
@@ -163,6 +154,7 @@ impl Controls {
         let request = v1::HoldRequest {
             reason: reason.to_owned(),
             is_aborting,
+            holder: HOLDER.to_owned(),
             ..v1::HoldRequest::default()
         };
         self.hold_each(&target.containers, &request)?;
@@ -195,13 +187,6 @@ impl Controls {
         failed.into_iter().next().map_or(Ok(()), Err)
     }
 
-    fn resume(&self, target: &Target) -> Result<String, ControlError> {
-        for container in &target.containers {
-            self.ask(container, v1::ResumeRequest::default(), PATIENCE)?;
-        }
-        Ok("The cell goes on.".to_owned())
-    }
-
     fn changed(&self, container: &Cell, removed: Vec<String>) -> Result<String, ControlError> {
         let text = match removed.as_slice() {
             [] => format!("Somebody had a hand in {container}."),
@@ -228,9 +213,15 @@ impl Controls {
         Ok(text)
     }
 
-    fn automatic(&self, target: &Target, is_automatic: bool) -> Result<String, ControlError> {
+    fn automatic(
+        &self,
+        target: &Target,
+        is_automatic: bool,
+        failure_id: &str,
+    ) -> Result<String, ControlError> {
         let request = v1::AutomaticRequest {
             is_automatic,
+            failure_id: failure_id.to_owned(),
             ..v1::AutomaticRequest::default()
         };
         self.ask(&target.cell, request, PATIENCE)?;

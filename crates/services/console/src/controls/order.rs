@@ -14,7 +14,7 @@ pub(crate) enum Action {
     Abort,
     /// The cell goes on.
     Resume,
-    /// The cell goes on for one placement.
+    /// The cell goes on for one placement of each of its robots.
     Step,
     /// Somebody had a hand in a container.
     Touched,
@@ -65,6 +65,10 @@ pub(crate) struct Order {
     pub(crate) item_ids: Vec<String>,
     pub(crate) reason: String,
     pub(crate) is_on: Option<bool>,
+    /// The holds that the operator saw, and ends.
+    pub(crate) hold_ids: Vec<String>,
+    /// The failure that the operator saw, and acknowledges.
+    pub(crate) failure_id: String,
     pub(crate) confirmed: bool,
 }
 
@@ -76,6 +80,17 @@ impl Order {
                 "item_ids: an item is needed".to_owned(),
             )),
             false => Ok(self.item_ids.clone()),
+        }
+    }
+
+    /// The holds that it ends: at least one.
+    pub(super) fn hold_ids(&self) -> Result<&[String], ControlError> {
+        match self.hold_ids.as_slice() {
+            [] => Err(ControlError::Invalid(
+                "hold_ids: the holds that are to end are needed, as the page showed them"
+                    .to_owned(),
+            )),
+            ids => Ok(ids),
         }
     }
 

@@ -154,6 +154,12 @@ impl Place {
         Some(&hold.reason)
     }
 
+    /// What names its holds.
+    pub(super) fn hold_ids(&self) -> impl Iterator<Item = &str> {
+        let holds = self.state.iter().flat_map(|state| &state.holds);
+        holds.map(|hold| hold.id.as_str())
+    }
+
     /// The placement that is being made.
     pub(super) fn executing(&self) -> Option<&str> {
         let id = &self.state.as_ref()?.executing_placement_id;

@@ -1,5 +1,7 @@
 //! What a cell does now, in a sentence, and what of the picture is old.
 
+use std::collections::BTreeSet;
+
 use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::v1::{self, ItemState, SessionEnd};
 use serde::Serialize;
@@ -37,7 +39,11 @@ pub(super) struct StatusPart<'a> {
     text: String,
     help: Option<&'static str>,
     stale: Vec<String>,
-    held: Option<&'a str>,
+    /// Why nothing is begun: all that `holds` names.
+    held: Option<String>,
+    holds: BTreeSet<&'a str>,
+    /// Names the failure that `text` tells of; empty where there is none.
+    failure_id: &'a str,
     is_moving: bool,
 }
 
@@ -53,17 +59,28 @@ pub(super) struct Situation<'a> {
 impl<'a> Situation<'a> {
     pub(super) fn part(&self) -> StatusPart<'a> {
         let stale = self.stale();
-        let held = self.places.iter().find_map(|(_, place)| place.held());
+        let held = self.held();
         let is_moving = self.executing().is_some();
-        let (doing, text, help) = self.doing(&stale, held, is_moving);
+        let (doing, text, help) = self.doing(&stale, held.as_deref(), is_moving);
+        let holds = self.places.iter().flat_map(|(_, place)| place.hold_ids());
         StatusPart {
             doing,
             text,
             help,
             stale,
             held,
+            holds: holds.collect(),
+            failure_id: self.session.map_or("", |session| &session.failure_id),
             is_moving,
         }
+    }
+
+    /// Why containers are held, each reason once.
+    fn held(&self) -> Option<String> {
+        let held = self.places.iter().filter_map(|(_, place)| place.held());
+        let held: BTreeSet<&str> = held.collect();
+        let held: Vec<&str> = held.into_iter().collect();
+        (!held.is_empty()).then(|| held.join("; "))
     }
 
     /// The placement that is being made.
@@ -253,6 +270,7 @@ mod tests {
     fn held(reason: Option<&str>) -> Place {
         let hold = reason.map(|reason| v1::Hold {
             reason: reason.to_owned(),
+            ..v1::Hold::default()
         });
         let mut place = Place::default();
         place.hear_state(

@@ -84,6 +84,7 @@ fn state(bodies: &[&str], hold: Option<&str>) -> v1::CellState {
         bodies: bodies.iter().map(body).collect(),
         hold: hold.map(|reason| v1::Hold {
             reason: reason.to_owned(),
+            ..v1::Hold::default()
         }),
         ..v1::CellState::default()
     }
@@ -248,11 +249,19 @@ fn containers_of_a_cell_are_shown_under_it_and_held_once() {
         directory[&cell("c1")].containers,
         [cell("c1-a"), cell("c1-b")]
     );
-    for container in ["c1-a", "c1-b"] {
-        let held = state(&[], Some("a door is open"));
+    for (container, id) in [("c1-a", "h2"), ("c1-b", "h1")] {
+        let mut held = state(&[], Some("a door is open"));
+        held.holds = ["h0", id]
+            .map(|id| v1::Hold {
+                id: id.to_owned(),
+                ..v1::Hold::default()
+            })
+            .into();
         page.hear(container, News::State(Box::new(held)));
     }
-    assert_eq!(page.part(None, "status")["held"], json!("a door is open"));
+    let status = page.part(None, "status");
+    assert_eq!(status["held"], json!("a door is open"));
+    assert_eq!(status["holds"], json!(["h0", "h1", "h2"]));
     for container in ["c1-a", "c1-b"] {
         page.state(container, &[], None);
     }
@@ -285,6 +294,7 @@ fn a_session_that_ends_and_what_is_taken_out_are_events() {
     let mut ended = session(Vec::new());
     ended.set_end(v1::SessionEnd::Failed);
     ended.failure = "it was lost".to_owned();
+    ended.failure_id = "s-1".to_owned();
     ended.set_aside.push(v1::ItemReason {
         item_id: "i-3".to_owned(),
         ..v1::ItemReason::default()
@@ -295,6 +305,7 @@ fn a_session_that_ends_and_what_is_taken_out_are_events() {
         page.kinds("c1"),
         ["session", "changed", "set_aside", "failed"]
     );
+    assert_eq!(page.part(None, "status")["failure_id"], json!("s-1"));
 }
 
 #[test]

@@ -92,7 +92,6 @@ impl From<ControlError> for Failure {
             },
             ControlError::Refused(text) => Self::new(StatusCode::CONFLICT, "refused", text),
             ControlError::Unanswered(text) => Self::unanswered(text),
-            ControlError::Busy(text) => Self::busy(text),
         }
     }
 }

@@ -425,25 +425,31 @@ impl CellPlanner {
     }
 
     fn switch(&mut self, incoming: &Incoming<v1::AutomaticRequest>) -> Result<(), Refusal> {
-        // Sent again, it must not acknowledge a failure that came after it.
+        // Sent again, it must not switch on what was switched off after it.
         if !self.switched.has(&incoming.header().request_id) {
-            self.switch_to(incoming.message().is_automatic, incoming.deadline())?;
+            self.switch_as(incoming.message(), incoming.deadline())?;
             self.switched.add(&incoming.header().request_id);
         }
         Ok(())
     }
 
-    fn switch_to(&mut self, is_automatic: bool, deadline: Instant) -> Result<(), Refusal> {
-        // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
-        let changed = match is_automatic && self.session.has_failed() {
-            true => self.void_decisions(deadline)?,
-            false => Vec::new(),
-        };
+    fn switch_as(
+        &mut self,
+        request: &v1::AutomaticRequest,
+        deadline: Instant,
+    ) -> Result<(), Refusal> {
+        let is_automatic = request.is_automatic;
+        let mut changed = Vec::new();
+        if is_automatic && self.session.has_failed() {
+            self.session.must_be_acknowledged(&request.failure_id)?;
+            // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
+            changed = self.void_decisions(deadline)?;
+        }
         self.change(|session| {
             for (container, state_number) in &changed {
                 session.goes_on_at(container, *state_number);
             }
-            session.set_automatic(is_automatic)
+            session.set_automatic(is_automatic, &request.failure_id)
         })
     }
 }

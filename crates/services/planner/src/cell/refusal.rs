@@ -44,6 +44,7 @@ impl From<SessionError> for Refusal {
             | SessionError::UnknownDecision(_)
             | SessionError::UnknownContainer(_) => Status::NotFound,
             SessionError::NoKind | SessionError::Full => Status::Invalid,
+            SessionError::Failed(_) => Status::Stale,
             _ => Status::Conflict,
         };
         Self::new(status, error)

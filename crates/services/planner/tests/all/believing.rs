@@ -86,6 +86,7 @@ fn a_bridge_that_says_what_cannot_be_ends_the_automatic_mode() {
                 ..v1::RequestHeader::default()
             }),
             is_automatic: true,
+            ..v1::AutomaticRequest::default()
         };
         rig.call(automatic.clone());
         rig.announce([announcement("a", block())]);
@@ -95,5 +96,13 @@ fn a_bridge_that_says_what_cannot_be_ends_the_automatic_mode() {
         // The request that switched it on, once more: nobody has looked.
         let again = rig.call(automatic).session.unwrap();
         assert_eq!(again.end(), SessionEnd::Failed);
+        let unseen = v1::AutomaticRequest {
+            is_automatic: true,
+            failure_id: format!("{}-9", session.session_id),
+            ..v1::AutomaticRequest::default()
+        };
+        let (status, refused) = rig.refused(unseen);
+        assert_eq!(status, Some(Status::Stale), "{refused}");
+        assert!(refused.contains(named), "{refused}");
     }
 }

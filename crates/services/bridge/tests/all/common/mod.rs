@@ -78,17 +78,27 @@ pub(crate) fn place(placement_id: &str, state_number: u64, x_m: f64) -> v1::Plac
 /// Asks the bridge on behalf of a controller.
 pub(crate) struct Controller {
     client: Client,
+    cell: Cell,
 }
 
 impl Controller {
     pub(crate) fn new(session: &zenoh::Session) -> Self {
         Self {
             client: Client::new(session),
+            cell: cell(),
+        }
+    }
+
+    /// The same at another cell.
+    pub(crate) fn at(&self, cell: &str) -> Self {
+        Self {
+            client: self.client.clone(),
+            cell: Cell::new(cell).unwrap(),
         }
     }
 
     pub(crate) fn call<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
-        self.client.call(&cell(), request, deadline())
+        self.client.call(&self.cell, request, deadline())
     }
 
     pub(crate) fn call_for<R: Request>(
@@ -96,7 +106,7 @@ impl Controller {
         request: R,
         span: Duration,
     ) -> Result<R::Reply, CallError> {
-        self.client.call(&cell(), request, Instant::now() + span)
+        self.client.call(&self.cell, request, Instant::now() + span)
     }
 
     /// The status with which a request is refused.
@@ -115,6 +125,17 @@ impl Controller {
 
     pub(crate) fn state_number(&self) -> u64 {
         self.state().state_number
+    }
+
+    /// The ids of what holds the cell.
+    pub(crate) fn hold_ids(&self) -> Vec<String> {
+        let holds = self.state().holds.into_iter();
+        holds.map(|hold| hold.id).collect()
+    }
+
+    /// Ends these holds.
+    pub(crate) fn resume(&self, hold_ids: &[String]) -> v1::CellState {
+        self.call(resume(hold_ids)).unwrap().state.unwrap()
     }
 
     pub(crate) fn place(&self, request: v1::PlaceRequest) -> v1::Execution {
@@ -176,6 +197,15 @@ pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
         header: None,
         reason: reason.to_owned(),
         is_aborting,
+        holder: String::new(),
+    }
+}
+
+/// Ends holds.
+pub(crate) fn resume(hold_ids: &[String]) -> v1::ResumeRequest {
+    v1::ResumeRequest {
+        hold_ids: hold_ids.to_vec(),
+        ..v1::ResumeRequest::default()
     }
 }
 
@@ -240,6 +270,20 @@ impl Rig {
     }
 
     pub(crate) fn scripted_with(is_simulated: bool, settings: &BridgeSettings) -> (Self, Script) {
+        let (rig, script) = Self::unseen(is_simulated, settings);
+        if !is_simulated {
+            // Somebody has looked, as at the first start of a real cell.
+            let mut ids = rig.controller.hold_ids();
+            ids.retain(|id| id.starts_with("start-"));
+            if !ids.is_empty() {
+                rig.controller.resume(&ids);
+            }
+        }
+        (rig, script)
+    }
+
+    /// A cell as it starts, before anybody has looked.
+    pub(crate) fn unseen(is_simulated: bool, settings: &BridgeSettings) -> (Self, Script) {
         let (robot, script) = scripted(is_simulated);
         let robots: BTreeMap<_, Box<dyn Robot>> = BTreeMap::from([(cell(), Box::new(robot) as _)]);
         let rig =

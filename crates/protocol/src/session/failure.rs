@@ -1,0 +1,70 @@
+//! Failures: somebody has to look before anything goes on by itself, and says at which one.
+
+use ppnpack_wire::v1;
+
+use super::{End, Session, SessionError};
+use crate::ledger::new_state_number;
+use crate::pursuit;
+
+/// How a session ends where another planner planned meanwhile.
+pub const AFTER_ANOTHER: &str = "another planner planned for the cell, and what was packed meanwhile is not known: withdraw what is in \
+     the container, or begin a new session with an empty one";
+
+/// How a session ends that was restored.
+pub const FROM_BACKUP: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
+     container, or begin a new session with an empty one";
+
+impl Session {
+    /// Names the failure; `None` where it has not failed. No other failure of the cell has this name.
+    pub fn failure_id(&self) -> Option<String> {
+        let Self(own) = self;
+        self.has_failed()
+            .then(|| format!("{}-{}", own.session_id, own.failures))
+    }
+
+    /// Refuses to go on by itself after a failure, but where this names it.
+    ///
+    /// # Errors
+    /// [`SessionError::Failed`]
+    pub fn must_be_acknowledged(&self, failure_id: &str) -> Result<(), SessionError> {
+        match self.failure_id() {
+            Some(own) if own != failure_id => Err(SessionError::Failed(self.0.failure.clone())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Switches the automatic mode; switching it on acknowledges the failure that is named.
+    pub fn set_automatic(
+        &mut self,
+        is_automatic: bool,
+        failure_id: &str,
+    ) -> Result<(), SessionError> {
+        self.must_be_under_way()?;
+        if is_automatic {
+            self.must_be_acknowledged(failure_id)?;
+            self.set_end(None);
+        }
+        self.0.is_automatic = is_automatic;
+        Ok(())
+    }
+
+    /// What was packed since it was written is not known, for this reason, such as [`FROM_BACKUP`]; neither what became of the decision
+    /// that was pending. Its item may have been placed by a later one.
+    pub fn restored(&mut self, reason: &str) {
+        // By the time: since it was written it may have failed.
+        self.restored_after(new_state_number(), reason);
+    }
+
+    /// As [`Self::restored`], where it cannot have failed so often.
+    pub fn restored_after(&mut self, failures: u64, reason: &str) {
+        if self.id().is_empty() {
+            return;
+        }
+        self.0.failures = self.0.failures.max(failures);
+        if let Some(decision) = self.0.pending.take() {
+            let unknown = pursuit::settled_as(&decision, v1::OutcomeKind::Unknown, reason, 0);
+            self.settle(decision, &unknown);
+        }
+        self.end(End::Failed(reason.to_owned()));
+    }
+}
