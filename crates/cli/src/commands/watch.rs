@@ -196,7 +196,6 @@ mod tests {
                 id: "h1".to_owned(),
                 holder: "door".to_owned(),
             }],
-            }),
             ..v1::CellState::default()
         };
         let told = shown(Stream::State, &state);

@@ -139,7 +139,8 @@ fn serve_bridge(
             node,
             &name.join("renew"),
             cell,
-            |requests, cell, _: &Trigger| requests.renew(cell),
+            |_: &Trigger| (),
+            |requests, cell, ()| requests.renew(cell),
         )?,
         requests.serve(node, &name.join("changed"), cell, |asked: &Changed| {
             v1::ChangedRequest {

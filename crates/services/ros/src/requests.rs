@@ -78,20 +78,20 @@ impl Requests {
         cell: &Cell,
         to_request: impl Fn(&S) -> R + Send + Sync + 'static,
     ) -> Result<Server, RosError> {
-        self.serve_by(node, name, cell, move |requests, cell, asked: &S| {
-            let request = to_request(asked);
+        self.serve_by(node, name, cell, to_request, |requests, cell, request| {
             requests.ask(cell, request, requests.limit).map(drop)
         })
     }
 
-    /// Answers a service by whether the stack does what it is asked. Each request has a thread: one
-    /// that waits, as long as a request of ROS may, holds up no other.
-    pub(crate) fn serve_by<S: Service<Response = Done>>(
+    /// Answers a service by whether the stack does what it is asked, by what is known as it is. Each
+    /// request has a thread: one that waits, as long as a request of ROS may, holds up no other.
+    pub(crate) fn serve_by<S: Service<Response = Done>, A: Send + 'static>(
         &self,
         node: &Node,
         name: &Name,
         cell: &Cell,
-        ask: impl Fn(&Self, &Cell, &S) -> Result<(), CallError> + Copy + Send + Sync + 'static,
+        to_asked: impl Fn(&S) -> A + Send + Sync + 'static,
+        ask: fn(&Self, &Cell, A) -> Result<(), CallError>,
     ) -> Result<Server, RosError> {
         let (requests, cell) = (self.clone(), cell.clone());
         node.serve(name, move |request: Request<S>| {
@@ -100,9 +100,9 @@ impl Requests {
                 return request.answer(&answer(Err(busy)));
             };
             let (requests, cell) = (requests.clone(), cell.clone());
-            let asked = to_request(&request.message);
+            let asked = to_asked(&request.message);
             let work = move || {
-                let done = ask(&requests, &cell, &request.message);
+                let done = ask(&requests, &cell, asked);
                 request.answer(&answer(done.map_err(|error| error.to_string())));
                 drop(under_way);
             };

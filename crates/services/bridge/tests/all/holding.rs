@@ -5,9 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::common::{
-    self, Controller, Rig, Script, changed, deadline, hold, place, renew, resume,
-};
+use crate::common::{self, Controller, Rig, Script, changed, deadline, hold, place, renew, resume};
 use ppnpack_bridge::Settings;
 use ppnpack_bridge::robot::Robot;
 use ppnpack_bridge::simulated::SimulatedSettings;
