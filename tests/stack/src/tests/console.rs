@@ -213,7 +213,8 @@ fn controls_need_the_token_and_stop_a_cell_at_once() {
         assert_eq!(page.control("resume", &resumed).unwrap().status, 200);
         watch
             .until("the resumption", |it| {
-                it.part("cell-1", "state")["held"].is_null()
+                let parts = ["state", "status"].map(|part| it.part("cell-1", part));
+                parts.iter().all(|part| part["held"].is_null())
             })
             .unwrap();
     }

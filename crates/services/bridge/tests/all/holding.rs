@@ -380,14 +380,11 @@ fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
         controller.call_for(request, AT_ONCE).unwrap();
     }
     let held = controller.call_for(hold("a door is open", false), AT_ONCE);
-    assert_eq!(
-        reason(held.unwrap().state).as_deref(),
-        Some("a door is open")
-    );
+    let held = held.unwrap();
+    assert_eq!(reason(held.state).as_deref(), Some("a door is open"));
 
     drop(hanging);
-    let resumed = controller.call(v1::ResumeRequest::default()).unwrap();
-    let state = resumed.state.unwrap();
+    let state = controller.resume(&[held.hold_id]);
     assert_eq!(state.state_number, first + 2 + 100 + 1);
     assert!(state.bodies.is_empty());
     // The robot heard of all that was taken out, though not of each change by itself.

@@ -339,10 +339,10 @@ fn a_cell_whose_journal_is_gone_is_held() {
     let request = place("p1", controller.state_number(), 0.16);
     std::fs::rename(&journal, &elsewhere).unwrap();
     assert_eq!(controller.refused(request), Status::Unavailable);
-    let hold = controller.state().hold.unwrap();
-    assert!(hold.reason.contains("put that file back"), "{hold:?}");
+    let holds = controller.state().holds;
+    assert!(holds[0].reason.contains("put that file back"), "{holds:?}");
     assert!(!rig.process.health().is_ready());
-    let resume = v1::ResumeRequest::default();
+    let resume = common::resume(&[holds[0].id.clone()]);
     assert_eq!(controller.refused(resume.clone()), Status::Unavailable);
 
     std::fs::rename(&elsewhere, &journal).unwrap();
@@ -352,7 +352,8 @@ fn a_cell_whose_journal_is_gone_is_held() {
         std::thread::yield_now();
     }
     assert!(controller.state().hold.is_some());
-    controller.call(resume).unwrap();
+    let resumed = controller.call(resume).unwrap();
+    assert_eq!(resumed.state.unwrap().hold, None);
     controller.place(place("p2", controller.state_number(), 0.16));
     script.go.send(()).unwrap();
     assert_eq!(controller.outcome("p2").kind(), OutcomeKind::Placed);

@@ -21,11 +21,12 @@ fn two_compared() -> CellSettings {
     }
 }
 
-/// Plans a step, which is not carried out. Gives where to, and what is said of it.
+/// Plans a step, which is not carried out; the next is planned on another picture. Gives where to,
+/// and what is said of it.
 fn look(rig: &Rig) -> (String, String) {
     let decision = rig.decision();
     let outcome = v1::Outcome {
-        state_number: decision.state_number,
+        state_number: decision.state_number + 1,
         ..v1::Outcome::default()
     };
     rig.call(ended_as(OutcomeKind::NotPlaced, &decision, outcome));
