@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     /// What is said of a packing that ended so, with these steps.
-    fn answer(ending: Value, steps: Value) -> String {
+    fn answer(ending: &Value, steps: &Value) -> String {
         let summary = json!({
             "packed": {"items": 1},
             "items_in_sequence": 2,
@@ -132,7 +132,7 @@ mod tests {
             left("bag", "too soft"),
         ];
         let told =
-            |items: &[Value]| answer(json!({"kind": "nothing-fits", "items": items}), json!([]));
+            |items: &[Value]| answer(&json!({"kind": "nothing-fits", "items": items}), &json!([]));
         let begin = "1 of 2 items is packed and the container is 50.0 % full; it ended ";
         for (items, end) in [
             (
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn what_did_not_stay_is_told_by_its_kind() {
         let step = |item: &str, kind: Value| json!({"item": item, "unsteady": kind});
-        let told = |steps: &[Value]| answer(json!({"kind": "all-packed"}), json!(steps));
+        let told = |steps: &[Value]| answer(&json!({"kind": "all-packed"}), &json!(steps));
         let steady = [step("mug", Value::Null)];
         let end = "with everything placed; every item stayed where it was placed.";
         assert!(told(&steady).contains(end), "{}", told(&steady));

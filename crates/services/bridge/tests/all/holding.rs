@@ -56,12 +56,12 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
 
     // Each is ended by its name.
     assert_eq!(controller.refused(resume(&[])), Status::Invalid);
-    let left = controller.resume(&[again.hold_id.clone()]);
+    let left = controller.resume(std::slice::from_ref(&again.hold_id));
     assert_eq!(reason(Some(left)).as_deref(), Some("a door is open"));
     assert_eq!(controller.refused(resume(&[again.hold_id])), Status::Stale);
     assert_eq!(controller.refused(next.clone()), Status::Held);
     for _ in 0..2 {
-        let resumed = controller.resume(&[door.hold_id.clone()]);
+        let resumed = controller.resume(std::slice::from_ref(&door.hold_id));
         assert_eq!(reason(Some(resumed)), None);
     }
     // Its request may come late, when its item is planned anew: what was refused never begins.
@@ -93,7 +93,7 @@ fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
     drop(rig);
     let (rig, _script) = Rig::scripted(true, journal);
     assert_eq!(rig.controller.refused(request), Status::Stale);
-    assert_eq!(rig.controller.hold_ids(), [door.hold_id.clone()]);
+    assert_eq!(rig.controller.hold_ids(), [&*door.hold_id]);
     let resumed = rig.controller.resume(&[door.hold_id]);
     assert_eq!(reason(Some(resumed)), None);
 }
@@ -130,7 +130,7 @@ fn a_step_is_one_placement_which_holds_the_cell_as_it_begins() {
     let (rig, script) = Rig::scripted(false, journal);
     assert_eq!(rig.controller.refused(step), Status::Stale);
     assert_eq!(rig.controller.refused(next), Status::Held);
-    let state = rig.controller.resume(&[held.id.clone()]);
+    let state = rig.controller.resume(std::slice::from_ref(&held.id));
     for (id, x_m) in [("p3", 0.2), ("p4", 0.25)] {
         let state_number = rig.controller.state_number();
         assert!(state_number >= state.state_number);
@@ -214,7 +214,7 @@ fn containers_of_one_robot_are_held_and_go_on_together() {
     let held = right.call(hold("a hand", true)).unwrap();
     let outcome = left.outcome("p1");
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
-    assert_eq!(until_holds_are(&left, 1), [held.hold_id.clone()]);
+    assert_eq!(until_holds_are(&left, 1), [&*held.hold_id]);
     let refused = place("p2", left.state_number(), 0.16);
     assert_eq!(left.refused(refused.clone()), Status::Held);
 
