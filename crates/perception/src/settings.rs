@@ -76,7 +76,8 @@ impl MapperSettings {
             ),
             (
                 !does_not_look && doubts.wall_thickness_m == 0.0,
-                "a container that was moved, in a cloud without walls: RIM_AWAY (doubts.wall_thickness_m = 0)",
+                "a container that was turned or raised, or moved in a cloud without walls: RIM_AWAY \
+                 (doubts.wall_thickness_m = 0)",
             ),
         ];
         let off = all.into_iter().filter(|(is_off, _)| *is_off);
