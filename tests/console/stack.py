@@ -133,8 +133,19 @@ class Stack:
             self.call("bridge", "resume", hold_ids=[hold["id"] for hold in holds])
         # Refused where there is no session.
         call(self.programs, self.endpoint, "planner", "automatic", {"is_automatic": False}, ("STATUS_OK", "STATUS_CONFLICT"))
-        state = self.call("bridge", "state")["state"]
-        self.call("bridge", "renew", state_number=state["state_number"])
+        # What was under way may still end, and the cell is in another state then.
+        status = "STATUS_STALE"
+        while status == "STATUS_STALE":
+            state = self.call("bridge", "state")["state"]
+            reply = call(
+                self.programs,
+                self.endpoint,
+                "bridge",
+                "renew",
+                {"state_number": state["state_number"]},
+                ("STATUS_OK", "STATUS_STALE"),
+            )
+            status = reply["header"]["status"]
         begin(self.programs, self.endpoint, name, objects)
 
 
