@@ -75,7 +75,7 @@ def ask(
         margin_s = min(_MARGIN_S, left_s / 2)
         attempt_s = min(limit_s, left_s - margin_s, LONGEST_LIMIT_S)
         request.header.time_limit_us = max(1, int(attempt_s * 1e6))
-        reply = _attempt(session, f"ppnpack/v1/{cell}/rpc/{service}/{method}", request, reply_type, attempt_s + margin_s)
+        reply = attempt(session, f"ppnpack/v1/{cell}/rpc/{service}/{method}", request, reply_type, attempt_s + margin_s)
         # No reply is no refusal: nobody was there at that moment, as while a service starts.
         pause_s = _FIRST_PAUSE_S
         if reply is not None:
@@ -97,7 +97,7 @@ def ask(
     raise Unanswered(called, patience_s, last)
 
 
-def _attempt(session: zenoh.Session, key: str, request: Request, reply_type: type[R], timeout_s: float) -> R | None:
+def attempt(session: zenoh.Session, key: str, request: Request, reply_type: type[R], timeout_s: float) -> R | None:
     """The first reply that is to this request; others are late, and dropped."""
     assert isinstance(request, Message) and issubclass(reply_type, Message)
     try:
