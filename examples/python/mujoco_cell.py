@@ -18,6 +18,7 @@ import math
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import socket
@@ -42,6 +43,7 @@ try:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform, Rotation
 
+    from ppnpack import check_bridge
     from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Status, Unanswered, Unreachable
     from ppnpack.v1 import bridge_pb2 as bridge
     from ppnpack.v1 import cloud_pb2 as cloud
@@ -367,7 +369,8 @@ class Bridge:
         self._is_ended = False
         self._changed = threading.Condition()  # Guards all of these.
         self._robot = ThreadPoolExecutor(1)
-        self._answers = ThreadPoolExecutor(16)  # Who waits for an outcome has a thread meanwhile.
+        self._waiting = ThreadPoolExecutor(16)  # Who waits for an end has a thread meanwhile, and keeps no hold waiting.
+        self.least_place_s = 0.0
         self._publisher = threading.Thread(target=self._publish)
         self._publisher.start()
         self._methods: dict[str, tuple[type[Message], type[Message], Callable[[Any, Any], None]]] = {
@@ -380,7 +383,7 @@ class Bridge:
             "state": (bridge.CellStateRequest, bridge.CellStateReply, lambda request, reply: None),
         }
         key = f"ppnpack/v1/{NAME}/rpc/bridge/*"
-        self._queryable = session.declare_queryable(key, lambda query: self._answers.submit(self._answer, query), complete=True)
+        self._queryable = session.declare_queryable(key, self._on_query, complete=True)
 
     def close(self) -> None:
         self._queryable.undeclare()
@@ -389,7 +392,13 @@ class Bridge:
             self._changed.notify_all()
         self._publisher.join()
         self._robot.shutdown()
-        self._answers.shutdown()
+        self._waiting.shutdown()
+
+    def _on_query(self, query: zenoh.Query) -> None:
+        if str(query.key_expr).endswith(("/outcome", "/renew")):
+            self._waiting.submit(self._answer, query)
+        else:
+            self._answer(query)
 
     def _answer(self, query: zenoh.Query) -> None:
         with query:
@@ -400,7 +409,7 @@ class Bridge:
             request, reply = request_type(), reply_type()
             try:
                 request.ParseFromString(query.payload.to_bytes() if query.payload else b"")
-                reply.header.request_id = request.header.request_id
+                reply.header.request_id = must_be_id("header.request_id", request.header.request_id)
                 if request.header.cell not in ("", NAME):
                     raise Refusal(Status.UNAVAILABLE, f"this is not {request.header.cell}")
                 with self._changed:
@@ -415,7 +424,8 @@ class Bridge:
             query.reply(query.key_expr, reply.SerializeToString(), encoding=encoding_of(reply))
 
     def _place(self, request: bridge.PlaceRequest, reply: bridge.PlaceReply) -> None:
-        placement = request.placement_id
+        placement = must_be_id("placement_id", request.placement_id)
+        must_be_id("item_id", request.item_id)
         request.ClearField("header")
         if placement not in self._placements:
             self._check_new(request)
@@ -441,12 +451,13 @@ class Bridge:
             raise Refusal(Status.STALE, f"it was not decided within the last {DECISION_AGE_S:g} s: plan anew")
         if request.object not in self._cell.shapes:
             raise Refusal(Status.NOT_FOUND, f"the cell has no object '{request.object}'")
-        if not request.placement_id or not request.item_id or request.item_id in self._cell.items:
-            raise Refusal(Status.INVALID, "placement_id and item_id are needed, and of an item that does not lie there")
+        if request.item_id in self._cell.items:
+            raise Refusal(Status.INVALID, f"item_id: {request.item_id} lies there")
         turn = request.container_from_item.orientation
         if not math.isclose(math.hypot(turn.x, turn.y, turn.z, turn.w), 1.0, abs_tol=1e-3):
             raise Refusal(Status.INVALID, "container_from_item.orientation: that is no unit quaternion")
-        if not outside_m(pose_of(request.container_from_item).apply(self._cell.shapes[request.object].mesh.center_mass)).max() <= 0.1:
+        at = request.container_from_item.position
+        if not all(map(math.isfinite, (at.x_m, at.y_m, at.z_m))) or not outside_m(pose_of(request.container_from_item).apply(self._cell.shapes[request.object].mesh.center_mass)).max() <= 0.1:
             raise Refusal(Status.INVALID, "container_from_item: that is outside the container")
 
     def _check_idle(self) -> None:
@@ -560,6 +571,7 @@ class Bridge:
         return views, bodies
 
     def _carry_out(self, request: bridge.PlaceRequest) -> None:
+        time.sleep(self.least_place_s)
         found = self._cell.place(request.item_id, request.object, pose_of(request.container_from_item))
         outcome = bridge.Outcome(placement_id=request.placement_id, item_id=request.item_id, kind=bridge.OUTCOME_KIND_PLACED)
         if found.is_lost:
@@ -617,6 +629,12 @@ class Bridge:
                 self._put("cloud", message)
 
 
+def must_be_id(field: str, text: str) -> str:
+    if not re.fullmatch(r"[A-Za-z0-9_.:-]{1,64}", text):
+        raise Refusal(Status.INVALID, f"{field}: that is no id")
+    return text
+
+
 def encoding_of(message: Message) -> str:
     return f"application/protobuf;{message.DESCRIPTOR.full_name}"
 
@@ -632,8 +650,8 @@ class Stack:
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
-            self._endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-        for service, text in zip(SERVICES, configurations(options, view, self._endpoint)):
+            self.endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+        for service, text in zip(SERVICES, configurations(options, view, self.endpoint)):
             (self._folder / f"{service}.toml").write_text(text)
         self._programs = options.ppnpack.resolve().parent
 
@@ -645,7 +663,7 @@ class Stack:
 
     def connect(self, patience_s: float) -> Connection:
         """A connection, once all services are ready: the planner takes a while to prepare a catalogue that is new to it."""
-        connection = self._wait(lambda: Connection(self._endpoint), patience_s)
+        connection = self._wait(lambda: Connection(self.endpoint), patience_s)
         cell = connection.cell(NAME, limit_s=1.0, patience_s=2.0)
         for service in SERVICES[1:]:
             self._wait(lambda: cell.health(service).is_ready or None, patience_s)  # noqa: B023
@@ -773,6 +791,12 @@ def pack_all(options: argparse.Namespace, view: str, sequences: dict[int, list[s
             robot = Bridge(connection.session, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)
             try:
                 cell = connection.cell(NAME, limit_s=60.0, patience_s=900.0)
+                if options.check_bridge and view == options.view:
+                    of_kit = ["--connect", stack.endpoint, "--object", next(iter(shapes)), "--at", "0.16,0.16,0.15", "--moves-the-robot"]
+                    robot.least_place_s = 2.0  # So that requests come while it moves.
+                    if check_bridge.main(of_kit) != 0:
+                        raise RuntimeError("its bridge does not do what the protocol asks of bridges")
+                    robot.least_place_s = 0.0
                 for number, names in sequences.items():
                     run = {"view": view, "sequence": number, **pack(cell, robot, shapes, names, options, f"{view}, sequence {number}")}
                     runs.append(run)
@@ -850,6 +874,7 @@ def read_options() -> argparse.Namespace:
     add("--yaws", type=int, default=16, help="of the grid")
     add("--cloud-period", type=float, default=0.2, help="how often clouds are published, in seconds")
     add("--cache", type=pathlib.Path, default=pathlib.Path.home() / ".cache" / "ppnpack-mujoco", help="where convex pieces are kept")
+    add("--check-bridge", action="store_true", help="first hold its own bridge against ppnpack.check_bridge")
     add("--json", type=pathlib.Path, metavar="FILE", help="where the figures are written")
     add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the scan's")
     add("--most-unsteady", type=float, metavar="SHARE", help="fail where a greater share of what was placed did not stay")

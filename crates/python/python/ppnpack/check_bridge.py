@@ -246,6 +246,7 @@ class Kit:
             thread.start()
         time.sleep(0.2)
         self.hold(uuid.uuid4().hex)
+        self.must_still_move(first)
         self.end_of(first)
         for thread in waiting:
             thread.join(self._options.patience)
