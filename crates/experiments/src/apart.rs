@@ -11,17 +11,17 @@ use serde::Serialize;
 /// How far the cell is from what is known of it. The default is not at all.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(crate) struct Apart {
-    /// Friction coefficients are multiplied by a factor between this and its inverse, drawn once a sequence for the
-    /// items and once for the walls.
+    /// Friction coefficients are multiplied by a factor between this and its inverse, drawn once a
+    /// sequence for the items and once for the walls.
     pub(crate) friction: f64,
-    /// How well the poses of what lies in the container are known.
+    /// Accuracy of the known poses of the content.
     pub(crate) pose_error: PoseError,
 }
 
-/// Which cells are packed in.
+/// Physics of the cell that is packed in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Physics {
-    /// As the planner thinks it is
+    /// The planner's own
     Own,
     /// With other friction, and poses of its content that are not quite known
     Apart,
@@ -46,7 +46,8 @@ impl Default for Apart {
 }
 
 impl Apart {
-    /// Friction of 0.71 to 1.4 times that of the twin, poses known up to 2 mm and 1 degree (standard deviations per axis).
+    /// Friction of 0.71 to 1.4 times that of the twin, poses known up to 2 mm and 1 degree
+    /// (standard deviations per axis).
     fn of_the_published_table() -> Self {
         Self {
             friction: 1.4,

@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-/// Which sequences of a file are packed; the first one and their number where nothing is said.
+/// Sequences of a file that are packed, with defaults for the first one and their number.
 #[derive(Debug, Args)]
 pub(crate) struct SequenceOptions<const FIRST: u32, const CASES: u32> {
     /// A .npy file of sequences, int64 [sequences, length], of object indices
@@ -34,7 +34,7 @@ impl<const FIRST: u32, const CASES: u32> SequenceOptions<FIRST, CASES> {
         cases(&file, self.first, self.cases)
     }
 
-    /// What results keep of them.
+    /// Gives the entries of results.
     pub(crate) fn said(&self) -> Value {
         json!({ "first_case": self.first, "cases": self.cases })
     }
@@ -47,7 +47,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// What its run is kept by.
+    /// Names the file of its run.
     pub(crate) fn name(&self) -> String {
         format!("{:05}", self.number)
     }
@@ -76,12 +76,13 @@ pub(crate) fn cases(sequences: &SequenceFile, first: u32, count: u32) -> Outcome
     (first..).take(count as usize).map(case).collect()
 }
 
-/// The first random stream of an experiment's sequences. Those below are a dataset's ([`ppnpack_dataset::draw`]), so that with one seed
-/// for both no network is tried on sequences that it learnt from.
+/// The first random stream of an experiment's sequences. Those below are a dataset's
+/// ([`ppnpack_dataset::draw`]), so that with one seed for both no network is tried on sequences
+/// that it learnt from.
 const FIRST_STREAM: u64 = 1 << 32;
 
-/// Random sequences of these numbers, of objects numbered below `objects`, each as likely as any other; they depend on the seed and
-/// their number alone.
+/// Random sequences of these numbers, of objects numbered below `objects`, each as likely as any
+/// other; they depend on the seed and their number alone.
 pub(crate) fn draw(seed: u64, numbers: Range<u32>, length: u32, objects: usize) -> Vec<Case> {
     let sequences = numbers.map(|number| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -100,7 +101,7 @@ pub(crate) fn draw(seed: u64, numbers: Range<u32>, length: u32, objects: usize) 
 mod tests {
     use super::*;
 
-    /// As long as is not shared by chance: one in 50 to the eighth.
+    /// Length of a part that is not shared by chance: one in 50 to the eighth.
     const SHARED: usize = 8;
 
     #[test]

@@ -1,4 +1,5 @@
-//! Several methods on the same sequences, in one cell: what the paper's tables and the Pareto charts have in common.
+//! Several methods on the same sequences, in one cell: what the paper's tables and the Pareto
+//! charts have in common.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,7 +24,7 @@ use crate::results::with;
 use crate::runs::RunsOptions;
 use crate::way::Way;
 
-/// What all comparisons are told.
+/// Options of all comparisons.
 #[derive(Debug, Args)]
 pub(crate) struct ComparisonOptions {
     #[command(flatten)]
@@ -59,7 +60,7 @@ pub(crate) enum GridOption {
 }
 
 impl GridOption {
-    /// What files are named by, and what readers see.
+    /// Gives the name of files, and that for readers.
     pub(crate) fn names(self) -> [&'static str; 2] {
         match self {
             Self::Coarse => ["coarse", "1 cm, 4 yaws"],
@@ -123,7 +124,8 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// The same with the objects of one class alone, and with the network of this file where one is given.
+    /// The same with the objects of one class alone, and with the network of this file where one is
+    /// given.
     pub(crate) fn of_class(&self, class: ShapeClass, network: Option<&Path>) -> Outcome<Self> {
         let catalogue = self.catalogue.of_class(class);
         let network = self.options.network.with_file(network);
@@ -155,7 +157,8 @@ impl<'a> Comparison<'a> {
         Some(network::source(&self.grid, percent, model))
     }
 
-    /// Packs all sequences in a way, and gives the name of the folder of its runs. A killed comparison goes on with what is kept.
+    /// Packs all sequences in a way, and gives the name of the folder of its runs. A killed
+    /// comparison goes on with what is kept.
     pub(crate) fn pack(&self, experiment: &str, way: &Way, cases: &[Case]) -> Outcome<String> {
         let ComparisonOptions { seed, runs, .. } = self.options;
         let network = |model| self.network.of(self.backend, model, &self.items);

@@ -39,8 +39,9 @@ const SHAPES: [Choice<ShapeClass>; 2] = [
     ("irregular", ShapeClass::Irregular, "all others"),
 ];
 
-/// Packs random sequences with the exhaustive SDF minimisation and records, for every item of the buffer at every
-/// step, which placements are the best. A killed run goes on where it was when the command is repeated.
+/// Packs random sequences with the exhaustive SDF minimisation and records, for every item of the
+/// buffer at every step, which placements are the best. A killed run goes on where it was when the
+/// command is repeated.
 #[derive(Debug, Args)]
 pub struct DatasetArguments {
     #[command(flatten)]
@@ -84,15 +85,16 @@ pub struct DatasetArguments {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1024))]
     workers: Option<u32>,
 
-    /// Where the dataset is written
+    /// Folder of the dataset
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     out: PathBuf,
 
-    /// Where --cases begin
+    /// First sequence of --cases
     #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "cases")]
     first: u32,
 
-    /// Play so many of all sequences alone; the same command without this, in a folder with the files of all, makes the dataset
+    /// Play so many of all sequences alone; the same command without this, in a folder with the
+    /// files of all, makes the dataset
     #[arg(long, value_name = "COUNT")]
     cases: Option<u32>,
 
@@ -209,7 +211,8 @@ fn refuse_known(
     Ok(())
 }
 
-/// The numbers of a file's sequences by what they begin with, at most the length of a drawn sequence.
+/// The numbers of a file's sequences by what they begin with, at most the length of a drawn
+/// sequence.
 fn beginnings(file: &SequenceFile, settings: &Settings) -> Outcome<HashMap<Vec<usize>, usize>> {
     let mut beginnings = HashMap::new();
     for number in 0..file.count() {

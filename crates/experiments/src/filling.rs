@@ -1,4 +1,5 @@
-//! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot conditions.
+//! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot
+//! conditions.
 
 use std::path::PathBuf;
 
@@ -14,7 +15,8 @@ use crate::results::with;
 use crate::runs::RunsOptions;
 use crate::way::{self, Way};
 
-/// Packs test sequences in robot conditions with several methods, and compares volume, steadiness and time.
+/// Packs test sequences in robot conditions with several methods, and compares volume, steadiness
+/// and time.
 #[derive(Debug, Args)]
 pub(crate) struct FillingArguments {
     #[command(flatten)]
@@ -23,12 +25,12 @@ pub(crate) struct FillingArguments {
     #[command(flatten)]
     sequences: SequenceOptions<0, 100>,
 
-    /// A JSON file with the methods to compare, such as experiments/filling.json; the first is what the others are compared with, and
-    /// results are named by the file
+    /// A JSON file with the methods to compare, such as experiments/filling.json; the first is what
+    /// the others are compared with, and results are named by the file
     #[arg(long, value_name = "FILE")]
     methods: PathBuf,
 
-    /// Of them, only this one beside the first; may be given several times
+    /// Only this one of them beside the first; may be given several times
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
 

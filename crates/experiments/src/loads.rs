@@ -1,4 +1,5 @@
-//! `ppnpack experiment loads`: what items carry as measured in the simulated cell, against what they may and what was estimated.
+//! `ppnpack experiment loads`: what items carry as measured in the simulated cell, against what
+//! they may and what was estimated.
 
 mod limits;
 mod packing;
@@ -20,8 +21,8 @@ use limits::{FACTORS, with_limits};
 use packing::Run;
 use serde_json::json;
 
-/// Packs sequences of items that may carry only so much, measures in the cell what each carries after every placement, and compares
-/// margins. The first line is packed without limits.
+/// Packs sequences of items that may carry only so much, measures in the cell what each carries
+/// after every placement, and compares margins. The first line is packed without limits.
 #[derive(Debug, Args)]
 pub(crate) struct LoadsArguments {
     #[command(flatten)]

@@ -1,4 +1,5 @@
-//! `ppnpack-experiments`: the commands of `ppnpack`, and those that make and measure networks and everything else.
+//! `ppnpack-experiments`: the commands of `ppnpack`, and those that make and measure networks and
+//! everything else.
 
 use std::process::ExitCode;
 

@@ -15,19 +15,21 @@ use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Network, PROPOSAL_YAWS, parse_device, read_model};
 
-/// Which network proposes.
+/// Network that proposes.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Network")]
 pub(crate) struct NetworkOptions {
-    /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
+    /// The network's weights, a .safetensors file with its .json card beside it [default: those
+    /// that ship]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
 
-    /// Where the network runs
+    /// Device that the network runs on
     #[arg(long, value_parser = parse_device(), default_value = "cpu")]
     device: Device,
 
-    /// The share of placements that the network proposes, in percent [default: the paper's: 5, and 20 in its robot cell]
+    /// The share of placements that the network proposes, in percent [default: the paper's: 5, and
+    /// 20 in its robot cell]
     #[arg(long = "k", value_name = "PERCENT", allow_hyphen_values = true)]
     percent: Option<f64>,
 }
@@ -57,7 +59,8 @@ impl NetworkOptions {
         self.percent.unwrap_or(DEFAULT_PERCENT)
     }
 
-    /// The model; or, where nothing here can run a network, the reason. Files that cannot be used are an error.
+    /// The model; or, where nothing here can run a network, the reason. Files that cannot be used
+    /// are an error.
     pub(crate) fn find(
         &self,
         backend: &dyn Backend,

@@ -1,4 +1,4 @@
-//! What made the results of an experiment, where and when.
+//! Origin of an experiment's results.
 
 use std::time::SystemTime;
 
@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use crate::runs::program;
 
-/// Where results come from: they differ with any of it.
+/// Origin of results: they differ with any of it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Origin {
-    /// As a shell reads it.
+    /// Command as a shell reads it.
     command: String,
     version: &'static str,
     /// The hash of the program, in hexadecimal digits.

@@ -39,7 +39,7 @@ pub(crate) fn sdfm(
     }
 }
 
-/// What sequences are packed with.
+/// Packs sequences by a way.
 pub(crate) struct Packer<'a> {
     pub(crate) way: Way,
     pub(crate) grid: Grid,
@@ -68,7 +68,7 @@ pub(crate) struct Run {
     pub(crate) box_compactness: f64,
     pub(crate) mesh_floor_compactness: f64,
     pub(crate) height_m: f64,
-    /// Of each step.
+    /// Decision times of the steps.
     pub(crate) decision_s: Vec<f64>,
     /// Means over the steps, by stage.
     pub(crate) propose_s: f64,
@@ -101,7 +101,8 @@ impl Packer<'_> {
         })
     }
 
-    /// Gives who plans for an empty container, and its cell. The seed is that of everything that is random.
+    /// Gives who plans for an empty container, and its cell. The seed is that of everything that is
+    /// random.
     pub(crate) fn bench(&self, seed: u64) -> Outcome<(Planner, SimulatedPackingCell)> {
         let method = Method {
             seed,
@@ -125,7 +126,7 @@ impl Packer<'_> {
         Ok((planner, cell.with_pose_error(self.apart.pose_error)))
     }
 
-    /// How episodes are played.
+    /// Gives the settings of episodes.
     pub(crate) fn how(&self) -> Play {
         Play {
             set_aside: self.way.set_aside,
@@ -133,7 +134,8 @@ impl Packer<'_> {
         }
     }
 
-    /// Packs a sequence, whose steps the observer sees; gives the episode and the cell as it was left.
+    /// Packs a sequence, whose steps the observer sees; gives the episode and the cell as it was
+    /// left.
     pub(crate) fn play(
         &self,
         sequence: &Sequence,
@@ -164,7 +166,8 @@ impl Packer<'_> {
         Ok(Run::of(sequence, &self.grid, &episode, &cell))
     }
 
-    /// Packs all sequences, but those that are kept, and gives the name of their folder; the seed of each is `seed` and its number.
+    /// Packs all sequences, but those that are kept, and gives the name of their folder; the seed
+    /// of each is `seed` and its number.
     pub(crate) fn pack_all(
         &self,
         cases: &[Case],

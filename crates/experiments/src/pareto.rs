@@ -1,4 +1,5 @@
-//! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose placements.
+//! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose
+//! placements.
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;

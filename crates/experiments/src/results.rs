@@ -1,4 +1,5 @@
-//! What experiments leave as JSON: what they were told, and where their runs are. Programs in `experiments` make pages of it.
+//! Results of experiments as JSON: what they were told, and where their runs are. Programs in
+//! `experiments` make pages of it.
 
 use std::path::{Path, PathBuf};
 
@@ -10,10 +11,10 @@ use serde_json::{Value, json};
 
 use crate::origin::Origin;
 
-/// Where results are written, and how they are printed.
+/// Options of the results' files.
 #[derive(Debug, Args)]
 pub(crate) struct OutOptions {
-    /// Where the results are written as JSON [default: out/NAME]
+    /// Folder of the results as JSON [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -30,7 +31,8 @@ impl OutOptions {
             .unwrap_or_else(|| Path::new("out").join(name))
     }
 
-    /// Writes results as `<name>.json`, with what made them, and prints them, or how a program in `experiments` makes their page.
+    /// Writes results as `<name>.json`, with what made them, and prints them, or how a program in
+    /// `experiments` makes their page.
     pub(crate) fn publish(&self, name: &str, results: Value, program: &str, more: &str) -> Outcome {
         let results = with(results, json!({ "origin": Origin::now()? }));
         let path = self.folder(name).join(format!("{name}.json"));

@@ -1,4 +1,5 @@
-//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was, and ranges of it are put together.
+//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was,
+//! and ranges of it are put together.
 
 use std::path::{Path, PathBuf};
 
@@ -12,15 +13,16 @@ use serde_json::{Value, json};
 use crate::results::{OutOptions, with};
 use crate::workers;
 
-/// Where results and finished runs are kept, and how many runs are made at once.
+/// Options of results and finished runs, and of how many runs are made at once.
 #[derive(Debug, Args)]
 pub(crate) struct RunsOptions {
-    /// Where finished runs are kept, so that a killed experiment goes on, and one over a whole range takes over what was made of its
-    /// parts [default: runs in --out]
+    /// Folder of finished runs, so that a killed experiment goes on, and one over a whole range
+    /// takes over what was made of its parts [default: runs in --out]
     #[arg(long, value_name = "DIR")]
     runs: Option<PathBuf>,
 
-    /// Runs made at once; one per core at most, so that decision times stay those of a free core [default: one per core]
+    /// Runs made at once; one per core at most, so that decision times stay those of a free core
+    /// [default: one per core]
     #[arg(long, value_name = "COUNT")]
     workers: Option<usize>,
 
@@ -42,7 +44,8 @@ impl RunsOptions {
         Runs::new(&folder, settings, self.workers())
     }
 
-    /// Publishes the results of an experiment, of whose runs a program in `experiments` makes the page.
+    /// Publishes the results of an experiment, of whose runs a program in `experiments` makes the
+    /// page.
     pub(crate) fn publish(&self, name: &str, results: Value, program: &str) -> Outcome {
         let results = with(results, json!({ "workers": self.workers() }));
         let runs = self.runs.iter();
@@ -53,7 +56,8 @@ impl RunsOptions {
     }
 }
 
-/// A folder of finished runs that all depended on the same settings and were made by the same program.
+/// A folder of finished runs that all depended on the same settings and were made by the same
+/// program.
 #[derive(Debug)]
 pub(crate) struct Runs {
     folder: PathBuf,
@@ -61,7 +65,7 @@ pub(crate) struct Runs {
     workers: usize,
 }
 
-/// What a folder of runs is named by.
+/// Key that names a folder of runs.
 #[derive(Serialize)]
 struct Key<'a, S> {
     /// The hash of the program: what another build decides is not mixed in.
@@ -70,7 +74,8 @@ struct Key<'a, S> {
 }
 
 impl Runs {
-    /// The runs made with these settings by this program: a change of any of them starts anew, in a folder of its own.
+    /// The runs made with these settings by this program: a change of any of them starts anew, in a
+    /// folder of its own.
     pub(crate) fn new(folder: &Path, settings: &impl Serialize, workers: usize) -> Outcome<Self> {
         let program = program().or_run()?;
         let key = Key {
@@ -102,8 +107,8 @@ impl Runs {
         })
     }
 
-    /// A finished run, or what `make` gives, which is then finished. One that cannot be read counts as not finished, as
-    /// does one that is not `right`.
+    /// A finished run, or what `make` gives, which is then finished. One that cannot be read counts
+    /// as not finished, as does one that is not `right`.
     fn finish<R: Serialize + DeserializeOwned>(
         &self,
         name: &str,

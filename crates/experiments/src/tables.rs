@@ -1,4 +1,5 @@
-//! `ppnpack experiment table1`, `table2` and `table4`: packing heuristics and the network compared over sequences.
+//! `ppnpack experiment table1`, `table2` and `table4`: packing heuristics and the network compared
+//! over sequences.
 
 use std::path::PathBuf;
 
@@ -17,10 +18,11 @@ use crate::comparison::{Comparison, ComparisonOptions, GridOption};
 use crate::results::with;
 use crate::way::Way;
 
-/// What the tables are told alike.
+/// Common options of the tables.
 #[derive(Debug, Args)]
 struct TableOptions {
-    /// The methods that pack, beside the search of all placements by SDFM, with which they are compared [default: all of the table]
+    /// The methods that pack, beside the search of all placements by SDFM, with which they are
+    /// compared [default: all of the table]
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = methods())]
     methods: Vec<String>,
 
@@ -61,7 +63,8 @@ pub(crate) struct Table1Arguments {
     #[command(flatten)]
     sequences: SequenceOptions<0, 100>,
 
-    /// The grids over the reference container on which the bounded search packs the same sequences, too
+    /// The grids over the reference container on which the bounded search packs the same sequences,
+    /// too
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     grids: Vec<GridOption>,
 
@@ -69,9 +72,10 @@ pub(crate) struct Table1Arguments {
     table: TableOptions,
 }
 
-/// Packs random sequences of the catalogue's regular objects, and of its irregular ones, with the network's proposals and
-/// searching all placements. The sets of objects that the paper compares with hierarchical reinforcement learning on are not
-/// published: regular is here what fills at least half of its bounding box.
+/// Packs random sequences of the catalogue's regular objects, and of its irregular ones, with the
+/// network's proposals and searching all placements. The sets of objects that the paper compares
+/// with hierarchical reinforcement learning on are not published: regular is here what fills at
+/// least half of its bounding box.
 #[derive(Debug, Args)]
 pub(crate) struct Table2Arguments {
     #[command(flatten)]
@@ -89,7 +93,8 @@ pub(crate) struct Table2Arguments {
     table: TableOptions,
 }
 
-/// Packs random sequences of unseen objects: at random, with the network's proposals, searching all placements. Give a
+/// Packs random sequences of unseen objects: at random, with the network's proposals, searching all
+/// placements. Give a
 /// --catalogue that the network was not trained on.
 #[derive(Debug, Args)]
 pub(crate) struct Table4Arguments {
@@ -102,7 +107,7 @@ pub(crate) struct Table4Arguments {
 
 /// A row of the paper's tables.
 struct Row {
-    /// What it is asked for by.
+    /// Name in options.
     key: &'static str,
     name: &'static str,
     heuristic: Heuristic,
@@ -110,7 +115,7 @@ struct Row {
     proposals: RowProposals,
 }
 
-/// Where the proposals of a row come from.
+/// Source of the proposals of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum RowProposals {
     /// All placements are searched.
@@ -153,10 +158,11 @@ impl Row {
     }
 }
 
-/// What all methods of a table are compared with.
+/// Method that the others of a table are compared with.
 const SEARCH: &str = "sdfm";
 
-/// The methods of Table I of the paper. `random` is by the rule of its text, `random-published` by that of its code as it is read here.
+/// The methods of Table I of the paper. `random` is by the rule of its text, `random-published` by
+/// that of its code as it is read here.
 static ROWS: [Row; 8] = {
     use Heuristic::{Dbl, Hm, Random, Sdfm};
     use Order::{Balance, BboxVolume, Shuffled};
@@ -173,7 +179,7 @@ static ROWS: [Row; 8] = {
     ]
 };
 
-/// Those of Table II and of Table IV.
+/// Methods of Table II and of Table IV.
 const OF_TABLE_2: [&str; 2] = ["ppn", SEARCH];
 const OF_TABLE_4: [&str; 4] = ["random-published", "random", "ppn", SEARCH];
 
@@ -192,7 +198,8 @@ impl TableOptions {
         Comparison::new(&self.comparison, backend, grid)
     }
 
-    /// Packs these sequences by the methods of a table that are asked for and whose network can be used; a line for each.
+    /// Packs these sequences by the methods of a table that are asked for and whose network can be
+    /// used; a line for each.
     fn lines(
         &self,
         name: &str,

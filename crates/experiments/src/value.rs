@@ -1,7 +1,8 @@
 //! `ppnpack experiment value`: the value of what a placement leaves, learned from packings.
 //!
-//! Sequences are packed as usual; at each step the figures of the scene after the placement are noted, and what was packed until then.
-//! `experiments/value.py` learns of these the coefficients of [`SceneValue`].
+//! Sequences are packed as usual; at each step the figures of the scene after the placement are
+//! noted, and what was packed until then. `experiments/value.py` learns of these the coefficients
+//! of [`SceneValue`].
 
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
@@ -22,7 +23,8 @@ use crate::way::Way;
 /// The sequences before this one are the tests': what is learned is measured on them.
 const FIRST_FOR_LEARNING: u32 = 100;
 
-/// Packs sequences in robot conditions and notes what placements left, from which `experiments/value.py` learns what that is worth.
+/// Packs sequences in robot conditions and notes what placements left, from which
+/// `experiments/value.py` learns what that is worth.
 #[derive(Debug, Args)]
 pub(crate) struct ValueArguments {
     #[command(flatten)]
@@ -42,13 +44,13 @@ pub(crate) struct ValueArguments {
     runs: RunsOptions,
 }
 
-/// What was seen of a packed sequence.
+/// Record of a packed sequence.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Seen {
     objects: Vec<usize>,
-    /// Of each step: the figures of what the placement left.
+    /// Figures of what each placement left.
     figures: Vec<Vec<f64>>,
-    /// Of each step: the mesh volume of its item and of all before it.
+    /// Mesh volume of the item of each step and of all before it.
     packed_m3: Vec<f64>,
     /// The mesh volume in the container at the end.
     meshes_m3: f64,
@@ -104,7 +106,7 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     arguments.runs.publish("value", results, "value")
 }
 
-/// As `ppnpack pack` packs.
+/// Makes the way of `ppnpack pack`.
 fn way(arguments: &ValueArguments) -> Way {
     let poses = arguments.catalogue.settings().poses;
     let mut way = Way {

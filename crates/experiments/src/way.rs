@@ -1,4 +1,5 @@
-//! The ways to fill containers that are compared: those of a file, such as `experiments/filling.json`.
+//! The ways to fill containers that are compared: those of a file, such as
+//! `experiments/filling.json`.
 
 use std::path::Path;
 

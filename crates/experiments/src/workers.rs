@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::progress;
 
-/// How many workers there are by default: one per core, so that each times its decisions undisturbed.
+/// How many workers there are by default: one per core, so that each times its decisions
+/// undisturbed.
 pub(crate) fn default_count() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Does all jobs, each on one thread, with a progress bar; gives what they came to in the order of the jobs. The first
-/// failure ends the work after the jobs under way.
+/// Does all jobs, each on one thread, with a progress bar; gives what they came to in the order of
+/// the jobs. The first failure ends the work after the jobs under way.
 pub(crate) fn map<J: Sync, R: Send + Sync>(
     what: &'static str,
     jobs: &[J],

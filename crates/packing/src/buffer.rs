@@ -7,8 +7,8 @@ use crate::candidate::Candidate;
 
 /// A sequence of arriving items seen through a buffer of limited size.
 ///
-/// The candidates of an item, one for each of its poses, stand next to each other: they arrive together, count as one
-/// item, and leave together.
+/// The candidates of an item, one for each of its poses, stand next to each other: they arrive
+/// together, count as one item, and leave together.
 #[derive(Debug, Clone)]
 pub struct Buffer {
     candidates: Vec<Candidate>,
@@ -17,8 +17,8 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// The buffer of a sequence that lets a step choose among `capacity` items, at least one. Neighbours in the
-    /// sequence with the same arrival are the poses of one item.
+    /// The buffer of a sequence that lets a step choose among `capacity` items, at least one.
+    /// Neighbours in the sequence with the same arrival are the poses of one item.
     pub fn new(sequence: Vec<Candidate>, capacity: usize) -> Self {
         let capacity = capacity.max(1);
         let mut buffer = Self {
@@ -30,7 +30,7 @@ impl Buffer {
         buffer
     }
 
-    /// What a step may choose: the items in the order of arrival, each in all of its poses.
+    /// Gives the items a step may choose among, in the order of arrival, each in all of its poses.
     pub fn candidates(&self) -> &[Candidate] {
         &self.candidates
     }
@@ -40,8 +40,8 @@ impl Buffer {
         self.candidates.chunk_by(|a, b| a.arrival == b.arrival)
     }
 
-    /// Takes a candidate out by its index, with the other poses of its item, and lets the next item arrive; `None`
-    /// where there is no such candidate.
+    /// Takes a candidate out by its index, with the other poses of its item, and lets the next item
+    /// arrive; `None` where there is no such candidate.
     pub fn take(&mut self, candidate: usize) -> Option<Candidate> {
         let taken = self.candidates.get(candidate)?.clone();
         self.candidates.retain(|held| held.arrival != taken.arrival);

@@ -10,30 +10,33 @@ use crate::model::Model;
 
 /// An item of the buffer that a step may choose, in one of the poses in which it may be packed.
 ///
-/// An item that may be packed in several poses is as many candidates, with the same `arrival`: the step that chooses
-/// one of them chooses the pose with the place and the yaw, and the others are gone with it.
+/// An item that may be packed in several poses is as many candidates, with the same `arrival`: the
+/// step that chooses one of them chooses the pose with the place and the yaw, and the others are
+/// gone with it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The item's place in the sequence of arrivals, from 0.
     pub arrival: usize,
-    /// Which of the item's poses: 0 is the one in which it is offered, the others follow by falling probability.
+    /// Number of the item's pose: 0 is that in which it is offered, others follow by falling
+    /// probability.
     pub pose: usize,
     /// Its heightmaps.
     pub item: Arc<Item>,
     /// Its solid, in the frame of its heightmaps, where it is known.
     pub model: Option<Arc<Model>>,
-    /// What it weighs, in kilograms, where that was told; elsewhere as its solid says.
+    /// Mass in kilograms as told; without it the solid's counts.
     pub mass_kg: Option<f64>,
-    /// How it lies as it waits.
+    /// Pose of the item as it waits.
     pub lying: Lying,
-    /// What has to be respected when it is packed.
+    /// Rules for packing it.
     pub rules: Rules,
     /// At which stop it leaves the container.
     pub stop: Stop,
 }
 
 impl Candidate {
-    /// An item as it is offered, of which only the heightmaps are known: it waits at the usual place and has no rules.
+    /// An item as it is offered, of which only the heightmaps are known: it waits at the usual
+    /// place and has no rules.
     pub fn new(arrival: usize, item: Arc<Item>) -> Self {
         Self {
             arrival,
@@ -54,7 +57,7 @@ impl Candidate {
         self
     }
 
-    /// What it weighs, in kilograms, where that was told or its solid is known.
+    /// Gives its mass in kilograms, where that was told or its solid is known.
     pub fn weighs_kg(&self) -> Option<f64> {
         let model = self.model.as_ref();
         self.mass_kg.or(model.map(|model| model.mass.mass_kg))
@@ -68,14 +71,14 @@ impl Candidate {
             .collect()
     }
 
-    /// A number that tells it from the other candidates of a sequence, for what is drawn at random; in the pose in
-    /// which it is offered, that of its arrival.
+    /// A number that tells it from the other candidates of a sequence, for what is drawn at random;
+    /// in the pose in which it is offered, that of its arrival.
     pub(crate) fn stream(&self) -> u64 {
         (self.arrival as u64) ^ (self.pose as u64).rotate_right(16)
     }
 }
 
-/// What has to be respected when an item is packed.
+/// Rules for packing an item.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Rules {
     /// Nothing may be placed above it.
@@ -84,28 +87,29 @@ pub struct Rules {
     pub is_bottom_only: bool,
     /// Its centre of mass has to be well inside what supports it.
     pub is_upright: bool,
-    /// The greatest mass that may rest on it, in kilograms; where it is not given, as its solid says.
+    /// The greatest mass that may rest on it, in kilograms; where it is not given, as its solid
+    /// says.
     pub carries_kg: Option<f64>,
 }
 
-/// How an item lies as it waits.
+/// Pose of an item as it waits.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Lying {
     /// Its own frame in that of its heightmaps, where they are not the same.
     pub heightmap_from_item: Option<Isometry3<f64>>,
-    /// Where its own frame is, where that is known; elsewhere it waits at the cell's usual place.
+    /// Pose of its own frame, where known; otherwise it waits at the cell's usual place.
     pub waits_at: Option<Isometry3<f64>>,
 }
 
 impl Lying {
-    /// Where the item's own frame is, given where that of its heightmaps is.
+    /// Gives the pose of the item's own frame from that of its heightmaps' frame.
     pub fn own_frame(&self, container_from_heightmap: &Isometry3<f64>) -> Isometry3<f64> {
         let own = |from_item: Isometry3<f64>| container_from_heightmap * from_item;
         self.heightmap_from_item
             .map_or(*container_from_heightmap, own)
     }
 
-    /// Where the frame of its heightmaps is as it waits, where that is known.
+    /// Gives the pose of its heightmaps' frame as it waits, where that is known.
     pub fn heightmap_frame(&self) -> Option<Isometry3<f64>> {
         let waits_at = self.waits_at?;
         let of_heightmaps = |from_item: Isometry3<f64>| waits_at * from_item.inverse();

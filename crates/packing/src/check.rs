@@ -25,7 +25,7 @@ pub enum Cost {
     Simulation,
 }
 
-/// What a check says of a placement.
+/// Answer of a check about a placement.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// The item may be placed there, with what was found out about it.
@@ -50,18 +50,19 @@ impl Verdict {
     }
 }
 
-/// What checks found out about a placement that they accepted: whoever carries it out is given that.
+/// Findings of the checks about a placement that they accepted, for whoever carries it out.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Evidence {
     /// The motion that makes the placement, where an arm was asked.
     pub cycle: Option<Arc<Cycle>>,
-    /// What became of the item where the placement was tried in a simulation.
+    /// Outcome of the try in a simulation, where there was one.
     pub settling: Option<Settling>,
     /// The item below that would be loaded most, for what it may carry, where one has a limit.
     pub load: Option<Load>,
-    /// What was done otherwise than was asked for to find this out, for people.
+    /// Shortcuts taken to find this out, for people.
     pub degraded: Vec<String>,
-    /// How far below its place, whose height is rounded up, the item touches what is known to lie there, in metres.
+    /// How far below its place, whose height is rounded up, the item touches what is known to lie
+    /// there, in metres.
     pub lowered_m: f64,
 }
 
@@ -75,8 +76,8 @@ impl Evidence {
         self.lowered_m = self.lowered_m.max(other.lowered_m);
     }
 
-    /// Lowers the pose of a placement to where its item touches what lies there: what falls farther stays less often. An arm's motion
-    /// ends at the place itself.
+    /// Lowers the pose of a placement to where its item touches what lies there: what falls farther
+    /// stays less often. An arm's motion ends at the place itself.
     #[must_use]
     pub fn lower(&self, mut container_from_item: Isometry3<f64>) -> Isometry3<f64> {
         if self.cycle.is_none() {
@@ -86,8 +87,8 @@ impl Evidence {
     }
 }
 
-/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it. Errors are what kept
-/// a check from giving an answer.
+/// One condition of `IsValid`. Checks compose: a placement is valid where all of them accept it.
+/// Errors are what kept a check from giving an answer.
 pub trait ValidityCheck: Send {
     /// How long one call takes.
     fn cost(&self) -> Cost;
@@ -97,8 +98,9 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
-    /// Why it refuses every placement of the candidate, whatever the container holds, where it does. Such a candidate
-    /// is left out of the step before anything is proposed for it. Asked once for each candidate as a step begins.
+    /// Why it refuses every placement of the candidate, whatever the container holds, where it
+    /// does. Such a candidate is left out of the step before anything is proposed for it. Asked
+    /// once for each candidate as a step begins.
     fn rules_out(
         &mut self,
         _input: &StepInput<'_>,
@@ -107,8 +109,9 @@ pub trait ValidityCheck: Send {
         Ok(None)
     }
 
-    /// Why it refuses a placement by what it found out about others in this step, where it does. Every check is asked this before
-    /// any looks into the placement, and none is asked to [`judge`](Self::judge) what one of them refuses so.
+    /// Why it refuses a placement by what it found out about others in this step, where it does.
+    /// Every check is asked this before any looks into the placement, and none is asked to
+    /// [`judge`](Self::judge) what one of them refuses so.
     fn refuses_unseen(
         &self,
         _input: &StepInput<'_>,
@@ -126,13 +129,14 @@ pub trait ValidityCheck: Send {
         resting: &RestingPlacement,
     ) -> StageResult<Verdict>;
 
-    /// How many placements it is told of before it is asked about the first of them, so that it can work on them together.
+    /// How many placements it is told of before it is asked about the first of them, so that it can
+    /// work on them together.
     fn foresight(&self) -> usize {
         1
     }
 
-    /// Tells which placements it will be asked about next, in this order, unless it accepts one before. What it answers
-    /// does not depend on this.
+    /// Tells which placements it will be asked about next, in this order, unless it accepts one
+    /// before. What it answers does not depend on this.
     fn foresee(
         &mut self,
         _input: &StepInput<'_>,
@@ -146,17 +150,20 @@ pub trait ValidityCheck: Send {
         false
     }
 
-    /// Looks into more placements in the next search of this step, as nothing was valid; says whether there are more.
+    /// Looks into more placements in the next search of this step, as nothing was valid; says
+    /// whether there are more.
     fn widen(&mut self) -> bool {
         false
     }
 
-    /// Whether it refuses all further placements of a candidate in this step: it need not be asked any more.
+    /// Whether it refuses all further placements of a candidate in this step: it need not be asked
+    /// any more.
     fn is_done_with(&self, _candidate: &Candidate) -> bool {
         false
     }
 
-    /// The best of the placements that it refused in this step for as long as another is valid: it is made if none is.
+    /// The best of the placements that it refused in this step for as long as another is valid: it
+    /// is made if none is.
     fn last_resort(&self) -> Option<LastResort> {
         None
     }
@@ -165,13 +172,13 @@ pub trait ValidityCheck: Send {
 /// A placement that a check refused as long as another is valid, and that is made if none is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LastResort {
-    /// Of which item, by its arrival.
+    /// Arrival of the item.
     pub arrival: usize,
     /// The item's shape in the pose in which it is placed.
     pub shape: ShapeId,
-    /// Where.
+    /// Resting placement.
     pub resting: RestingPlacement,
-    /// What was found out about it.
+    /// Findings about it.
     pub evidence: Evidence,
 }
 
@@ -182,7 +189,7 @@ pub type BoxedCheck = Box<dyn ValidityCheck>;
 pub(crate) trait Condition: Send {
     /// How long one answer takes.
     const COST: Cost;
-    /// What a refused placement does not meet.
+    /// Condition that a refused placement does not meet.
     const CAUSE: Cause;
 
     /// A step begins.

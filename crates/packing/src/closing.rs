@@ -5,11 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::grid::ContainerSize;
 use crate::orders::{ContainerRules, Sharing};
 
-/// When a container is closed though others go on. Without any rule one is closed only where nothing fits into any.
+/// When a container is closed though others go on. Without any rule one is closed only where
+/// nothing fits into any.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosingRules {
-    /// Closed as soon as its items fill so many percent of its volume; where it is not given, that closes none.
+    /// Closed as soon as its items fill so many percent of its volume; where it is not given, that
+    /// closes none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill_percent: Option<f64>,
     /// Closed as soon as all items are in it of its order, where a container is for one.
@@ -38,9 +40,9 @@ pub enum Closing {
     /// It was as full as is set.
     #[error("it is filled to {percent:.0} %, and is to be closed at {full_at:.0} %")]
     Full {
-        /// How full it is.
+        /// Filled share in percent.
         percent: f64,
-        /// How full it is to be.
+        /// Filled share in percent at which it is closed.
         full_at: f64,
     },
     /// It was for one order, which is complete.
@@ -59,7 +61,7 @@ impl Closing {
     }
 }
 
-/// How full a container is.
+/// Filled volume of a container.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fill {
     /// The volume of the items in it, in cubic metres.

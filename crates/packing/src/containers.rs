@@ -1,20 +1,22 @@
 //! A step over several containers that are open at the same time.
 //!
-//! Each has a planner of its own, and all plan for the same buffer. The fullest in which an item of the buffer has a valid
-//! placement takes one: gaps are filled before room is begun.
+//! Each has a planner of its own, and all plan for the same buffer. The fullest in which an item of
+//! the buffer has a valid placement takes one: gaps are filled before room is begun.
 
 use crate::candidate::Candidate;
 use crate::plan::{Plan, Timings};
 
-/// By container, the fullest first: which candidates it may take in an attempt to pack something, by their indices.
+/// Candidates, by their indices, that each container may take in an attempt to pack something; the
+/// fullest container comes first.
 pub type Attempt = Vec<Vec<usize>>;
 
-/// What planning a step over open containers found.
+/// Result of planning a step over open containers.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The container of the placement, by its place in the attempt; without a placement that which holds least.
+    /// The container of the placement, by its place in the attempt; without a placement that which
+    /// holds least.
     pub container: usize,
-    /// What it may take; the plan is of these.
+    /// Candidates that it may take, on which the plan is.
     pub candidates: Vec<Candidate>,
     /// The plan in this container.
     pub plan: Plan,
@@ -24,9 +26,9 @@ pub struct Found {
     pub is_cut: bool,
 }
 
-/// Plans a step over open containers: what the first attempt that finds a placement finds, in the first container that can take an
-/// item; else the last of all. `None` where there is no container. `plan_in` plans in a container, by its place in the attempt, for
-/// what it may take.
+/// Plans a step over open containers: what the first attempt that finds a placement finds, in the
+/// first container that can take an item; else the last of all. `None` where there is no container.
+/// `plan_in` plans in a container, by its place in the attempt, for what it may take.
 ///
 /// # Errors
 /// What kept `plan_in` from planning.

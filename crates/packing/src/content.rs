@@ -1,4 +1,4 @@
-//! What lies in a container, as solids.
+//! Content of a container, as solids.
 
 use std::sync::Arc;
 
@@ -12,9 +12,9 @@ use crate::model::Model;
 pub struct LyingSolid {
     /// Its geometry.
     pub model: Arc<Model>,
-    /// Where the model's frame is.
+    /// Pose of the model's frame.
     pub container_from_item: Isometry3<f64>,
-    /// What it weighs, and may carry.
+    /// Mass, and the mass it may carry.
     pub burden: Burden,
 }
 
@@ -53,10 +53,10 @@ impl LyingBody {
     }
 }
 
-/// What is known to lie in a container.
+/// Known content of a container.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Content {
-    /// Those that lie there, then those that are assumed to.
+    /// Solids that lie there, then those that are assumed to.
     solids: Arc<[LyingSolid]>,
     /// How many of them lie there.
     lying: usize,
@@ -90,7 +90,8 @@ impl Content {
         self.has_unknown
     }
 
-    /// Whether more lies there than the [`Self::solids`] that lie there: where it is, a picture has to say.
+    /// Whether more lies there than the [`Self::solids`] that lie there: where it is, a picture has
+    /// to say.
     pub fn is_partial(&self) -> bool {
         self.has_unknown || !self.assumed().is_empty()
     }

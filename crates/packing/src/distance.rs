@@ -11,14 +11,15 @@ pub const DISTANCE_STEP_M: f64 = 0.01;
 /// `D` is truncated to this many steps.
 pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 
-/// Rows that are dilated along y at once: enough that a loop over them pays, few enough that they stay in the cache.
+/// Rows that are dilated along y at once: enough that a loop over them pays, few enough that they
+/// stay in the cache.
 const BAND_ROWS: usize = 16;
 
 /// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
 ///
 /// The scene below the heightmap is full, so the voxels within `d` steps of content are those below
-/// `H_d` = the heightmap dilated by `d` steps (walls infinite), plus `d` steps. `D` of a voxel at height `z` is
-/// `1 + #{d : z >= H_d}`, truncated to [`DISTANCE_TRUNCATION`].
+/// `H_d` = the heightmap dilated by `d` steps (walls infinite), plus `d` steps. `D` of a voxel at
+/// height `z` is `1 + #{d : z >= H_d}`, truncated to [`DISTANCE_TRUNCATION`].
 #[derive(Debug, Clone)]
 pub(crate) struct DistanceLevels {
     /// Cells that a level is dilated by, and units that it is lifted by.
@@ -64,8 +65,8 @@ impl DistanceLevels {
 struct Dilation {
     nx: usize,
     ny: usize,
-    /// Right where the squares of all steps so far lie within the container; something between 0 and the greatest
-    /// height elsewhere.
+    /// Right where the squares of all steps so far lie within the container; something between 0
+    /// and the greatest height elsewhere.
     heights: Vec<Units>,
     /// Room for a copy of some rows.
     band: Vec<Units>,
@@ -133,7 +134,8 @@ impl Dilation {
     }
 }
 
-/// The offsets at which a running maximum is to be joined with itself to span a window: 1, 2, 4, ... and the rest.
+/// The offsets at which a running maximum is to be joined with itself to span a window: 1, 2, 4,
+/// ... and the rest.
 fn doubling(window: usize) -> impl Iterator<Item = usize> {
     let mut spanned = 1;
     std::iter::from_fn(move || {

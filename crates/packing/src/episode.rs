@@ -1,4 +1,5 @@
-//! Episodes: packing a sequence until everything is packed or nothing in the buffer has a valid placement.
+//! Episodes: packing a sequence until everything is packed or nothing in the buffer has a valid
+//! placement.
 
 use crate::buffer::Buffer;
 use crate::check::Evidence;
@@ -11,13 +12,14 @@ use crate::plan::{
 };
 use crate::refusal::Refusals;
 
-/// The cell that an episode is played in: simulated, real, or only imagined. Errors are what kept it from doing what
-/// it was asked for.
+/// The cell that an episode is played in: simulated, real, or only imagined. Errors are what kept
+/// it from doing what it was asked for.
 pub trait PackingCell {
-    /// What the container holds now.
+    /// Gives what the container holds now.
     fn scan(&mut self) -> Result<Scene, StageError>;
 
-    /// Places an item and waits until the placement is done. The evidence of the choice says how, where that is known.
+    /// Places an item and waits until the placement is done. The evidence of the choice says how,
+    /// where that is known.
     fn place(
         &mut self,
         item: &Candidate,
@@ -41,7 +43,7 @@ pub enum EpisodeError {
     Cell {
         /// Number of the step, from 0.
         step: u64,
-        /// What went wrong.
+        /// Error of the cell.
         source: StageError,
     },
 }
@@ -53,9 +55,9 @@ pub struct Step {
     pub step: u64,
     /// The item.
     pub candidate: Candidate,
-    /// Where it was placed, and the value of the objective there.
+    /// Placement, with the value of the objective.
     pub choice: Evaluated,
-    /// What the checks found out about the choice.
+    /// Findings of the checks about the choice.
     pub evidence: Evidence,
     /// The next best valid placements.
     pub alternatives: Vec<Evaluated>,
@@ -91,7 +93,8 @@ impl Step {
     }
 }
 
-/// An item that was set aside for the next container, as nothing in the buffer had a valid placement.
+/// An item that was set aside for the next container, as nothing in the buffer had a valid
+/// placement.
 #[derive(Debug, Clone)]
 pub struct SetAside {
     /// The item, in the pose in which it was offered.
@@ -109,7 +112,8 @@ pub enum Ending {
     AllPacked,
     /// All that was not set aside is packed.
     OthersSetAside,
-    /// Nothing in the buffer has a valid placement; per item the reason, in the pose in which it was offered.
+    /// Nothing in the buffer has a valid placement; per item the reason, in the pose in which it
+    /// was offered.
     NothingFits(Vec<(Candidate, Reason)>),
 }
 
@@ -124,7 +128,7 @@ pub struct Episode {
     pub ending: Ending,
     /// The scene at the end.
     pub scene: Scene,
-    /// What was achieved.
+    /// Figures of the result.
     pub metrics: Metrics,
     /// Placements that were refused before the steps were decided, over all steps.
     pub refusals: Refusals,
@@ -153,7 +157,8 @@ pub fn steps_widened(steps: &[Step]) -> usize {
 
 /// Watches an episode as it goes.
 pub trait Observer {
-    /// A step was planned and carried out; `input` is what it was planned on, with the candidates it chose among.
+    /// A step was planned and carried out; `input` is what it was planned on, with the candidates
+    /// it chose among.
     fn on_step(&mut self, step: &Step, input: &StepInput<'_>);
 }
 
@@ -162,12 +167,13 @@ impl Observer for () {
     fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {}
 }
 
-/// How an episode is played.
+/// Settings of an episode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Play {
     /// Items that a step may choose among.
     pub buffer: usize,
-    /// Items that may be set aside for the next container, where nothing in the buffer has a valid placement.
+    /// Items that may be set aside for the next container, where nothing in the buffer has a valid
+    /// placement.
     pub set_aside: usize,
     /// Valid placements that are wanted beside each choice.
     pub alternatives: usize,
@@ -186,8 +192,9 @@ impl Play {
 
 /// Plays an episode.
 ///
-/// Neighbours in the sequence with the same arrival are the poses of one item ([`Candidate`]). Where nothing in the
-/// buffer has a valid placement, the largest of its items is set aside, as many times as may be, and the next one arrives.
+/// Neighbours in the sequence with the same arrival are the poses of one item ([`Candidate`]).
+/// Where nothing in the buffer has a valid placement, the largest of its items is set aside, as
+/// many times as may be, and the next one arrives.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning or the cell failed; what was packed until then is lost to the caller, but not to
@@ -256,8 +263,8 @@ pub fn play(
     })
 }
 
-/// The items of a step without a choice in the order of arrival, each as it is offered, with its index into the
-/// candidates.
+/// The items of a step without a choice in the order of arrival, each as it is offered, with its
+/// index into the candidates.
 fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
     let mut unplaced: Vec<(usize, SetAside)> = Vec::new();
     for (index, held) in input.candidates.iter().enumerate() {
@@ -275,7 +282,8 @@ fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
     unplaced
 }
 
-/// The item that is least likely to fit later: the largest, and of several that which arrived first.
+/// The item that is least likely to fit later: the largest, and of several that which arrived
+/// first.
 fn largest(unplaced: &[(usize, SetAside)]) -> Option<&(usize, SetAside)> {
     let volume_m3 = |item: &SetAside| item.candidate.item.mesh_volume_m3();
     let falling = |one: &SetAside, other: &SetAside| volume_m3(other).total_cmp(&volume_m3(one));

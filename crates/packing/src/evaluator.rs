@@ -6,10 +6,11 @@ use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput}
 
 /// Ranks placements by an objective. Placements that do not fit below the rim are left out.
 ///
-/// A ranking goes on where it stopped: asking for one placement more never begins again. Errors are what kept the
-/// evaluator from answering.
+/// A ranking goes on where it stopped: asking for one placement more never begins again. Errors are
+/// what kept the evaluator from answering.
 pub trait Evaluator: Send {
-    /// Starts ranking the proposals of some candidates; `group` holds indices into the input's candidates.
+    /// Starts ranking the proposals of some candidates; `group` holds indices into the input's
+    /// candidates.
     fn rank(
         &mut self,
         input: &StepInput<'_>,
@@ -17,18 +18,19 @@ pub trait Evaluator: Send {
         proposals: &Proposals,
     ) -> StageResult;
 
-    /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after the last, or where
-    /// the time is over, which the [shortfall](Self::shortfall) says.
+    /// The next placement by increasing value; equal values by candidate, yaw, x, y. `None` after
+    /// the last, or where the time is over, which the [shortfall](Self::shortfall) says.
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
-    /// Leaves the placements of a candidate out of what is left of the ranking. One that goes on to give them is only slower.
+    /// Leaves the placements of a candidate out of what is left of the ranking. One that goes on to
+    /// give them is only slower.
     fn leave_out(&mut self, _candidate: usize) {}
 
     /// The counts of a candidate of the last ranked group.
     fn counts(&self, candidate: usize) -> PlacementCounts;
 
-    /// Adds the placements of a candidate of the last ranked group that were left out because a check refused them: of
-    /// evaluators that have checks asked where placements are evaluated.
+    /// Adds the placements of a candidate of the last ranked group that were left out because a
+    /// check refused them: of evaluators that have checks asked where placements are evaluated.
     fn add_refusals(&self, _candidate: usize, _refusals: &mut Refusals) {}
 
     /// About how many bytes it holds for this ranking and the next; 0 where that is little.
@@ -36,7 +38,7 @@ pub trait Evaluator: Send {
         0
     }
 
-    /// What was done otherwise than was asked for since the last call of [`rank`](Self::rank).
+    /// Gives what was done otherwise than asked since the last [`rank`](Self::rank).
     fn shortfall(&self) -> Option<&Shortfall> {
         None
     }

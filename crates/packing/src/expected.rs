@@ -49,7 +49,7 @@ const FOREIGN_M: f64 = 0.03;
 /// What is foreign covers at least this, in m².
 const FOREIGN_M2: f64 = 25e-4;
 
-/// What contradicts a picture.
+/// Contradiction between a picture and the expected content.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Contradiction {

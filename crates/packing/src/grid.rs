@@ -38,7 +38,7 @@ pub enum GridError {
     /// A length is zero, negative or not finite.
     #[error("{what} must be a positive number of metres, but is {value}")]
     NotPositive {
-        /// Which length.
+        /// Name of the length.
         what: &'static str,
         /// Its value, in metres.
         value: f64,
@@ -77,7 +77,8 @@ pub enum GridError {
 pub struct Yaws(Vec<f64>);
 
 impl Yaws {
-    /// `count` yaws evenly spaced over half a turn; four of them are the paper's 0, 45, 90 and 135 degrees.
+    /// `count` yaws evenly spaced over half a turn; four of them are the paper's 0, 45, 90 and 135
+    /// degrees.
     ///
     /// # Errors
     /// [`GridError::Yaws`] where `count` is 0 or over 360.
@@ -119,7 +120,7 @@ impl Yaws {
     }
 }
 
-/// What an item's heightmaps depend on: the cell, the height unit and the yaws.
+/// Cell, height unit and yaws, on which an item's heightmaps depend.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Resolution {
     cell_m: f64,
@@ -128,7 +129,8 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// A resolution of square cells of `cell_m` and heights in units of `height_unit_m`, both in metres.
+    /// A resolution of square cells of `cell_m` and heights in units of `height_unit_m`, both in
+    /// metres.
     ///
     /// # Errors
     /// [`GridError::NotPositive`] where a length is not a positive number.
@@ -221,8 +223,9 @@ impl ContainerSize {
 
 /// A container seen as a grid of cells with heights in units.
 ///
-/// Cell `(x, y)` covers `[x, x + 1) x [y, y + 1)` cells of the container frame, whose origin is an inner bottom
-/// corner. A container that is no multiple of the cell leaves a strip at its far sides unused.
+/// Cell `(x, y)` covers `[x, x + 1) x [y, y + 1)` cells of the container frame, whose origin is an
+/// inner bottom corner. A container that is no multiple of the cell leaves a strip at its far sides
+/// unused.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     container: ContainerSize,

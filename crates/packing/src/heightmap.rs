@@ -48,7 +48,8 @@ pub enum HeightmapError {
 
 /// The height of a container's content per cell, in units, from the floor.
 ///
-/// Row-major: the height of cell `(x, y)` is at `x * ny + y`. Everything below a height counts as full.
+/// Row-major: the height of cell `(x, y)` is at `x * ny + y`. Everything below a height counts as
+/// full.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heightmap {
     nx: usize,
@@ -138,15 +139,16 @@ impl Heightmap {
 
 /// The surface of a container's content in metres, sampled more finely than the cells of its grid.
 ///
-/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like [`Heightmap`]. Where
-/// nothing was seen it is a bound: content may be as high, and nothing there is known to hold an item up.
+/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like
+/// [`Heightmap`]. Where nothing was seen it is a bound: content may be as high, and nothing there
+/// is known to hold an item up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     nx: usize,
     ny: usize,
     pitch_m: f64,
     heights_m: Vec<f32>,
-    /// What holds an item up; `None` where that is all of it.
+    /// Heights that hold an item up; `None` where all do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     support_m: Option<Vec<f32>>,
 }
@@ -187,8 +189,8 @@ impl Surface {
         })
     }
 
-    /// The same surface, of which some heights are bounds: at each sample what holds an item up, in metres; 0, the
-    /// floor, where nothing else does.
+    /// The same surface, of which some heights are bounds: at each sample what holds an item up, in
+    /// metres; 0, the floor, where nothing else does.
     ///
     /// # Errors
     /// [`HeightmapError`] where the count differs, or a height is negative or above that of its sample.
@@ -230,8 +232,8 @@ impl Surface {
         &self.heights_m
     }
 
-    /// The heights at which content was seen or is known, and so holds an item up, in metres, row-major; 0, the floor,
-    /// where a height is only a bound.
+    /// The heights at which content was seen or is known, and so holds an item up, in metres,
+    /// row-major; 0, the floor, where a height is only a bound.
     pub fn support_m(&self) -> &[f32] {
         self.support_m.as_deref().unwrap_or(&self.heights_m)
     }
@@ -256,7 +258,8 @@ impl Surface {
         (self.nx, self.ny) == (other.nx, other.ny)
     }
 
-    /// What holds an item up at a sample, and how high content is there at most, in metres.
+    /// Gives the height that holds an item up at a sample, and the greatest possible one, in
+    /// metres.
     pub(crate) fn at(&self, sample: usize) -> (f32, f32) {
         let of = |heights_m: &[f32]| heights_m.get(sample).copied().unwrap_or(0.0);
         (of(self.support_m()), of(&self.heights_m))
@@ -313,7 +316,8 @@ impl Surface {
     }
 }
 
-/// Checks that there is a height for each cell, and none below 0 or above the greatest; `limit` names that in an error.
+/// Checks that there is a height for each cell, and none below 0 or above the greatest; `limit`
+/// names that in an error.
 fn check_heights<T: Copy + PartialOrd + Default + Into<f64>>(
     nx: usize,
     ny: usize,
@@ -359,8 +363,8 @@ fn sampled(
     }
 }
 
-/// What a placement is planned on: the container's heightmap, its fine surface where the sensor gives one, and what lies in
-/// it where that is known.
+/// Scene that a placement is planned on: the container's heightmap, its fine surface where the
+/// sensor gives one, and its content where known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     heightmap: Heightmap,
@@ -370,7 +374,8 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene from its heightmap, and its fine surface where that is known. Neither is derived from the other.
+    /// A scene from its heightmap, and its fine surface where that is known. Neither is derived
+    /// from the other.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where one of them does not cover the grid as its resolution asks.
@@ -428,7 +433,8 @@ impl Scene {
         self
     }
 
-    /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to a unit.
+    /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to
+    /// a unit.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
@@ -445,8 +451,9 @@ impl Scene {
         Ok(Self::from_heightmap(heightmap).with_surface(surface))
     }
 
-    /// A scene as a camera with one pixel per cell sees it: each cell takes the sample at its middle, rounded to the nearest unit. What
-    /// stands up between the middles is missed, so an item may touch it on its way down.
+    /// A scene as a camera with one pixel per cell sees it: each cell takes the sample at its
+    /// middle, rounded to the nearest unit. What stands up between the middles is missed, so an
+    /// item may touch it on its way down.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
@@ -472,7 +479,7 @@ impl Scene {
         self.surface.as_ref()
     }
 
-    /// What lies in the container, where that is known.
+    /// Gives the content of the container, where that is known.
     pub fn content(&self) -> Option<&Content> {
         self.content.as_ref()
     }

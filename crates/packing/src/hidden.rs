@@ -1,9 +1,10 @@
 //! Hidden samples of a surface: what lies there by what is known beside the picture.
 //!
-//! A sensor bounds what it does not see ([`Surface::has_bounds`]). Where the solids in the container are known, a hidden
-//! sample is as high as they are, with a margin. What was seen before, and where nothing was placed or moved since, is
-//! as it was. Neither ever raises a bound. Of the edge of a known solid a sample may hold less than a sensor resolves: it
-//! is as high as the solid where the picture shows that beside it.
+//! A sensor bounds what it does not see ([`Surface::has_bounds`]). Where the solids in the
+//! container are known, a hidden sample is as high as they are, with a margin. What was seen
+//! before, and where nothing was placed or moved since, is as it was. Neither ever raises a bound.
+//! Of the edge of a known solid a sample may hold less than a sensor resolves: it is as high as the
+//! solid where the picture shows that beside it.
 
 use crate::content::{Content, LyingSolid};
 use crate::grid::Grid;
@@ -14,10 +15,12 @@ use crate::model::raster::raise_surface;
 /// How much higher than a known solid a hidden sample may be, in metres: how well poses are found.
 const MARGIN_M: f64 = 0.003;
 
-/// A seen sample this far below a known solid, in metres, may hold less of its edge than a sensor resolves.
+/// A seen sample this far below a known solid, in metres, may hold less of its edge than a sensor
+/// resolves.
 const LIP_M: f64 = 0.002;
 
-/// A seen sample beside one that is within this of a known solid's height, in metres, may hold the solid's edge.
+/// A seen sample beside one that is within this of a known solid's height, in metres, may hold the
+/// solid's edge.
 const EDGE_M: f64 = 0.005;
 
 /// A solid whose origin moved by more than this, in metres, lies elsewhere.
@@ -26,7 +29,7 @@ const MOVED_M: f64 = 0.001;
 /// A solid that turned by more than this, in radians, lies elsewhere.
 const TURNED_RAD: f64 = 0.01;
 
-/// What moved may have touched what is within this, in metres.
+/// Reach of a solid that moved: what is within this may have been touched, in metres.
 const REACH_M: f64 = 0.005;
 
 /// The last picture of a container, with what lay there.
@@ -47,8 +50,8 @@ impl SceneMemory {
         self.last = None;
     }
 
-    /// Gives the hidden samples of a scene the heights of what is known to lie there. With content that is unknown or
-    /// partial only the bounds count. Remembers the result for the next picture.
+    /// Gives the hidden samples of a scene the heights of what is known to lie there. With content
+    /// that is unknown or partial only the bounds count. Remembers the result for the next picture.
     pub fn complete(&mut self, grid: &Grid, scene: Scene) -> Scene {
         let known = scene.content().filter(|content| !content.is_partial());
         let (Some(surface), Some(content)) = (scene.surface(), known) else {

@@ -19,7 +19,7 @@ pub enum ItemError {
     Size {
         /// The item's name.
         item: String,
-        /// Which map.
+        /// Name of the map.
         map: &'static str,
         /// Values along x.
         nx: usize,
@@ -68,10 +68,11 @@ pub struct YawsMismatch {
     expected: usize,
 }
 
-/// The item's lower surface in metres, sampled finely, for contact that does not depend on the cell.
+/// The item's lower surface in metres, sampled finely, for contact that does not depend on the
+/// cell.
 ///
-/// Row-major; samples start at the footprint's corner; `f32::INFINITY` where there is no material. Heights are
-/// from the item's lowest point.
+/// Row-major; samples start at the footprint's corner; `f32::INFINITY` where there is no material.
+/// Heights are from the item's lowest point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Underside {
     /// Samples along x.
@@ -84,14 +85,15 @@ pub struct Underside {
     pub heights_m: Vec<f32>,
 }
 
-/// What is given to make an [`ItemView`]: an item's surfaces at one yaw.
+/// Surfaces of an item at one yaw, from which an [`ItemView`] is made.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ViewSurfaces {
     /// Footprint cells along x.
     pub nx: usize,
     /// Footprint cells along y.
     pub ny: usize,
-    /// Upper surface per cell in units from the lowest point, row-major; ignored where there is no material.
+    /// Upper surface per cell in units from the lowest point, row-major; ignored where there is no
+    /// material.
     pub top: Vec<Units>,
     /// Lower surface per cell in units, or [`ABSENT`], row-major.
     pub bottom: Vec<Units>,
@@ -104,7 +106,8 @@ pub struct ViewSurfaces {
 }
 
 impl ViewSurfaces {
-    /// The surfaces of `nx` x `ny` cells of which no more is known: the origin is taken to be the footprint's corner.
+    /// The surfaces of `nx` x `ny` cells of which no more is known: the origin is taken to be the
+    /// footprint's corner.
     pub fn of_cells(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Self {
         Self {
             nx,
@@ -219,7 +222,8 @@ impl ItemView {
         self.surfaces.ny
     }
 
-    /// Upper surface per cell in units from the lowest point, row-major; 0 where there is no material.
+    /// Upper surface per cell in units from the lowest point, row-major; 0 where there is no
+    /// material.
     pub fn top(&self) -> &[Units] {
         &self.surfaces.top
     }
@@ -239,7 +243,8 @@ impl ItemView {
         self.height
     }
 
-    /// The footprint's cells with material: their indices along x and y, and the lower and upper surface, in units.
+    /// The footprint's cells with material: their indices along x and y, and the lower and upper
+    /// surface, in units.
     pub fn cells(&self) -> impl Iterator<Item = (usize, usize, Units, Units)> {
         let surfaces = self.bottom().iter().zip(self.top()).enumerate();
         surfaces
@@ -277,14 +282,16 @@ impl ItemView {
         self.centroid_cells
     }
 
-    /// The centre of mass over the footprint, in metres from its corner; the voxels' mean where it is not known.
+    /// The centre of mass over the footprint, in metres from its corner; the voxels' mean where it
+    /// is not known.
     pub fn centre_of_mass_m(&self, cell_m: f64) -> Point2<f64> {
         self.surfaces
             .centre_of_mass_m
             .unwrap_or(self.centroid_cells * cell_m)
     }
 
-    /// The centre of mass over the floor where the view is placed, in metres in the container frame.
+    /// The centre of mass over the floor where the view is placed, in metres in the container
+    /// frame.
     pub(crate) fn placed_centre_of_mass_m(&self, at: &Placement, cell_m: f64) -> Point2<f64> {
         let corner = Vector2::new(at.x as f64, at.y as f64) * cell_m;
         self.centre_of_mass_m(cell_m) + corner
@@ -310,7 +317,8 @@ pub struct Item {
 }
 
 impl Item {
-    /// An item from its surfaces at each yaw of a resolution, and the volume of its mesh in cubic metres.
+    /// An item from its surfaces at each yaw of a resolution, and the volume of its mesh in cubic
+    /// metres.
     ///
     /// # Errors
     /// [`ItemError`] where a map has the wrong size, a cell's surfaces are out of order, or there is no material.
@@ -375,12 +383,13 @@ impl Item {
         self.mesh_volume_m3
     }
 
-    /// Voxels of the bounding box at the first yaw, by which [`Order::BboxVolume`](crate::objective::Order) sorts.
+    /// Voxels of the bounding box at the first yaw, by which
+    /// [`Order::BboxVolume`](crate::objective::Order) sorts.
     pub fn box_voxel_count(&self) -> u64 {
         self.views.first().map_or(0, ItemView::box_voxel_count)
     }
 
-    /// Where a placement puts the item: its frame in the container frame.
+    /// Gives the item's frame in the container frame for a placement.
     ///
     /// `None` where the placement names a yaw that the item does not have.
     pub fn container_from_item(

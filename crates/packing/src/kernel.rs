@@ -1,9 +1,9 @@
 //! The inner loops: resting heights and distance sums over padded maps.
 //!
-//! Maps are padded with [`WALL`] so that a whole block of lanes can be read from any cell of the container: a
-//! placement that leaves the container then rests at wall height and never fits, with no branch in the loops.
-//! Everything here is `inline(always)`, so that one dispatch on the processor's features, made by the caller,
-//! covers the whole loop nest.
+//! Maps are padded with [`WALL`] so that a whole block of lanes can be read from any cell of the
+//! container: a placement that leaves the container then rests at wall height and never fits, with
+//! no branch in the loops. Everything here is `inline(always)`, so that one dispatch on the
+//! processor's features, made by the caller, covers the whole loop nest.
 #![allow(
     clippy::indexing_slicing,
     reason = "a block is read at most LANES cells past a row's last cell, which PaddedMap allocates; \
@@ -19,7 +19,8 @@ pub(crate) const LANES: usize = 32;
 
 /// The height of walls and of everything outside the container.
 ///
-/// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more, and small enough that adding a height to it stays in `i16`.
+/// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more, and small enough that adding a height to
+/// it stays in `i16`.
 pub(crate) const WALL: Units = 16_384;
 
 /// A map over the container's cells, row-major with rows padded by [`WALL`].
@@ -62,8 +63,8 @@ impl PaddedMap {
     }
 }
 
-/// Resting heights of the [`LANES`] placements whose footprints start at cell index `base` and after it along y:
-/// `k = max(0, max over footprint cells of (container - item bottom))`.
+/// Resting heights of the [`LANES`] placements whose footprints start at cell index `base` and
+/// after it along y: `k = max(0, max over footprint cells of (container - item bottom))`.
 #[inline(always)]
 pub(crate) fn resting_heights(
     container: &PaddedMap,
@@ -81,7 +82,7 @@ pub(crate) fn resting_heights(
     heights
 }
 
-/// Where the blocks of a view lie in a container's map, from the footprint's first cell.
+/// Offsets of a view's blocks in a container's map, from the footprint's first cell.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BlockOffsets {
     /// Increasing.
@@ -109,8 +110,8 @@ impl BlockOffsets {
 /// Single placements computed at once.
 pub(crate) const TOGETHER: usize = 4;
 
-/// Resting heights of the placements of a view whose footprints start at the cell indices `bases`; `blocks` are the
-/// view's.
+/// Resting heights of the placements of a view whose footprints start at the cell indices `bases`;
+/// `blocks` are the view's.
 #[inline(always)]
 pub(crate) fn resting_heights_at(
     container: &PaddedMap,
@@ -118,8 +119,8 @@ pub(crate) fn resting_heights_at(
     view: &ItemView,
     blocks: &BlockOffsets,
 ) -> [Units; TOGETHER] {
-    // Windows of one length, so that one check per block covers all; and one array each, as an array of arrays would
-    // go through memory at every block.
+    // Windows of one length, so that one check per block covers all; and one array each, as an
+    // array of arrays would go through memory at every block.
     let [first, second, third, fourth] =
         bases.map(|base| &container.cells[base..base + blocks.span]);
     let mut heights = [0; ROW_LANES];
@@ -154,10 +155,11 @@ fn raise(
     }
 }
 
-/// The sum of `D` over the item's voxels, for the placement at cell index `base` resting at `height`.
+/// The sum of `D` over the item's voxels, for the placement at cell index `base` resting at
+/// `height`.
 ///
-/// A voxel at height `z` has `D = 1 + #{d : z >= H_d}`, so a column from `z0` to `z1` adds its length and, for
-/// each level, `clamp(z1 - H_d, 0, z1 - z0)`.
+/// A voxel at height `z` has `D = 1 + #{d : z >= H_d}`, so a column from `z0` to `z1` adds its
+/// length and, for each level, `clamp(z1 - H_d, 0, z1 - z0)`.
 #[inline(always)]
 pub(crate) fn distance_sum(
     levels: &[PaddedMap; DISTANCE_LEVELS],
@@ -203,7 +205,8 @@ fn lanes<const N: usize>(cells: &[Units], start: usize) -> &[Units; N] {
     }
 }
 
-/// Sum over the footprint's bounding rectangle of the heightmap as it would be after placing, in units.
+/// Sum over the footprint's bounding rectangle of the heightmap as it would be after placing, in
+/// units.
 #[inline(always)]
 pub(crate) fn columns_after(
     container: &PaddedMap,
@@ -246,8 +249,8 @@ pub(crate) struct Contact {
 
 /// Faces of the item's voxels that touch content, walls or floor.
 ///
-/// Beside a column only content reaches above the item's own lower surface there, so no face between two of the
-/// item's own voxels is counted.
+/// Beside a column only content reaches above the item's own lower surface there, so no face
+/// between two of the item's own voxels is counted.
 pub(crate) fn contact(
     container: &PaddedMap,
     placement: (usize, usize),

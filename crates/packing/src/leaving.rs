@@ -10,7 +10,8 @@ use crate::placement::RestingPlacement;
 use crate::refusal::{Cause, Refusal};
 use crate::step::{Candidate, StageResult, StepInput};
 
-/// At which stop an item leaves its container: those of small numbers are earlier. What is said to leave at none leaves after all others.
+/// At which stop an item leaves its container: those of small numbers are earlier. What is said to
+/// leave at none leaves after all others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Stop(u32);
 
@@ -43,7 +44,7 @@ impl Default for Stop {
     }
 }
 
-/// Of each cell of a container: at which stop that of the items above it leaves that leaves first.
+/// Per cell of a container: the earliest stop of the items above it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leaving {
     ny: usize,
@@ -52,7 +53,7 @@ pub struct Leaving {
 }
 
 impl Leaving {
-    /// Of an empty container.
+    /// Makes the stops of an empty container.
     pub fn empty(grid: &Grid) -> Self {
         Self {
             ny: grid.ny(),
@@ -61,8 +62,8 @@ impl Leaving {
         }
     }
 
-    /// Of a container of which the stop of each cell is known, in the order of a heightmap's heights; `None` where they are not as many
-    /// as the grid has cells.
+    /// Takes the stop of each cell, row-major; `None` where the count is not that of the grid's
+    /// cells.
     pub fn from_stops(grid: &Grid, first: &[Stop]) -> Option<Self> {
         (first.len() == grid.nx() * grid.ny()).then(|| Self {
             ny: grid.ny(),
@@ -116,8 +117,8 @@ fn cells(view: &ItemView, at: &RestingPlacement, ny: usize) -> impl Iterator<Ite
 
 /// Items lie above none that leaves earlier.
 ///
-/// An item comes from above, and whatever lies in a cell that it covers is below it: it is refused where one of these leaves earlier, also
-/// where it does not touch it.
+/// An item comes from above, and whatever lies in a cell that it covers is below it: it is refused
+/// where one of these leaves earlier, also where it does not touch it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sequence;
 

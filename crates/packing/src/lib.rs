@@ -1,9 +1,9 @@
 //! The packing domain of ppnpack: scene in, placement out.
 //!
 //! A [`Planner`](plan::Planner) plans one step by Algorithm 1 of the PPN-Pack paper: a
-//! [`Proposer`](proposals::Proposer) says which placements of the buffer's items are worth evaluating, an
-//! [`Evaluator`](evaluator::Evaluator) ranks them by a packing heuristic, and the best one that every
-//! [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
+//! [`Proposer`](proposals::Proposer) says which placements of the buffer's items are worth
+//! evaluating, an [`Evaluator`](evaluator::Evaluator) ranks them by a packing heuristic, and the
+//! best one that every [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
 //!
 //! The crate is pure and synchronous: no wire, no async, no network library.
 //!
@@ -16,15 +16,13 @@
 //! use ppnpack_packing::objective::{Heuristic, Weights};
 //! use ppnpack_packing::survey::survey;
 //!
-//! // Heights are in units of 2 mm.
-//! let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24], vec![0; 24]);
-//! let block = Item::new("block", vec![surfaces], 0.0)?;
-//! let grid = Grid::reference();
-//! let empty = Heightmap::empty(&grid);
-//! let placements = survey(&grid, &empty, &block.views()[0], Heuristic::Sdfm, &Weights::default())?;
-//! let valid = placements.iter().filter(|at| at.fits && at.is_stable);
-//! let best = valid.min_by(|a, b| a.value.total_cmp(&b.value)).ok_or("nothing is valid")?;
-//! assert_eq!((best.x, best.y, best.resting_height), (0, 0, 0));
+//! // Heights are in units of 2 mm. let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24],
+//! vec![0; 24]); let block = Item::new("block", vec![surfaces], 0.0)?; let grid =
+//! Grid::reference(); let empty = Heightmap::empty(&grid); let placements = survey(&grid, &empty,
+//! &block.views()[0], Heuristic::Sdfm, &Weights::default())?; let valid =
+//! placements.iter().filter(|at| at.fits && at.is_stable); let best = valid.min_by(|a, b|
+//! a.value.total_cmp(&b.value)).ok_or("nothing is valid")?; assert_eq!((best.x, best.y,
+//! best.resting_height), (0, 0, 0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -1,4 +1,4 @@
-//! How a container is packed, as it stands in configurations and results.
+//! Packing methods, as they stand in configurations and results.
 
 use std::sync::Arc;
 
@@ -23,30 +23,32 @@ use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedSt
 use crate::step::StageError;
 use crate::trial::TrialSettings;
 
-/// The cell that proposals are made with on finer grids: the paper's, which the network is trained on.
+/// The cell that proposals are made with on finer grids: the paper's, which the network is trained
+/// on.
 const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// The number of items that may be set aside for the next container where nothing is said.
 pub const SET_ASIDE: usize = 20;
 
-/// A packing method: which placements are evaluated, what they are judged by, and what they must pass.
+/// A packing method: which placements are evaluated, what they are judged by, and what they must
+/// pass.
 ///
-/// The default is what commands, services, bindings and experiments do where nothing is said, on the default
-/// [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
+/// The default is what commands, services, bindings and experiments do where nothing is said, on
+/// the default [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Method {
-    /// What placements are judged by.
+    /// Objective.
     pub heuristic: Heuristic,
-    /// How the items of the buffer compete.
+    /// Competition among the items of the buffer.
     pub order: Order,
-    /// Which placements are evaluated.
+    /// Placements that are evaluated.
     pub proposals: ProposalSource,
     /// The stability test that they must pass.
     pub stability: Stability,
-    /// How they are tried in a simulation of the cell, which they must pass too.
+    /// Tries in a simulation of the cell, which placements must pass too.
     pub trial: TrialSettings,
-    /// How it is seen to that no item carries more than it may.
+    /// Limits of loads and balance.
     pub loads: LoadSettings,
     /// The weights of the objective; `None` for [`Weights::for_poses`].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,7 +61,7 @@ pub struct Method {
     pub seed: u64,
 }
 
-/// Which stability test placements must pass.
+/// Stability test that placements must pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stability {
@@ -71,7 +73,7 @@ pub enum Stability {
     None,
 }
 
-/// Which placements are evaluated.
+/// Source of the placements that are evaluated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "from", deny_unknown_fields)]
 pub enum ProposalSource {
@@ -84,8 +86,9 @@ pub enum ProposalSource {
         /// `K`.
         percent: f64,
     },
-    /// Some random yaws of each item, with some random positions each. Where none of these is valid for any item of the
-    /// buffer, nothing is placed, although there may be room: see [`ProposalSource::PUBLISHED_TRIES`].
+    /// Some random yaws of each item, with some random positions each. Where none of these is valid
+    /// for any item of the buffer, nothing is placed, although there may be room: see
+    /// [`ProposalSource::PUBLISHED_TRIES`].
     Tries {
         /// How many yaws, each drawn from all.
         yaws: u8,
@@ -106,8 +109,8 @@ pub enum ProposalSource {
 
 /// Opens the network that a method names.
 pub trait OpenNetwork {
-    /// A proposer of the best-scored `share` of each item's placements on a grid; `items` on that grid are known ahead of
-    /// time.
+    /// A proposer of the best-scored `share` of each item's placements on a grid; `items` on that
+    /// grid are known ahead of time.
     ///
     /// # Errors
     /// What keeps the network from running.
@@ -196,7 +199,8 @@ impl Method {
         }
     }
 
-    /// Checks that every number is possible; what a grid or a network has to do with it is seen where it is built.
+    /// Checks that every number is possible; what a grid or a network has to do with it is seen
+    /// where it is built.
     ///
     /// # Errors
     /// [`MethodError`] names the first that is not.
@@ -220,7 +224,7 @@ impl Method {
         Ok(())
     }
 
-    /// What its search is made for.
+    /// Gives the settings of its search.
     pub fn search_settings(&self) -> SearchSettings {
         SearchSettings {
             heuristic: self.heuristic,
@@ -234,7 +238,8 @@ impl Method {
         }
     }
 
-    /// The planner that follows the method on one thread; `network` opens the network that the method may name.
+    /// The planner that follows the method on one thread; `network` opens the network that the
+    /// method may name.
     ///
     /// # Errors
     /// [`MethodError`] where it cannot be followed on this grid, or the network does not run.
@@ -246,8 +251,9 @@ impl Method {
         self.build_with(grid, self.proposer(grid, network)?, [], 1)
     }
 
-    /// The planner that follows the method on `threads` threads, by what `proposer` proposes; placements must pass
-    /// `checks` too, among which is the simulation where the method tries placements.
+    /// The planner that follows the method on `threads` threads, by what `proposer` proposes;
+    /// placements must pass `checks` too, among which is the simulation where the method tries
+    /// placements.
     ///
     /// # Errors
     /// [`MethodError`] where a weight is not possible, there are no threads, or the simulation is missing.
@@ -288,7 +294,7 @@ impl Method {
         }
     }
 
-    /// What proposes the placements; `network` opens the network that the method may name.
+    /// Makes the proposer; `network` opens the network that the method may name.
     ///
     /// # Errors
     /// [`MethodError`] where it cannot be used on this grid, or the network does not run.
@@ -323,7 +329,8 @@ impl Method {
         })
     }
 
-    /// As [`Method::proposer`]; but a network that does not run, now or later, gives way to the exhaustive search.
+    /// Makes the proposer as [`Method::proposer`], with the exhaustive search in place of a network
+    /// that does not run, now or later.
     ///
     /// # Errors
     /// [`MethodError`] where the method cannot be followed on this grid.
@@ -343,7 +350,8 @@ impl Method {
         }
     }
 
-    /// A network on a coarser grid; there, the heuristic chooses among a wider share for all candidates together.
+    /// A network on a coarser grid; there, the heuristic chooses among a wider share for all
+    /// candidates together.
     fn narrowing(
         &self,
         grids: CoarseGrid,
@@ -383,16 +391,16 @@ impl Stability {
 }
 
 impl ProposalSource {
-    /// The baseline "Random" of the tables. The published code tries four yaws with three by three positions and takes the
-    /// first valid one; the paper's text has "a feasible placement". With these numbers it packs as many items as the paper says
-    /// (`docs/results/table1.md`).
+    /// The baseline "Random" of the tables. The published code tries four yaws with three by three
+    /// positions and takes the first valid one; the paper's text has "a feasible placement". With
+    /// these numbers it packs as many items as the paper says (`docs/results/table1.md`).
     pub const PUBLISHED_TRIES: Self = Self::Tries {
         yaws: 3,
         positions: 9,
     };
 
-    /// The network of these weights on cells of `cell_m` at best, the paper's where none is given, with `yaws` yaws at
-    /// most.
+    /// The network of these weights on cells of `cell_m` at best, the paper's where none is given,
+    /// with `yaws` yaws at most.
     pub fn network(
         grid: &Grid,
         percent: f64,

@@ -1,4 +1,4 @@
-//! What an episode achieved.
+//! Figures of an episode.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,19 +16,20 @@ pub struct PackedVolume {
     pub meshes_m3: f64,
 }
 
-/// How well a container is filled.
+/// Compactness and utilisation of a container.
 ///
-/// The paper gives compactness in two ways. Its text divides the volume of the items by that of the minimum bounding box of
-/// what was packed; its published code by the floor times the greatest height. Both are the same once the content touches all
-/// walls.
+/// The paper gives compactness in two ways. Its text divides the volume of the items by that of the
+/// minimum bounding box of what was packed; its published code by the floor times the greatest
+/// height. Both are the same once the content touches all walls.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metrics {
-    /// What is inside.
+    /// Items inside.
     pub packed: PackedVolume,
-    /// Voxel volume over the container's floor times the greatest height of the content, 0 to 1: after the paper's published
-    /// code.
+    /// Voxel volume over the container's floor times the greatest height of the content, 0 to 1:
+    /// after the paper's published code.
     pub floor_compactness: f64,
-    /// Voxel volume over the minimum bounding box of the content along the container's walls, 0 to 1: after the paper's text.
+    /// Voxel volume over the minimum bounding box of the content along the container's walls, 0 to
+    /// 1: after the paper's text.
     pub box_compactness: f64,
     /// Mesh volume over the container's floor times the greatest height of the content, 0 to 1.
     pub mesh_floor_compactness: f64,
@@ -53,7 +54,8 @@ impl Metrics {
     }
 }
 
-/// The area of the smallest rectangle along the walls with all cells in which something lies, in square metres.
+/// The area of the smallest rectangle along the walls with all cells in which something lies, in
+/// square metres.
 fn covered_m2(grid: &Grid, heightmap: &Heightmap) -> f64 {
     let is_covered = |x: usize, y: usize| heightmap.get(x, y).is_some_and(|height| height > 0);
     let (nx, ny) = (heightmap.nx(), heightmap.ny());

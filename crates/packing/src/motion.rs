@@ -1,4 +1,4 @@
-//! How an arm carries out a placement: joint angles over time.
+//! Motion of an arm that carries out a placement: joint angles over time.
 
 use nalgebra::Isometry3;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,7 @@ pub struct Cycle {
     pub arm: String,
     /// The time that it takes, gripping and letting go included, in seconds.
     pub cycle_s: f64,
-    /// Where the item's own frame has to be when it is picked.
+    /// Pose of the item's own frame when it is picked.
     pub container_from_item_at_pick: Isometry3<f64>,
     /// The flange's turn about the vertical seen from the item's, in radians.
     pub grasp_yaw_rad: f64,
@@ -24,16 +24,16 @@ pub struct Cycle {
     pub grip_s: f64,
     /// How long the cup takes to let go, after [`LegKind::Insert`], in seconds.
     pub release_s: f64,
-    /// What is done, in order.
+    /// Legs, in order.
     pub legs: Vec<Leg>,
 }
 
 /// A part of a cycle, from rest to rest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leg {
-    /// What is done.
+    /// Task of the leg.
     pub kind: LegKind,
-    /// Where the joints are, by increasing time.
+    /// Joint angles, by increasing time.
     pub points: Vec<JointPoint>,
 }
 
@@ -43,8 +43,8 @@ impl Leg {
         self.points.last().map_or(0.0, |point| point.time_s)
     }
 
-    /// Where the joints are at a time since the leg's start, J1 to J6 in radians: on the straight line between the
-    /// points before and after it. `None` for a leg without points.
+    /// Gives the joint angles at a time since the leg's start, J1 to J6 in radians, by linear
+    /// interpolation. `None` for a leg without points.
     pub fn joints_rad(&self, time_s: f64) -> Option<[f64; JOINTS]> {
         let next = self.points.partition_point(|point| point.time_s <= time_s);
         let after = self.points.get(next).or(self.points.last())?;
@@ -63,7 +63,7 @@ impl Leg {
     }
 }
 
-/// What a leg of a cycle does.
+/// Task of a leg of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum LegKind {
     /// Down to the item.
@@ -80,7 +80,7 @@ pub enum LegKind {
     Return,
 }
 
-/// Where the joints are at a time.
+/// Joint angles at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct JointPoint {
     /// Since the leg's start, in seconds.

@@ -1,7 +1,8 @@
 //! The heuristics `F(b, p)`: their terms, weights and lower bounds.
 //!
-//! An item `b` at a placement `p = (r, x, y)` rests at the height `k`. Under the default weights, with `k` in 0.2 cm, `x`
-//! and `y` in centimetres, `V` the item's volume, `B` that of its bounding box and `C` the container's:
+//! An item `b` at a placement `p = (r, x, y)` rests at the height `k`. Under the default weights,
+//! with `k` in 0.2 cm, `x` and `y` in centimetres, `V` the item's volume, `B` that of its bounding
+//! box and `C` the container's:
 //!
 //! | | `F(b, p)`, without the balance term | source |
 //! |---|---|---|
@@ -10,8 +11,8 @@
 //! | HM | `s + x + y`, `s` the volume under the surface over the footprint's bounding rectangle once the item is placed, per square centimetre and 0.2 cm | Wang and Hauser, *Stable Bin Packing of Non-convex 3D Objects with a Robot Manipulator*, ICRA 2019 |
 //! | MTA | `-a`, `a` the area of the item's faces that touch content, walls or floor, in square centimetres | of this project: the touching perimeter of Lodi, Martello and Vigo (1999) in three dimensions |
 //!
-//! [`Order::Balance`] adds `80 (1 - cbrt(V / C))` to each, the size-balancing term of SDF-Pack, which prefers large items
-//! early. The other weights are in [`Weights`].
+//! [`Order::Balance`] adds `80 (1 - cbrt(V / C))` to each, the size-balancing term of SDF-Pack,
+//! which prefers large items early. The other weights are in [`Weights`].
 
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +26,7 @@ const REFERENCE_UNIT_M: f64 = 0.002;
 /// Offsets along the floor enter them in centimetres.
 const REFERENCE_CELL_M: f64 = 0.01;
 
-/// What a placement is judged by; lower is better.
+/// Objective of a placement; lower is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -44,15 +45,15 @@ pub enum Heuristic {
     Random,
 }
 
-/// How the items of the buffer compete for a step.
+/// Competition among the items of the buffer in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Order {
     /// All together, with the size-balancing term that prefers large items early.
     Balance,
-    /// One after another by decreasing volume of the bounding box, without that term; the first that has a valid
-    /// placement is packed.
+    /// One after another by decreasing volume of the bounding box, without that term; the first
+    /// that has a valid placement is packed.
     BboxVolume,
     /// One after another as they arrived, without that term.
     Arrival,
@@ -64,22 +65,22 @@ pub enum Order {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Weights {
-    /// Of the resting height, per 0.2 cm.
+    /// Weight of the resting height, per 0.2 cm.
     pub resting_height: f64,
-    /// Of the mean truncated distance to content, per step of 1 cm.
+    /// Weight of the mean truncated distance to content, per step of 1 cm.
     pub distance: f64,
-    /// Of how far the item's top lies above where it rests, per 0.2 cm: with the weight of the resting height, a price
-    /// for where the top comes to lie. Of SDFM.
+    /// Weight of the item's own height, per 0.2 cm: with that of the resting height, a price for
+    /// where the top comes to lie. Of SDFM.
     pub top_height: f64,
-    /// Of `1 - cbrt(V / B)`, the item's share of its bounding box.
+    /// Weight of `1 - cbrt(V / B)`, the item's share of its bounding box.
     pub box_share: f64,
-    /// Of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
+    /// Weight of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
     pub balance: f64,
-    /// Of the offset from the origin's corner, per centimetre.
+    /// Weight of the offset from the origin's corner, per centimetre.
     pub corner: f64,
-    /// Of the volume under the surface, per square centimetre and 0.2 cm.
+    /// Weight of the volume under the surface, per square centimetre and 0.2 cm.
     pub surface_volume: f64,
-    /// Of the touching area, per square centimetre.
+    /// Weight of the touching area, per square centimetre.
     pub touching_area: f64,
 }
 
@@ -99,8 +100,8 @@ impl Default for Weights {
 }
 
 impl Weights {
-    /// Weights that also price where an item's top comes to lie, and so fill containers more tightly than the published ones where
-    /// each item comes in one pose.
+    /// Weights that also price where an item's top comes to lie, and so fill containers more
+    /// tightly than the published ones where each item comes in one pose.
     pub fn low() -> Self {
         Self {
             top_height: 0.2,
@@ -108,8 +109,8 @@ impl Weights {
         }
     }
 
-    /// Weights for items that come in several resting poses: the published ones judge where an item lies, but not how high it
-    /// stands.
+    /// Weights for items that come in several resting poses: the published ones judge where an item
+    /// lies, but not how high it stands.
     pub fn dense() -> Self {
         Self {
             distance: 5.0,
@@ -160,7 +161,8 @@ impl Weights {
     }
 }
 
-/// An objective at one resolution: the weights converted to its cells and units, lengths staying physical.
+/// An objective at one resolution: the weights converted to its cells and units, lengths staying
+/// physical.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Objective {
     pub(crate) heuristic: Heuristic,
@@ -217,9 +219,9 @@ impl Objective {
         }
     }
 
-    /// A bound that no placement of a block is below: one that starts at the cell `at`, whose placements rest at
-    /// `height` at least and have at least this sum of distances. Of the single placement there it is its SDFM or DBL.
-    /// `constant` is [`Self::constant`] of the view.
+    /// A bound that no placement of a block is below: one that starts at the cell `at`, whose
+    /// placements rest at `height` at least and have at least this sum of distances. Of the single
+    /// placement there it is its SDFM or DBL. `constant` is [`Self::constant`] of the view.
     pub(crate) fn block_bound(
         &self,
         view: &ItemView,
@@ -228,7 +230,8 @@ impl Objective {
         height: Units,
         distance_sum: u64,
     ) -> f64 {
-        // The terms are added in the order of the values', so that rounding cannot lift a bound above a value.
+        // The terms are added in the order of the values', so that rounding cannot lift a bound
+        // above a value.
         match self.heuristic {
             Heuristic::Sdfm => {
                 let mean_distance = distance_sum as f64 / view.voxel_count() as f64;

@@ -57,22 +57,26 @@ pub enum Reason {
     /// Wherever it was proposed it would stick out above the rim.
     #[error("would stick out above the rim everywhere")]
     NoFit,
-    /// None of those that were proposed was valid, and nothing else may be placed ([`Proposals::finish`]).
+    /// None of those that were proposed was valid, and nothing else may be placed
+    /// ([`Proposals::finish`]).
     #[error("none of the placements that were tried is valid")]
     NoneTried,
-    /// Where it fits it was refused: the most frequent refusal.
+    /// Refused wherever it fits: the most frequent refusal.
     #[error("{} wherever it fits{}", .0.cause, .0.explanation())]
     Rejected(Refusal),
 }
 
-/// What became of a candidate in a step.
+/// Outcome of a candidate in a step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CandidateReport {
-    /// Placements before the checks; all zero where the step was decided before the candidate was looked at.
+    /// Placements before the checks; all zero where the step was decided before the candidate was
+    /// looked at.
     pub counts: PlacementCounts,
-    /// Placements that its last search refused before the step was decided: [`Plan::refusals`] has those of all.
+    /// Placements that its last search refused before the step was decided: [`Plan::refusals`] has
+    /// those of all.
     pub refusals: Refusals,
-    /// Why none was valid; `None` where not every placement that may be made was looked at, or one was valid.
+    /// Why none was valid; `None` where not every placement that may be made was looked at, or one
+    /// was valid.
     pub reason: Option<Reason>,
 }
 
@@ -102,7 +106,7 @@ impl Plan {
         self.ranked.first().map(|best| best.placement)
     }
 
-    /// What the checks found out about the choice.
+    /// Gives the findings of the checks about the choice.
     pub fn evidence(&self) -> Option<&Evidence> {
         self.ranked.first().map(|best| &best.evidence)
     }
@@ -112,25 +116,26 @@ impl Plan {
         self.ranked.iter().skip(1).map(|next| &next.placement)
     }
 
-    /// What became of each candidate, in the input's order.
+    /// Gives the outcome of each candidate, in the input's order.
     pub fn candidates(&self) -> &[CandidateReport] {
         &self.candidates
     }
 
-    /// Placements that were refused before the step was decided, of all candidates. Where the step was widened, those
-    /// that were proposed at first may be among them twice, as the checks were asked twice.
+    /// Placements that were refused before the step was decided, of all candidates. Where the step
+    /// was widened, those that were proposed at first may be among them twice, as the checks were
+    /// asked twice.
     pub fn refusals(&self) -> &Refusals {
         &self.refusals
     }
 
-    /// Why the step was not planned as was asked for, where it was not: it took longer, or a check knew less of the
-    /// choice than it could.
+    /// Why the step was not planned as was asked for, where it was not: it took longer, or a check
+    /// knew less of the choice than it could.
     pub fn degraded(&self) -> &[String] {
         &self.shortfall.degraded
     }
 
-    /// Whether the time was over before everything was looked at: that there is no choice does not mean that nothing
-    /// fits.
+    /// Whether the time was over before everything was looked at: that there is no choice does not
+    /// mean that nothing fits.
     pub fn is_cut(&self) -> bool {
         self.shortfall.is_cut
     }
@@ -157,9 +162,10 @@ impl Plan {
     }
 }
 
-/// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid placement. Where no
-/// proposal of any candidate is valid, all placements are searched before the buffer is given up, unless the proposer says
-/// that nothing else may be placed ([`Proposals::finish`]).
+/// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid
+/// placement. Where no proposal of any candidate is valid, all placements are searched before the
+/// buffer is given up, unless the proposer says that nothing else may be placed
+/// ([`Proposals::finish`]).
 pub struct Planner {
     proposer: Box<dyn Proposer>,
     search: ValidSearch,
@@ -193,8 +199,8 @@ impl Planner {
         }
     }
 
-    /// Plans one step. To learn why an item of the buffer cannot be placed although another can, plan with it as the
-    /// only candidate.
+    /// Plans one step. To learn why an item of the buffer cannot be placed although another can,
+    /// plan with it as the only candidate.
     ///
     /// # Errors
     /// [`PlanError`] where the input does not match the grid or a stage failed.

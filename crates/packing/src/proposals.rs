@@ -22,7 +22,7 @@ pub enum CandidateProposals<P> {
 /// The proposals of a step, per candidate; a candidate that nothing was said of has none.
 #[derive(Debug, Clone, Default)]
 pub struct Proposals {
-    /// Of all candidates, one after another.
+    /// Placements of all candidates, one after another.
     placements: Vec<Placement>,
     entries: Vec<CandidateProposals<Range<usize>>>,
     /// Why these are not the proposals that were wanted.
@@ -40,8 +40,8 @@ impl Proposals {
         self.is_final = false;
     }
 
-    /// Says that nothing else may be placed: where none of these is valid, the step has no choice, and is not searched
-    /// exhaustively.
+    /// Says that nothing else may be placed: where none of these is valid, the step has no choice,
+    /// and is not searched exhaustively.
     pub fn finish(&mut self) {
         self.is_final = true;
     }
@@ -74,7 +74,8 @@ impl Proposals {
         self.entries.push(CandidateProposals::Some(range));
     }
 
-    /// Whether some placement of some candidate is not proposed, as far as is known without counting, and may be.
+    /// Whether some placement of some candidate is not proposed, as far as is known without
+    /// counting, and may be.
     pub(crate) fn may_be_widened(&self) -> bool {
         !self.is_final && self.entries.iter().any(|of| *of != CandidateProposals::All)
     }
@@ -85,7 +86,7 @@ impl Proposals {
         self.entries.fill(CandidateProposals::All);
     }
 
-    /// What is proposed for a candidate.
+    /// Gives the proposals for a candidate.
     pub fn of(&self, candidate: usize) -> CandidateProposals<&[Placement]> {
         let range = match self.entries.get(candidate) {
             Some(CandidateProposals::All) => return CandidateProposals::All,
@@ -117,7 +118,8 @@ impl Proposer for ProposeAll {
     }
 }
 
-/// A proposer whose failure does not end the planning: the search is exhaustive then, and the plan says why.
+/// A proposer whose failure does not end the planning: the search is exhaustive then, and the plan
+/// says why.
 pub struct OrExhaustive {
     proposer: Result<Box<dyn Proposer>, String>,
     reason: Option<String>,
@@ -172,8 +174,8 @@ impl Proposer for OrExhaustive {
 
 /// The share of all placements `|P|` that is proposed, in percent: `K`.
 ///
-/// `|P|` counts every yaw and cell of the grid ([`all_count`]), as the paper does. Some of these placements leave the
-/// container, so `K` % of `|P|` is a larger share of those that are possible.
+/// `|P|` counts every yaw and cell of the grid ([`all_count`]), as the paper does. Some of these
+/// placements leave the container, so `K` % of `|P|` is a larger share of those that are possible.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Percent(f64);
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-/// What a placement does not meet.
+/// Condition that a placement does not meet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum Cause {
@@ -38,10 +38,11 @@ pub enum Cause {
     Arm,
 }
 
-/// Why a check refused a placement. Equal ones are counted together, so the detail has no figures of single placements.
+/// Why a check refused a placement. Equal ones are counted together, so the detail has no figures
+/// of single placements.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Refusal {
-    /// What the placement does not meet.
+    /// Condition that is not met.
     pub cause: Cause,
     /// Why not, for people, where the cause alone does not tell.
     pub detail: Option<Arc<str>>,

@@ -1,4 +1,4 @@
-//! What the parts of Algorithm 1 exchange in a step.
+//! Types that the parts of Algorithm 1 exchange in a step.
 
 use std::ops::AddAssign;
 use std::time::{Duration, Instant};
@@ -13,13 +13,14 @@ use crate::placement::RestingPlacement;
 /// An error of a proposer, an evaluator or a check, local or remote.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;
 
-/// What a proposer, an evaluator or a check answers.
+/// Answer of a proposer, an evaluator or a check.
 pub type StageResult<T = ()> = Result<T, StageError>;
 
-/// What one step is planned on, and what is asked of it.
+/// Input of a step: all that its stages need to know, so that they keep nothing of it beside. A
+/// step over several containers is one input each ([`containers`](crate::containers)).
 ///
-/// All that its stages need to know of a step is in here: they keep nothing of it beside. A step over several containers is one
-/// input each ([`containers`](crate::containers)).
+/// All that its stages need to know of a step is in here: they keep nothing of it beside. A step
+/// over several containers is one input each ([`containers`](crate::containers)).
 #[derive(Debug, Clone, Copy)]
 pub struct StepInput<'a> {
     /// The container's grid.
@@ -60,7 +61,7 @@ impl<'a> StepInput<'a> {
 pub struct Evaluated {
     /// Index into [`StepInput::candidates`].
     pub candidate: usize,
-    /// Where, and how high.
+    /// Place and height.
     pub resting: RestingPlacement,
     /// `F(b, p)`; lower is better.
     pub value: f64,
@@ -79,21 +80,23 @@ impl Evaluated {
 /// How many placements of a candidate there were before any validity check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PlacementCounts {
-    /// Placements whose footprint lies within the container, over all yaws, whether proposed or not.
+    /// Placements whose footprint lies within the container, over all yaws, whether proposed or
+    /// not.
     pub possible: u64,
-    /// Those of them that were proposed.
+    /// Proposed ones among them.
     pub proposed: u64,
-    /// Proposed ones that stay below the rim; of a search by bounds, those that it looked at, which are all only where
-    /// none was valid.
+    /// Proposed ones that stay below the rim; of a search by bounds, those that it looked at, which
+    /// are all only where none was valid.
     pub fitting: u64,
 }
 
-/// What a stage did otherwise than was asked for.
+/// Deviation of a stage from what was asked for.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Shortfall {
-    /// What, and why, for people; each once.
+    /// Deviations with their reasons, for people; each once.
     pub degraded: Vec<String>,
-    /// Whether some placements were left out for want of time: that none is valid does not mean that nothing fits.
+    /// Whether some placements were left out for want of time: that none is valid does not mean
+    /// that nothing fits.
     pub is_cut: bool,
 }
 

@@ -1,5 +1,6 @@
-//! Streams: items that arrive one after another, of orders or not, packed into several open containers. One is closed, and an empty one
-//! opened in its place, where nothing in the buffer has a valid placement in any, or a rule says so.
+//! Streams: items that arrive one after another, of orders or not, packed into several open
+//! containers. One is closed, and an empty one opened in its place, where nothing in the buffer has
+//! a valid placement in any, or a rule says so.
 
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;
@@ -15,19 +16,20 @@ use crate::plan::{Plan, PlanError, Planner, StageError};
 use crate::refusal::Refusals;
 use crate::step::{Evaluated, StepInput};
 
-/// Where empty containers come from.
+/// Source of empty containers.
 pub trait ContainerSupply {
     /// A container with its cell.
     type Cell: PackingCell;
 
-    /// An empty container, the `number`th from 0, and who plans for it; its grid is that of the stream.
+    /// An empty container, the `number`th from 0, and who plans for it; its grid is that of the
+    /// stream.
     ///
     /// # Errors
     /// What keeps it from coming.
     fn next(&mut self, number: usize, grid: &Grid) -> Result<(Planner, Self::Cell), StageError>;
 }
 
-/// How a stream is packed.
+/// Settings of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StreamPlay {
     /// Containers that are open at the same time, at least one.
@@ -47,9 +49,9 @@ pub struct Filled<C> {
     pub grid: Grid,
     /// Its cell.
     pub cell: C,
-    /// What was packed into it, in order; the numbers of the steps are those of the stream.
+    /// Steps that packed it, in order; their numbers are those of the stream.
     pub steps: Vec<Step>,
-    /// What it holds now.
+    /// Content now.
     pub scene: Scene,
     /// Why it was closed; `None` as long as it is open.
     pub closing: Option<Closing>,
@@ -69,12 +71,13 @@ impl<C: PackingCell> Filled<C> {
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
-    /// How full it is.
+    /// Gives its filled volume.
     fn fill(&self) -> Fill {
         Fill::of(self.placed_m3(), self.grid.container())
     }
 
-    /// At which stops its items leave, as they were placed; `None` where none is said to leave at one.
+    /// At which stops its items leave, as they were placed; `None` where none is said to leave at
+    /// one.
     fn leaving(&self) -> Option<Leaving> {
         let mut stops = self.steps.iter().map(|step| step.candidate.stop);
         if stops.all(|stop| stop == Stop::LAST) {
@@ -117,13 +120,14 @@ impl<C: PackingCell> Filled<C> {
 pub struct Stream<C> {
     /// The containers that were closed, in order.
     pub closed: Vec<Filled<C>>,
-    /// Those that were open at the end.
+    /// Containers that were open at the end.
     pub open: Vec<Filled<C>>,
     /// Items that have no valid placement even in an empty container.
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream into containers of this grid. Rules of orders that give way are kept as long as something can be packed so.
+/// Packs a stream into containers of this grid. Rules of orders that give way are kept as long as
+/// something can be packed so.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
@@ -221,8 +225,8 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(())
     }
 
-    /// Plans a step: the container, by its index, and what is packed into it; `None` where no candidate has a valid placement in any
-    /// that may take it.
+    /// Plans a step: the container, by its index, and what is packed into it; `None` where no
+    /// candidate has a valid placement in any that may take it.
     fn plan(
         &mut self,
         number: u64,
@@ -289,8 +293,8 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         }
     }
 
-    /// The first of these candidates that an empty container may take, which has no valid placement there: nothing has. Where no
-    /// container may take any, one that waits in vain.
+    /// The first of these candidates that an empty container may take, which has no valid placement
+    /// there: nothing has. Where no container may take any, one that waits in vain.
     fn fits_nowhere(&self, candidates: &[Candidate]) -> Option<usize> {
         let mut empty = self.filled.iter().enumerate();
         let (empty, _) = empty.find(|(_, filled)| filled.steps.is_empty())?;

@@ -1,4 +1,5 @@
-//! One view looked at everywhere: the resting height, fit, stability and value of its every placement.
+//! One view looked at everywhere: the resting height, fit, stability and value of its every
+//! placement.
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
@@ -27,7 +28,8 @@ pub struct Surveyed {
     pub value: f64,
 }
 
-/// Looks at every placement of a view, by x, then y; empty where its footprint is larger than the container.
+/// Looks at every placement of a view, by x, then y; empty where its footprint is larger than the
+/// container.
 ///
 /// # Errors
 /// [`WeightError`] where a weight is negative or not finite.

@@ -5,35 +5,36 @@ use std::f64::consts::FRAC_PI_2;
 use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
-/// What sticks out above the rim by no more than this counts as below it, in metres: bodies of a simulation are not quite where
-/// they touch.
+/// Tolerance above the rim, in metres: bodies of a simulation are not quite where they touch.
 const RIM_TOLERANCE_M: f64 = 0.001;
 
-/// How placements are tried. The check itself is the simulation's ([`Cost::Simulation`](crate::check::Cost)).
+/// Settings of tries. The check itself is the simulation's
+/// ([`Cost::Simulation`](crate::check::Cost)).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrialSettings {
-    /// What a placement that is tried has to keep within.
+    /// Limits that a tried placement has to keep.
     pub limits: TrialLimits,
-    /// How many placements of an item a step tries at most; after that the item is left out of the step. With 0 nothing is
-    /// tried.
+    /// How many placements of an item a step tries at most; after that the item is left out of the
+    /// step. With 0 nothing is tried.
     pub tries_per_item: usize,
-    /// How far a placement must be from one of the same item and yaw that was refused in the step, to be tried too, in
-    /// metres: nearer ones are refused unasked.
+    /// How far a placement must be from one of the same item and yaw that was refused in the step,
+    /// to be tried too, in metres: nearer ones are refused unasked.
     pub neighbour_m: f64,
-    /// How far above the rim an item may reach as it is placed, in metres: many sink by some millimetres as they come to rest.
-    /// One that sticks out when it has been tried is refused.
+    /// How far above the rim an item may reach as it is placed, in metres: many sink by some
+    /// millimetres as they come to rest. One that sticks out when it has been tried is refused.
     pub above_rim_m: f64,
 }
 
-/// What a tried placement has to keep within.
+/// Limits that a tried placement has to keep.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrialLimits {
     /// The most that the item may tilt, in radians.
     pub tilt_rad: f64,
-    /// The most that an item may tilt that rolls on a floor, in radians: what begins to roll seldom stops where a try says.
-    /// A step in which nothing else can be placed allows it as much as any other.
+    /// The most that an item may tilt that rolls on a floor, in radians: what begins to roll seldom
+    /// stops where a try says. A step in which nothing else can be placed allows it as much as any
+    /// other.
     pub rolling_tilt_rad: f64,
     /// The most that its centre of mass may move sideways, in metres.
     pub slide_m: f64,
@@ -52,7 +53,8 @@ impl Default for TrialSettings {
     }
 }
 
-/// In a try an item may do a little less than what counts as steady once it is placed: 30 degrees and 2 cm.
+/// In a try an item may do a little less than what counts as steady once it is placed: 30 degrees
+/// and 2 cm.
 impl Default for TrialLimits {
     fn default() -> Self {
         Self {
@@ -108,7 +110,7 @@ impl TrialSettings {
     }
 }
 
-/// What became of a placement that was tried.
+/// Outcome of a placement that was tried.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settling {
     /// The angle between the item's upward axis as planned and at the end, in radians.
@@ -124,7 +126,7 @@ pub struct Settling {
 }
 
 impl Settling {
-    /// What keeps it from being accepted, in words; `None` where it is within the limits.
+    /// Names the limit that it exceeds, in words; `None` where it is within all.
     pub fn beyond(&self, limits: &TrialLimits) -> Option<&'static str> {
         if self.tilt_rad > limits.tilt_rad {
             Some("it would topple")
@@ -153,7 +155,8 @@ impl Settling {
         }
     }
 
-    /// How far it goes towards the limits: the greatest share of one, above 1 where one is exceeded.
+    /// How far it goes towards the limits: the greatest share of one, above 1 where one is
+    /// exceeded.
     pub fn severity(&self, limits: &TrialLimits) -> f64 {
         let share = |value: f64, limit: f64| if value > 0.0 { value / limit } else { 0.0 };
         share(self.tilt_rad, limits.tilt_rad)
@@ -173,7 +176,7 @@ mod tests {
         disturbance_m: 0.03,
     };
 
-    /// What came to rest.
+    /// Makes an item that came to rest.
     fn settling(tilt_rad: f64, slide_m: f64, disturbance_m: f64) -> Settling {
         Settling {
             tilt_rad,

@@ -1,4 +1,5 @@
-//! The last stage of Algorithm 1: of the placements by increasing value, those that every check accepts.
+//! The last stage of Algorithm 1: of the placements by increasing value, those that every check
+//! accepts.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -12,7 +13,7 @@ use crate::step::{
     Candidate, Evaluated, PlacementCounts, Shortfall, StageError, StepInput, Timings,
 };
 
-/// What kept a search for valid placements from going on.
+/// Failure of a search for valid placements.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchError {
@@ -29,18 +30,18 @@ pub enum SearchError {
 pub struct ValidPlacement {
     /// The placement, with its value.
     pub placement: Evaluated,
-    /// What the checks found out about it.
+    /// Findings of the checks about it.
     pub evidence: Evidence,
 }
 
-/// What became of a candidate's placements.
+/// Outcome of a candidate's placements.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Index into the input's candidates.
     pub candidate: usize,
     /// Before any check.
     pub counts: PlacementCounts,
-    /// Those that checks refused before the search ended.
+    /// Refusals before the search ended.
     pub refusals: Refusals,
 }
 
@@ -49,19 +50,20 @@ fn only(placement: &Evaluated) -> Range<usize> {
     placement.candidate..placement.candidate + 1
 }
 
-/// Valid placements by increasing value: an evaluator, and the checks that its placements have to pass, those of the planner
-/// and those of the services.
+/// Valid placements by increasing value: an evaluator, and the checks that its placements have to
+/// pass, those of the planner and those of the services.
 ///
 /// Like the evaluator's ranking, the search goes on where it stopped.
 pub struct ValidSearch {
     evaluator: Box<dyn Evaluator>,
     /// The cheap ones first.
     checks: Vec<BoxedCheck>,
-    /// The next placements by increasing value that all checks but the last accept, with what those found out.
+    /// The next placements by increasing value that all checks but the last accept, with what those
+    /// found out.
     upcoming: VecDeque<(Evaluated, Evidence)>,
-    /// By candidate of the input.
+    /// Refusals by candidate of the input.
     refusals: Vec<Refusals>,
-    /// What a simulation refused since the step began, with the values.
+    /// Placements that a simulation refused since the step began.
     refused_last: Vec<Evaluated>,
     shortfall: Shortfall,
     timings: Timings,
@@ -93,7 +95,8 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
-    /// Has the checks look into more placements in the next search, as nothing was valid; says whether one does.
+    /// Has the checks look into more placements in the next search, as nothing was valid; says
+    /// whether one does.
     pub fn widen(&mut self) -> bool {
         let mut is_wider = false;
         for check in &mut self.checks {
@@ -102,7 +105,8 @@ impl ValidSearch {
         is_wider
     }
 
-    /// Starts a search among the proposals of some candidates; `group` holds indices into the input's candidates.
+    /// Starts a search among the proposals of some candidates; `group` holds indices into the
+    /// input's candidates.
     ///
     /// # Errors
     /// [`SearchError::Evaluate`] where the evaluator failed.
@@ -126,8 +130,8 @@ impl ValidSearch {
         ranked.map_err(SearchError::Evaluate)
     }
 
-    /// The next valid placement by increasing value; equal values by candidate, yaw, x, y. `None` where there are no
-    /// more, or where the time is over: see [`is_cut`](Self::is_cut).
+    /// The next valid placement by increasing value; equal values by candidate, yaw, x, y. `None`
+    /// where there are no more, or where the time is over: see [`is_cut`](Self::is_cut).
     ///
     /// # Errors
     /// [`SearchError`] where the evaluator or a check failed.
@@ -158,8 +162,8 @@ impl ValidSearch {
         }
     }
 
-    /// Takes placements that all checks but the last accept from the ranking, as many as the last wants to know of at once,
-    /// where none is left.
+    /// Takes placements that all checks but the last accept from the ranking, as many as the last
+    /// wants to know of at once, where none is left.
     fn refill(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
         if !self.upcoming.is_empty() {
             return Ok(());
@@ -198,7 +202,8 @@ impl ValidSearch {
         foreseen.unwrap_or(Ok(())).map_err(SearchError::Check)
     }
 
-    /// Keeps a placement that a simulation refused: there are few of them, and one may be the last resort.
+    /// Keeps a placement that a simulation refused: there are few of them, and one may be the last
+    /// resort.
     fn keep_tried(&mut self, placement: Evaluated) {
         let last = self.checks.last();
         if last.is_some_and(|check| check.cost() == Cost::Simulation) {
@@ -221,8 +226,9 @@ impl ValidSearch {
         }
     }
 
-    /// The best placement that the last check refused since the step began, where that is to be made for want of a valid one.
-    /// What the other checks found out about it goes with it, such as the arm's cycle.
+    /// The best placement that the last check refused since the step began, where that is to be
+    /// made for want of a valid one. What the other checks found out about it goes with it, such as
+    /// the arm's cycle.
     ///
     /// # Errors
     /// [`SearchError::Check`] where a check failed.
@@ -273,8 +279,8 @@ impl ValidSearch {
         best.map_err(SearchError::Evaluate)
     }
 
-    /// What the last check says of a placement, or what all others say: a refusal by the first that refuses it, else the evidence of
-    /// all. `None` where the time is over.
+    /// Asks the last check, or all others, about a placement: the first refusal, else the evidence
+    /// of all. `None` where the time is over.
     fn ask(
         &mut self,
         input: &StepInput<'_>,
@@ -374,8 +380,8 @@ impl ValidSearch {
         self.evaluator.counts(candidate)
     }
 
-    /// Adds the placements of a candidate that were refused since the search started: by the evaluator's checks, and by
-    /// those of this search.
+    /// Adds the placements of a candidate that were refused since the search started: by the
+    /// evaluator's checks, and by those of this search.
     pub fn add_refusals(&self, candidate: usize, refusals: &mut Refusals) {
         self.evaluator.add_refusals(candidate, refusals);
         if let Some(own) = self.refusals.get(candidate) {
@@ -383,7 +389,7 @@ impl ValidSearch {
         }
     }
 
-    /// What became of a candidate's placements since the search started.
+    /// Gives the outcome of a candidate's placements since the search started.
     pub fn tally(&self, candidate: usize) -> Tally {
         let mut refusals = Refusals::default();
         self.add_refusals(candidate, &mut refusals);
@@ -399,7 +405,7 @@ impl ValidSearch {
         self.shortfalls().any(|shortfall| shortfall.is_cut)
     }
 
-    /// What was done otherwise than was asked for: by the evaluator, and by this search.
+    /// Gives the deviations of the evaluator and of this search from what was asked for.
     pub fn shortfalls(&self) -> impl Iterator<Item = &Shortfall> {
         self.evaluator
             .shortfall()

@@ -12,7 +12,7 @@ use super::surface::{CELLS, Placed, SIDE, Surface, index};
 struct Resting {
     placed: Placed,
     support: SupportArea,
-    /// Where it touches other boxes; empty on the floor.
+    /// Contacts with other boxes; none on the floor.
     contacts: Vec<Contact>,
 }
 
@@ -25,7 +25,7 @@ struct Contact {
     below: usize,
 }
 
-/// What presses a box down: its own weight and what it carries, for boxes of one density.
+/// Force on a box: its own weight and what it carries, for boxes of one density.
 #[derive(Debug, Clone, Copy)]
 struct Load {
     weight: f64,
@@ -45,7 +45,7 @@ impl Load {
         self.moment += weight * at.coords;
     }
 
-    /// Where all of it acts, in cells.
+    /// Gives the point where all of it acts, in cells.
     fn middle(&self) -> Point2<f64> {
         Point2::from(self.moment / self.weight)
     }
@@ -89,7 +89,8 @@ impl Bin {
         self.boxes().map(|placed| placed.sides.volume()).sum()
     }
 
-    /// Whether a box may be placed where it comes to rest: below the rim, and stable where the setting asks for that.
+    /// Whether a box may be placed where it comes to rest: below the rim, and stable where the
+    /// setting asks for that.
     pub(super) fn accepts(&self, placed: &Placed) -> bool {
         let is_inside = placed.x + placed.sides.x <= SIDE && placed.y + placed.sides.y <= SIDE;
         let is_below_rim = placed.top() <= SIDE;
@@ -123,8 +124,9 @@ impl Bin {
         }
     }
 
-    /// Whether every box stands with this one in the bin: all that presses it down acts inside the hull of what it rests
-    /// on. What a box passes on is spread over its contacts as that of a stiff body on soft ground.
+    /// Whether every box stands with this one in the bin: all that presses it down acts inside the
+    /// hull of what it rests on. What a box passes on is spread over its contacts as that of a
+    /// stiff body on soft ground.
     fn is_stable_with(&self, placed: &Placed) -> bool {
         let new = self.resting(placed);
         let mut loads = vec![Load::none(); self.boxes.len() + 1];
@@ -224,7 +226,8 @@ mod tests {
             (&PILLARS, BRIDGE, true),
             // 8 at 2 and 8 at 3.5 act at 2.75, and the foot ends at 3.
             (&FAR, ([3, 0, 2], [1, 2, 4]), true),
-            // It would tip what it stands on: 6 at 1.5 and 8 at 2.5 act at 2.07, and the foot ends at 2.
+            // It would tip what it stands on: 6 at 1.5 and 8 at 2.5 act at 2.07, and the foot ends
+            // at 2.
             (&PLANK, ([2, 0, 2], [1, 2, 4]), false),
             (&PLANK, ([0, 0, 2], [1, 2, 4]), true),
             // Weight at the other end: 6 at 1.5, 10 at 0.5 and 8 at 2.5 act at 1.42.

@@ -1,4 +1,5 @@
-//! The packing engine on the benchmark: its search ranks placements of boxes on a grid of one cell a unit.
+//! The packing engine on the benchmark: its search ranks placements of boxes on a grid of one cell
+//! a unit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -19,7 +20,8 @@ use super::bin::Bin;
 use super::rules::Setting;
 use super::surface::{Placed, SIDE, Sides, Surface};
 
-/// A cell of the benchmark is a centimetre of the engine, in which the published weights are written.
+/// A cell of the benchmark is a centimetre of the engine, in which the published weights are
+/// written.
 const CELL_M: f64 = 0.01;
 
 /// A box is placed as it comes, or turned by a quarter.
@@ -29,13 +31,13 @@ const YAWS: usize = 2;
 pub(super) struct Engine {
     grid: Grid,
     search: Search,
-    /// Those that were met, by their sides.
+    /// Items met so far, by their sides.
     items: HashMap<Sides, Arc<Item>>,
 }
 
 impl Engine {
-    /// A heuristic with the project's weights for items in as many poses as the setting has; the poses of a box compete
-    /// with one another.
+    /// A heuristic with the project's weights for items in as many poses as the setting has; the
+    /// poses of a box compete with one another.
     pub(super) fn new(setting: Setting, heuristic: Heuristic) -> Outcome<Self> {
         let side_m = f64::from(SIDE) * CELL_M;
         let container = ContainerSize {

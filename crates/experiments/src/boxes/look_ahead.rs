@@ -1,13 +1,15 @@
 //! Looking ahead over the known distribution of boxes.
 //!
-//! The best placements by a one-step policy are followed to the end of the episode by roll-outs of it, all through the same
-//! futures (common random numbers), so that their differences scatter less than their ends. By sequential halving (Karnin,
-//! Koren and Somekh, *Almost Optimal Exploration in Multi-Armed Bandits*, ICML 2013) the worse half is left out after each
-//! round, and the next round's roll-outs are shared by fewer. The policy's own choice stays to the end, and is left only where
-//! another one packs more by a margin of standard errors: of several means the best is often the luckiest.
+//! The best placements by a one-step policy are followed to the end of the episode by roll-outs of
+//! it, all through the same futures (common random numbers), so that their differences scatter less
+//! than their ends. By sequential halving (Karnin, Koren and Somekh, *Almost Optimal Exploration in
+//! Multi-Armed Bandits*, ICML 2013) the worse half is left out after each round, and the next
+//! round's roll-outs are shared by fewer. The policy's own choice stays to the end, and is left
+//! only where another one packs more by a margin of standard errors: of several means the best is
+//! often the luckiest.
 //!
-//! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but not whether it tips another
-//! one; what is chosen in the end passes the whole rule.
+//! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but
+//! not whether it tips another one; what is chosen in the end passes the whole rule.
 
 use super::bin::Bin;
 use super::snug::Snug;
@@ -17,7 +19,8 @@ use super::surface::{BIN_VOLUME, Placed, Sides};
 /// How many of the policy's best placements are followed.
 const PLACEMENTS: usize = 8;
 
-/// By how many standard errors of the mean difference a placement has to pack more than the policy's choice.
+/// Margin in standard errors of the mean difference by which a placement has to pack more than the
+/// policy's choice.
 const MARGIN: f64 = 1.0;
 
 /// A decision by roll-outs: about so many.
@@ -41,7 +44,8 @@ impl Arm {
 }
 
 impl LookAhead {
-    /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where there is none.
+    /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where
+    /// there is none.
     pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Placed> {
         let ranked = self.policy.ranked(bin.surface(), arriving);
         let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
@@ -82,7 +86,8 @@ fn halve(arms: &mut Vec<Arm>) {
     arms.truncate(arms.len().div_ceil(2).max(2));
 }
 
-/// The one that packs most of those that pack more than the first by a margin of standard errors; else the first.
+/// The one that packs most of those that pack more than the first by a margin of standard errors;
+/// else the first.
 fn preferred(arms: &[Arm], margin: f64) -> Option<&Arm> {
     let (first, others) = arms.split_first()?;
     let mut best = (first, 0.0);
@@ -124,7 +129,7 @@ mod tests {
 
     const INSTANCE: Instance = Instance { seed: 5, number: 0 };
 
-    /// What is packed of an instance by 100 roll-outs a decision, or by the policy alone.
+    /// Gives what is packed of an instance by 100 roll-outs a decision, or by the policy alone.
     fn packed_volume(number: u32, looks_ahead: bool) -> u32 {
         let policy = Snug::new(Setting::Stable);
         let look_ahead = LookAhead {

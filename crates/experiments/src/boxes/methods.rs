@@ -27,17 +27,19 @@ pub(super) enum Method {
     Sdfm,
     /// The engine's maximum touching area
     Mta,
-    /// Little space lost below the box, much touched at its sides, its top level with those beside it
+    /// Little space lost below the box, much touched at its sides, its top level with those beside
+    /// it
     Snug,
     /// Roll-outs of the policy through common futures from the known distribution
     LookAhead,
 }
 
-/// Chooses the placement of a box that arrives, of those that the bin accepts; futures are drawn from the boxes.
+/// Chooses the placement of a box that arrives, of those that the bin accepts; futures are drawn
+/// from the boxes.
 pub(super) type Player = Box<dyn FnMut(&Bin, Sides, &mut Boxes) -> Outcome<Option<Placed>>>;
 
 impl Method {
-    /// What plays it.
+    /// Makes its player.
     pub(super) fn player(self, setting: Setting, rollouts: usize) -> Outcome<Player> {
         let policy = Snug::new(setting);
         let heuristic = match self {
@@ -64,7 +66,7 @@ impl Method {
     }
 }
 
-/// How an instance was packed.
+/// Packed instance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Run {
     /// The boxes, as they were placed.

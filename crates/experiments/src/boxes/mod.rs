@@ -33,7 +33,8 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     instances: u32,
 
-    /// The benchmark's settings: 1 has a stability rule and two orientations, 2 six orientations alone
+    /// The benchmark's settings: 1 has a stability rule and two orientations, 2 six orientations
+    /// alone
     #[arg(
         long,
         value_enum,
@@ -89,7 +90,7 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     arguments.runs.publish("boxes", results, "boxes")
 }
 
-/// What instances that are kept together are kept by.
+/// Names the file that keeps instances together.
 fn name(together: &&[Instance]) -> String {
     let first = together.first().map_or(0, |instance| instance.number);
     format!("{first:06}-{}", together.len())

@@ -18,7 +18,7 @@ impl Instance {
         Boxes(self.random(0))
     }
 
-    /// What futures are drawn from; it has nothing of the boxes that arrive.
+    /// Gives the generator of futures, which has nothing of the boxes that arrive.
     pub(super) fn futures(&self) -> Boxes {
         Boxes(self.random(1))
     }

@@ -1,17 +1,18 @@
-//! What a box rests on.
+//! Support of a box.
 
 use super::surface::{LONGEST, Placed, Surface};
 
-/// What is closer to the edge of its support than this topples, in cells.
+/// Margin of support, in cells: nearer to the edge a box topples.
 const MARGIN: f64 = 1e-6;
 
 /// Lines between the cells of a box's bottom, across x.
 const LINES: usize = LONGEST as usize + 1;
 
-/// The convex hull of the cells of a box's bottom that touch what is below, seen from the box's corner.
+/// The convex hull of the cells of a box's bottom that touch what is below, seen from the box's
+/// corner.
 ///
-/// It is held as how far the touching cells reach along each line between rows of cells: the hull's corners are among the
-/// ends.
+/// It is held as how far the touching cells reach along each line between rows of cells: the hull's
+/// corners are among the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SupportArea {
     reaches: [Option<Reach>; LINES],
@@ -45,7 +46,8 @@ impl SupportArea {
         }
     }
 
-    /// Whether a point over the bottom, in cells from the box's corner, is inside the hull and not on its edge.
+    /// Whether a point over the bottom, in cells from the box's corner, is inside the hull and not
+    /// on its edge.
     pub(super) fn contains(&self, x: f64, y: f64) -> bool {
         let lines = || {
             let reaches = (0_u8..).zip(&self.reaches);
@@ -93,7 +95,8 @@ mod tests {
     use super::super::surface::Sides;
     use super::*;
 
-    /// Whether a point is left of every edge of the hull: of every line through two corners of cells with none on its right.
+    /// Whether a point is left of every edge of the hull: of every line through two corners of
+    /// cells with none on its right.
     fn is_inside_hull(cells: &[(u8, u8)], point: Point2<f64>) -> bool {
         let corner = |x: u8, y: u8| Point2::new(f64::from(x), f64::from(y));
         let corners = cells.iter().flat_map(|(x, y)| {

@@ -70,14 +70,14 @@ pub(super) fn index(x: u8, y: u8) -> usize {
     usize::from(x) * usize::from(SIDE) + usize::from(y)
 }
 
-/// How high each cell is filled. Boxes come from above, so that everything below counts as full.
+/// Height of each cell. Boxes come from above, so that everything below counts as full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Surface {
     heights: [u8; CELLS],
 }
 
 impl Surface {
-    /// That of the empty bin.
+    /// Makes an empty bin.
     pub(super) fn empty() -> Self {
         Self {
             heights: [0; CELLS],
@@ -104,8 +104,8 @@ impl Surface {
         }
     }
 
-    /// The greatest height below a bottom of these sides with its corner at a cell, where a box comes to rest; and the sum of the
-    /// heights below it, at most 250.
+    /// The greatest height below a bottom of these sides with its corner at a cell, where a box
+    /// comes to rest; and the sum of the heights below it, at most 250.
     pub(super) fn below(&self, sides: Sides, x: u8, y: u8) -> (u8, u8) {
         let (mut greatest, mut sum) = (0, 0);
         for row in x..x + sides.x {

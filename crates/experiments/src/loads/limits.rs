@@ -1,4 +1,4 @@
-//! What each object may carry.
+//! Limits of loads.
 
 use std::sync::Arc;
 
@@ -7,11 +7,11 @@ use ppnpack_catalogue::object::Model;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// An object whose limit the catalogue does not say may carry between so many times its own mass: a factor drawn once an object, its
-/// logarithm evenly.
+/// An object whose limit the catalogue does not say may carry between so many times its own mass: a
+/// factor drawn once an object, its logarithm evenly.
 pub(super) const FACTORS: [f64; 2] = [0.5, 5.0];
 
-/// What each object may carry, in kilograms, by its index.
+/// Draws the limit of each object, in kilograms, by its index.
 pub(super) fn draw(catalogue: &Catalogue) -> Vec<f64> {
     let [least, greatest] = FACTORS;
     let mut random = ChaCha8Rng::seed_from_u64(0);

@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 use crate::cases::Case;
 use crate::packer::{Packer, unsteady};
 
-/// What carries less than this is not kept, in kilograms.
+/// Minimum load that is kept, in kilograms.
 const LEAST_KG: f64 = 1e-4;
 
-/// What an item carries.
+/// Load of an item.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Reading {
     pub(super) arrival: usize,
@@ -25,11 +25,11 @@ pub(super) struct Reading {
     pub(super) estimated_kg: f64,
     /// All that rests on it as estimated, wholly or in part.
     pub(super) above_kg: f64,
-    /// What it is held up with beside its weight and load: how wrong the measure is.
+    /// Force that holds it up beside its weight and load: the error of the measure.
     pub(super) unbalanced_kg: f64,
 }
 
-/// What the items of a container carry after a placement.
+/// Loads of the items of a container after a placement.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
     pub(super) is_still: bool,

@@ -10,14 +10,15 @@ use crate::packer::sdfm;
 /// A way to plan, by its name.
 pub(super) type Contender = (String, Method);
 
-/// What the files of a contender are named by: `tried-network` for `tried, network, K = 20 %`.
+/// Names the files of a contender: `tried-network` for `tried, network, K = 20 %`.
 pub(super) fn key(name: &str) -> String {
     let parts: Vec<&str> = name.split(", ").take(2).collect();
     parts.join("-").replace(' ', "-")
 }
 
-/// The physical stability test, which the others are compared with; then placements that are tried, also with other weights, with
-/// the value of what is left, and with the network's proposals where there are any.
+/// The physical stability test, which the others are compared with; then placements that are tried,
+/// also with other weights, with the value of what is left, and with the network's proposals where
+/// there are any.
 pub(super) fn contenders(
     buffer: usize,
     seed: u64,

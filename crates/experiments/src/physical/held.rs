@@ -1,4 +1,5 @@
-//! Which objects take part: those that fit into the container and that the arm can hold, as they come to lie on the tray.
+//! Objects that take part: they fit into the container, and the arm can hold them as they come to
+//! lie on the tray.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the services.
+//! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the
+//! services.
 
 mod contenders;
 mod held;
@@ -44,9 +45,9 @@ use setup::Settings;
 /// The share that the paper's network proposes in its robot cell, in percent.
 const PERCENT: f64 = 20.0;
 
-/// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a depth camera,
-/// recognised, planned with the arm, placed, seen again; with the physical stability test, and with placements that are
-/// tried in a simulation before they are made.
+/// Packs objects that the network was not trained on in the paper's robot cell: seen on a tray by a
+/// depth camera, recognised, planned with the arm, placed, seen again; with the physical stability
+/// test, and with placements that are tried in a simulation before they are made.
 #[derive(Debug, Args)]
 pub(super) struct PhysicalArguments {
     /// A folder of objects that the network was not trained on
@@ -61,7 +62,8 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
     unseen_count: u32,
 
-    /// The unseen objects are not in the recogniser's library either: they are packed as unknown items
+    /// The unseen objects are not in the recogniser's library either: they are packed as unknown
+    /// items
     #[arg(long)]
     strangers: bool,
 
@@ -157,7 +159,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     arguments.out.publish("physical", results, "physical", "")
 }
 
-/// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the catalogue, and others.
+/// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the
+/// catalogue, and others.
 fn pools(
     arguments: &PhysicalArguments,
     held: Vec<usize>,
@@ -177,12 +180,12 @@ fn pools(
     Ok((unseen, others))
 }
 
-/// What runs are made in.
+/// Setting of the runs.
 struct World<'a> {
     grid: &'a Grid,
     settings: &'a Settings,
     catalogue: &'a Catalogue,
-    /// What can be recognised.
+    /// Objects that can be recognised.
     library: Arc<Library>,
     /// The objects that runs draw from, by index.
     unseen: Vec<usize>,
@@ -218,7 +221,8 @@ impl World<'_> {
         )
     }
 
-    /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made before it. The first one is drawn.
+    /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made
+    /// before it. The first one is drawn.
     fn make(
         &self,
         arguments: &PhysicalArguments,
@@ -281,7 +285,8 @@ impl World<'_> {
         })
     }
 
-    /// Measures what the container holds at the end: by the bodies themselves, not by what the camera sees of them.
+    /// Measures what the container holds at the end: by the bodies themselves, not by what the
+    /// camera sees of them.
     fn measure(&self, done: &mut Done) -> Outcome {
         let contents = contents(&done.state, self.catalogue).or_run()?;
         let mut cell = SimulatedCell::new(self.settings.simulated.clone()).or_run()?;

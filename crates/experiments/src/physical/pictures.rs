@@ -1,4 +1,5 @@
-//! Pictures of a run: what the camera saw of the tray, the heightmap at the end, and what is packed.
+//! Pictures of a run: what the camera saw of the tray, the heightmap at the end, and what is
+//! packed.
 
 use std::path::Path;
 

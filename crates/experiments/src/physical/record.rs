@@ -1,4 +1,4 @@
-//! What a run leaves.
+//! Records of runs.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// A run: one container, and the objects that came to the tray.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct RunRecord {
-    /// By their order of arrival.
+    /// Items in their order of arrival.
     pub(super) items: Vec<ItemRecord>,
     pub(super) decisions: Vec<DecisionRecord>,
     /// How long the cell took for what, in seconds, once for each time:
@@ -19,7 +19,7 @@ pub(super) struct RunRecord {
     pub(super) stages_s: BTreeMap<String, Vec<f64>>,
     /// The volume of the meshes that are inside the container at the end.
     pub(super) volume_m3: f64,
-    /// That volume over the container's floor up to the highest point of the content.
+    /// Volume of the meshes over the container's floor up to the highest point of the content.
     pub(super) compactness: f64,
     /// The deepest that two items reach into each other at the end, in metres.
     pub(super) deepest_overlap_m: f64,
@@ -40,7 +40,7 @@ pub(super) struct DecisionRecord {
     pub(super) is_widened: bool,
 }
 
-/// What became of an object.
+/// Outcome of an object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ItemRecord {
     pub(super) object: String,
@@ -53,10 +53,10 @@ pub(super) struct ItemRecord {
     pub(super) found: Option<Found>,
 }
 
-/// What an inspection said.
+/// Result of an inspection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Found {
-    /// How the item was found, in the words of [`InspectionKind`](ppnpack_wire::v1::InspectionKind).
+    /// Kind of the result, in the words of [`InspectionKind`](ppnpack_wire::v1::InspectionKind).
     pub(super) kind: String,
     /// How far the pose that was found is from the true one, modulo symmetry.
     pub(super) position_off_m: Option<f64>,
@@ -64,7 +64,7 @@ pub(super) struct Found {
     pub(super) reason: String,
 }
 
-/// What the item was taken for on the tray.
+/// Recognition of an item on the tray.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SeenAs {

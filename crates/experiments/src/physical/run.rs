@@ -1,4 +1,5 @@
-//! One run: objects come to the tray, are recognised, planned and placed, until each is placed or refused.
+//! One run: objects come to the tray, are recognised, planned and placed, until each is placed or
+//! refused.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -35,10 +36,11 @@ const PLAN_LIMIT: Duration = Duration::from_secs(10);
 const INSPECTION_LIMIT: Duration = Duration::from_secs(6);
 const POLL: Duration = Duration::from_millis(2);
 
-/// Farther than this from an object's centre of mass, what is seen is not it, seen from above in metres.
+/// Farther than this from an object's centre of mass, what is seen is not it, seen from above in
+/// metres.
 const SAME_M: f64 = 0.06;
 
-/// What comes to the tray in a run.
+/// Objects that come to the tray in a run.
 pub(super) struct Case {
     pub(super) session_id: String,
     pub(super) seeds: Seeds,
@@ -49,7 +51,7 @@ pub(super) struct Case {
 /// The seeds of what is random in a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seeds {
-    /// How objects come to lie on the tray, and the noise of its camera.
+    /// Seed of how objects come to lie on the tray, and of the noise of its camera.
     pub(super) tray: u64,
     /// How far from where it should be the arm releases an item.
     pub(super) release: u64,
@@ -62,7 +64,7 @@ pub(super) struct Seeds {
 /// A run, and what pictures of its end need.
 pub(super) struct Done {
     pub(super) record: RunRecord,
-    /// What lies in the container.
+    /// Final content of the container.
     pub(super) state: v1::CellState,
     pub(super) heightmap: v1::Heightmap,
     /// The first cloud of the tray.
@@ -75,9 +77,9 @@ struct Run<'a> {
     stack: &'a Stack,
     controller: Controller,
     tray: Tray,
-    /// What has not come to the tray yet.
+    /// Objects that have not come to the tray yet.
     queue: VecDeque<(usize, Arc<Model>)>,
-    /// Where announced items were seen.
+    /// Poses in which announced items were seen.
     seen: BTreeMap<usize, Isometry3<f64>>,
     record: RunRecord,
     tray_sequence: u64,
@@ -207,7 +209,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// What lies on the tray, by a cloud of now.
+    /// Sees what lies on the tray, by a cloud of now.
     fn look(&mut self) -> Outcome<v1::ItemsReply> {
         let points = self.tray.view()?;
         self.tray_sequence += 1;
@@ -360,7 +362,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// How the session says that a placed item lies, and how far that is from the truth.
+    /// Records how the session says that a placed item lies, and how far that is from the truth.
     fn inspected(&mut self, arrival: usize, outcome: &v1::Outcome) -> Outcome {
         let until = Instant::now() + INSPECTION_LIMIT;
         let inspection = loop {

@@ -1,4 +1,4 @@
-//! What runs are made with: the container, the objects, the cell.
+//! Setup of runs: the container, the objects, the cell.
 
 use ppnpack_bridge::simulated::FaultSettings;
 use ppnpack_catalogue::cache::CacheDir;
@@ -29,10 +29,11 @@ pub(super) const KNOWN_COUNT: u32 = 1;
 /// How many items wait on the tray.
 const BUFFER: usize = 2;
 
-/// The standard deviation of where items are released, along each axis; and as much in yaw as moves a point 10 cm away by it.
+/// The standard deviation of where items are released, along each axis; and as much in yaw as moves
+/// a point 10 cm away by it.
 const PLACEMENT_NOISE_M: f64 = 0.002;
 
-/// What all runs have in common; with another one they begin anew.
+/// Common settings of all runs; with others they begin anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Settings {
     pub(super) grid: GridSettings,
@@ -50,7 +51,7 @@ pub(super) struct Settings {
     pub(super) seed: u64,
 }
 
-/// That container, as finely as is asked for.
+/// Makes the grid of the paper's container, as finely as is asked for.
 pub(super) fn grid(arguments: &PhysicalArguments) -> Outcome<Grid> {
     let settings = GridSettings {
         container: CONTAINER,

@@ -15,7 +15,8 @@ use rand_chacha::ChaCha8Rng;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 
-/// What the camera sees of the tray, in the container frame: beside the container, within the arm's reach.
+/// Region of the tray that the camera sees, in the container frame: beside the container, within
+/// the arm's reach.
 pub(super) const REGION: Region = Region {
     lowest_m: Point3::new(-0.36, -0.70, -0.04),
     highest_m: Point3::new(0.40, -0.06, 0.35),
@@ -30,13 +31,13 @@ const PLACES_M: [[f64; 2]; 2] = [[-0.18, -0.46], [0.20, -0.24]];
 /// The least gap between the circles around two objects, in metres.
 const GAP_M: f64 = 0.02;
 
-/// Where the camera is, in metres.
+/// Position of the camera, in metres.
 const EYE_M: Point3<f64> = Point3::new(0.02, -0.38, 0.95);
 
 /// Places that are tried for an object.
 const TRIALS: usize = 400;
 
-/// What perception is told of the tray.
+/// Gives perception's settings of the tray.
 pub(super) fn settings() -> TraySettings {
     TraySettings {
         segmentation: SegmentationSettings::of(REGION),
@@ -57,7 +58,7 @@ pub(super) struct Lying {
 }
 
 impl Lying {
-    /// Where its centre of mass is, seen from above, in metres.
+    /// Gives its centre of mass seen from above, in metres.
     pub(super) fn centre_m(&self) -> Point2<f64> {
         (self.container_from_object * self.model.mass.centre_of_mass_m).xy()
     }
@@ -81,7 +82,8 @@ impl Tray {
         })
     }
 
-    /// Lays an object down in one of its resting poses, where there is room; says whether there was.
+    /// Lays an object down in one of its resting poses, where there is room; says whether there
+    /// was.
     pub(super) fn lay(&mut self, arrival: usize, model: &Arc<Model>) -> bool {
         for _ in 0..TRIALS {
             let object = self.tossed(arrival, model);
@@ -143,7 +145,7 @@ impl Tray {
         self.camera.world_from_camera
     }
 
-    /// What the camera sees, in its own frame, in metres.
+    /// Sees the tray: points in the camera's frame, in metres.
     pub(super) fn view(&mut self) -> Outcome<Vec<Point3<f32>>> {
         let mut bodies = vec![body(&self.plate, Isometry3::identity())];
         let lying = self.lying.iter();

@@ -1,5 +1,5 @@
-//! `ppnpack experiment stream`: items that arrive without an end, of orders or not, packed into several containers that are open at the same
-//! time.
+//! `ppnpack experiment stream`: items that arrive without an end, of orders or not, packed into
+//! several containers that are open at the same time.
 
 mod packing;
 mod source;
@@ -25,8 +25,9 @@ use source::{Arrivals, SourceOptions};
 /// The most containers that are open at the same time.
 const MOST_OPEN: u8 = 16;
 
-/// Packs streams into one container after another and into several at the same time, and compares how full they are closed. With orders
-/// the first line has one order at a time, in containers of its own
+/// Packs streams into one container after another and into several at the same time, and compares
+/// how full they are closed. With orders the first line has one order at a time, in containers of
+/// its own
 #[derive(Debug, Args)]
 pub(crate) struct StreamArguments {
     #[command(flatten)]
@@ -35,7 +36,8 @@ pub(crate) struct StreamArguments {
     #[command(flatten)]
     source: SourceOptions,
 
-    /// Pairs of groups of the orders' table that never travel in one container, such as food:chemicals
+    /// Pairs of groups of the orders' table that never travel in one container, such as
+    /// food:chemicals
     #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
     apart: Vec<(String, String)>,
 
@@ -69,7 +71,7 @@ pub(crate) struct StreamArguments {
     runs: RunsOptions,
 }
 
-/// How a line of the table is packed.
+/// Setting of a line of the table.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Setting {
     open: u8,

@@ -20,9 +20,9 @@ use crate::packer::{Packer, unsteady};
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Run {
     pub(super) objects: Vec<usize>,
-    /// Of each container that was closed, in order.
+    /// Containers that were closed, in order.
     pub(super) closed: Vec<Container>,
-    /// Of each that was open at the end.
+    /// Containers that were open at the end.
     pub(super) open: Vec<Container>,
     /// Items that fit into no empty container.
     pub(super) unplaceable: usize,
@@ -31,11 +31,11 @@ pub(super) struct Run {
     /// Orders of which every item was packed; not those of which some never came.
     pub(super) complete_orders: usize,
     pub(super) orders: usize,
-    /// Of each step.
+    /// Decision times of the steps.
     pub(super) decision_s: Vec<f64>,
 }
 
-/// What a container came to.
+/// Final figures of a container.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Container {
     pub(super) items: usize,
@@ -50,7 +50,7 @@ pub(super) struct Container {
     pub(super) closed_by: Option<String>,
 }
 
-/// What streams are packed with.
+/// Packs streams.
 pub(super) struct Packing<'a> {
     pub(super) packer: &'a Packer<'a>,
     pub(super) rules: ContainerRules,
@@ -94,7 +94,8 @@ impl Packing<'_> {
     }
 }
 
-/// In how many of these containers each order is, and how many orders have all of their items in them.
+/// In how many of these containers each order is, and how many orders have all of their items in
+/// them.
 fn orders_in<'a, C: 'a>(
     stream: &Arrivals,
     containers: impl Iterator<Item = &'a Filled<C>>,

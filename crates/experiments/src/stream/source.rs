@@ -22,16 +22,17 @@ use crate::runs::hash;
 /// The items of an order that is drawn.
 const DRAWN_ITEMS: std::ops::RangeInclusive<usize> = 5..=30;
 
-/// Where streams come from.
+/// Source of streams.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub(super) struct SourceOptions {
-    /// A .npy file of sequences, int64 [sequences, length], of object indices; a stream is as many of them as it takes, in their order
+    /// A .npy file of sequences, int64 [sequences, length], of object indices; a stream is as many
+    /// of them as it takes, in their order
     #[arg(long, value_name = "FILE")]
     sequences: Option<PathBuf>,
 
-    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority, stop, order_items. They come one after
-    /// another, the items of each in another order in each stream
+    /// A CSV file of orders: order, item, quantity, group, mass (kg), priority, stop, order_items.
+    /// They come one after another, the items of each in another order in each stream
     #[arg(long, value_name = "FILE")]
     orders: Option<PathBuf>,
 
@@ -40,12 +41,12 @@ pub(super) struct SourceOptions {
     draw_orders: Option<u32>,
 }
 
-/// What arrives, one after another.
+/// Items that arrive, one after another.
 #[derive(Default)]
 pub(super) struct Arrivals {
     pub(super) number: u32,
     pub(super) objects: Vec<usize>,
-    /// Of the items, where they are of orders.
+    /// Orders of the items, where they have them.
     pub(super) orders: Vec<OrderItem>,
     /// At which stops they leave, where they are of orders.
     pub(super) stops: Vec<Stop>,
@@ -59,7 +60,7 @@ impl SourceOptions {
         self.sequences.is_none()
     }
 
-    /// Where what arrives comes from, in words.
+    /// Names the source, in words.
     pub(super) fn said(&self, items: u32) -> String {
         match (&self.orders, self.draw_orders) {
             (Some(path), _) => format!("the orders of {}", path.display()),
@@ -96,7 +97,7 @@ impl SourceOptions {
 }
 
 impl Arrivals {
-    /// What its run is kept by.
+    /// Names the file of its run.
     pub(super) fn name(&self) -> String {
         // What is known of the items decides, too.
         let known = format!("{:?}", (&self.orders, &self.stops, &self.expected));

@@ -19,14 +19,15 @@ use ppnpack_cli::progress;
 
 use options::{NetworkOptions, TrainingOptions};
 
-/// Trains a network on a dataset; leaves weights, model card, what each epoch came to and a checkpoint.
+/// Trains a network on a dataset; leaves weights, model card, what each epoch came to and a
+/// checkpoint.
 #[derive(Debug, Args)]
 pub struct TrainArguments {
     /// The folder that `ppnpack dataset` made
     #[arg(long, value_name = "DIR", default_value = "out/dataset")]
     dataset: PathBuf,
 
-    /// Where the model and the checkpoint are written
+    /// Folder of the model and the checkpoint
     #[arg(long, value_name = "DIR", default_value = "out/train")]
     out: PathBuf,
 
@@ -80,7 +81,7 @@ pub(crate) fn run(arguments: &TrainArguments, backend: &dyn Backend) -> Outcome 
     Ok(())
 }
 
-/// How good the network is on the test split, by every question.
+/// Gives the accuracies on the test split, by every question.
 fn summary(card: &ModelCard) -> Vec<String> {
     let Some(test) = &card.test else {
         return Vec::new();
@@ -97,7 +98,7 @@ fn summary(card: &ModelCard) -> Vec<String> {
     [head, fitting].into_iter().chain(answers).collect()
 }
 
-/// What an optimum is looked for among, in words.
+/// Names the placements among which an optimum is looked for.
 fn ranked(question: Question) -> &'static str {
     match question {
         Question::Proposed => "among the best-scored that fit, as many as K % of all placements",

@@ -14,7 +14,8 @@ use crate::workers;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Network")]
 pub(super) struct NetworkOptions {
-    /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper has 64,128,256,512
+    /// Channels of the encoder blocks, from the finest; each block halves the resolution. The paper
+    /// has 64,128,256,512
     #[arg(
         long,
         value_name = "LIST",
@@ -27,7 +28,7 @@ pub(super) struct NetworkOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 8)]
     head: usize,
 
-    /// How the features of container and item meet
+    /// Meeting of the features of container and item
     #[arg(long, value_parser = one_of(&FUSIONS), default_value = "correlation")]
     fusion: Fusion,
 
@@ -49,23 +50,25 @@ impl NetworkOptions {
     }
 }
 
-/// How it is trained.
+/// Training of the network.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Training")]
 pub(super) struct TrainingOptions {
-    /// What is minimised
+    /// Loss that is minimised
     #[arg(long, value_parser = one_of(&LOSSES), default_value = "ranking")]
     loss: Loss,
 
-    /// Which placements the loss is over
+    /// Placements that the loss is over
     #[arg(long, value_parser = one_of(&LOSS_OVERS), default_value = "fitting")]
     loss_over: LossOver,
 
-    /// How much a placement that does not fit counts in --loss-over all, at most 1 [default: 1, as in the paper]
+    /// How much a placement that does not fit counts in --loss-over all, at most 1 [default: 1, as
+    /// in the paper]
     #[arg(long, value_name = "WEIGHT", value_parser = misfit_weight)]
     misfit_weight: Option<f64>,
 
-    /// Up to where --loss mse tells values apart, in units of the objective above the optimum [default: 10]
+    /// Up to where --loss mse tells values apart, in units of the objective above the optimum
+    /// [default: 10]
     #[arg(long, value_name = "VALUE", value_parser = positive, allow_hyphen_values = true)]
     cut_off: Option<f64>,
 
@@ -81,7 +84,7 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "RATE", default_value_t = 2e-3, value_parser = positive)]
     learning_rate: f64,
 
-    /// How the learning rate changes
+    /// Change of the learning rate
     #[arg(long, value_parser = one_of(&SCHEDULES), default_value = "cosine")]
     schedule: Schedule,
 
@@ -89,8 +92,8 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "COUNT")]
     sequences: Option<usize>,
 
-    /// Tenths of the sequences that are held out of the training split for validation: those whose number ends in 8, in 7
-    /// and so on. They choose the epoch; with 0 it is the last
+    /// Tenths of the sequences that are held out of the training split for validation: those whose
+    /// number ends in 8, in 7 and so on. They choose the epoch; with 0 it is the last
     #[arg(long, value_name = "TENTHS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=i64::from(MOST_VALIDATION_TENTHS)))]
     validation: u32,
 
@@ -98,12 +101,12 @@ pub(super) struct TrainingOptions {
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     seed: u64,
 
-    /// Where to train
+    /// Device to train on
     #[arg(long, value_parser = parse_device(), default_value = "cpu")]
     pub(super) device: Device,
 
-    /// Threads on the processor: of its arithmetic, or, where a GPU trains, of what prepares the batches [default: one per
-    /// core]
+    /// Threads on the processor: of its arithmetic, or, where a GPU trains, of what prepares the
+    /// batches [default: one per core]
     #[arg(long, value_name = "COUNT")]
     threads: Option<usize>,
 }
@@ -113,7 +116,7 @@ impl TrainingOptions {
         self.threads.unwrap_or_else(workers::default_count)
     }
 
-    /// What to train, and how.
+    /// Makes the settings of a training.
     pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
         if self.misfit_weight.is_some() && self.loss_over == LossOver::Fitting {
             let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";

@@ -44,20 +44,19 @@ pub enum CoarseGridError {
     Grid {
         /// Fine cells along a side of a coarse one.
         cells: usize,
-        /// What is wrong with it.
+        /// Error of the coarse grid.
         source: GridError,
     },
 }
 
 /// A grid and a coarser one over the same container.
 ///
-/// The regions of a view's coarse placements partition the fine placements of all views whose yaw is nearest: a fine
-/// placement belongs to the coarse one with the nearest footprint centre.
+/// The regions of a view's coarse placements partition the fine placements of all views whose yaw
+/// is nearest: a fine placement belongs to the coarse one with the nearest footprint centre.
 #[derive(Debug, Clone)]
 pub struct CoarseGrid {
     fine: Grid,
     coarse: Grid,
-    /// How the one is made from the other.
     pub(super) coarsening: Coarsening,
     /// Per coarse yaw: the fine yaws nearest to it.
     fine_yaws: Vec<Vec<usize>>,
@@ -99,8 +98,8 @@ impl CoarseGrid {
         &self.coarse
     }
 
-    /// The fine placements that a coarse one stands for, by yaw, x, y; `fine` and `coarse` are the views of an item
-    /// on the two grids.
+    /// The fine placements that a coarse one stands for, by yaw, x, y; `fine` and `coarse` are the
+    /// views of an item on the two grids.
     pub fn region<'a>(
         &'a self,
         fine: &'a [ItemView],
@@ -121,8 +120,8 @@ impl CoarseGrid {
         })
     }
 
-    /// The fine corners along one side that belong to a coarse corner. Cells of the container and of the footprint
-    /// are given as (fine, coarse).
+    /// The fine corners along one side that belong to a coarse corner. Cells of the container and
+    /// of the footprint are given as (fine, coarse).
     fn span(
         &self,
         container: (usize, usize),
@@ -131,8 +130,9 @@ impl CoarseGrid {
     ) -> std::ops::Range<usize> {
         let fine_corners = (container.0 + 1).saturating_sub(footprint.0);
         let coarse_corners = (container.1 + 1).saturating_sub(footprint.1);
-        // In half cells, so that centres are whole numbers: the fine corner x belongs to the coarse corner X with
-        // X - 1/2 <= (x + nx / 2) / cells - NX / 2 < X + 1/2, and those beyond the first and last to these.
+        // In half cells, so that centres are whole numbers: the fine corner x belongs to the coarse
+        // corner X with X - 1/2 <= (x + nx / 2) / cells - NX / 2 < X + 1/2, and those beyond the
+        // first and last to these.
         let cells = self.coarsening.cells;
         let first = |corner: usize| {
             let twice = (2 * corner + footprint.1) * cells;

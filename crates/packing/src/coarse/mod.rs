@@ -1,7 +1,8 @@
-//! Coarse to fine: proposals made on a coarser grid, for the heuristic to decide among on the fine one.
-//!
-//! [`CoarseGrid`] says how two grids relate, and [`CoarseToFine`] lets a network of the coarse grid propose for the fine
+//! Coarse to fine: proposals made on a coarser grid, for the heuristic to decide among on the fine
 //! one.
+//!
+//! [`CoarseGrid`] says how two grids relate, and [`CoarseToFine`] lets a network of the coarse grid
+//! propose for the fine one.
 
 mod grid;
 mod pooling;

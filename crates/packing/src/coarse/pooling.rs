@@ -1,6 +1,6 @@
-//! Heightmaps and items on a coarser grid, as they are rather than as large as they may be: what is proposed on the coarse
-//! grid need not be safe, as the fine grid decides, and by their greatest heights items and obstacles would grow by up to
-//! a cell, which closes narrow gaps.
+//! Heightmaps and items on a coarser grid, as they are rather than as large as they may be: what is
+//! proposed on the coarse grid need not be safe, as the fine grid decides, and by their greatest
+//! heights items and obstacles would grow by up to a cell, which closes narrow gaps.
 
 use std::ops::Range;
 
@@ -10,8 +10,8 @@ use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, Item, ItemError, ItemView, ViewSurfaces};
 
 impl CoarseGrid {
-    /// The median height of each coarse cell, of an even number the lower one; cells beyond the last whole one count to
-    /// it.
+    /// The median height of each coarse cell, of an even number the lower one; cells beyond the
+    /// last whole one count to it.
     pub fn pool(&self, heightmap: &Heightmap) -> Heightmap {
         let (nx, ny) = (self.coarse().nx(), self.coarse().ny());
         let mut pooled = Heightmap::empty(self.coarse());
@@ -39,9 +39,9 @@ impl CoarseGrid {
         first..if cell + 1 == coarse { fine } else { end }
     }
 
-    /// An item's views at the coarse yaws: per coarse cell of the footprint the highest upper and the lowest lower
-    /// surface, counted from the footprint's corner. Cells of which the item covers less than half are left out, unless
-    /// that is all of them.
+    /// An item's views at the coarse yaws: per coarse cell of the footprint the highest upper and
+    /// the lowest lower surface, counted from the footprint's corner. Cells of which the item
+    /// covers less than half are left out, unless that is all of them.
     ///
     /// # Errors
     /// [`ItemError`] where the item has no view at a yaw of the coarse grid.
@@ -53,7 +53,7 @@ impl CoarseGrid {
     }
 }
 
-/// What an item has in a coarse cell.
+/// Column of an item in a coarse cell.
 #[derive(Debug, Clone, Copy)]
 struct Column {
     top: Units,
@@ -137,7 +137,8 @@ mod tests {
             let view = &pooled.views()[0];
             (view.ny(), view.top().to_vec(), view.bottom().to_vec())
         };
-        // A bridge of two rows of five cells: coarse cells of 2 x 2 at y = 0, 1 and 2, the last beyond the footprint by half.
+        // A bridge of two rows of five cells: coarse cells of 2 x 2 at y = 0, 1 and 2, the last
+        // beyond the footprint by half.
         let bottom = [2, 1, NO, NO, NO, NO, 0, 0, 5, NO];
         let bridge = pooled(2, 5, &[5, 6, 0, 0, 0, 0, 9, 8, 7, 0], &bottom);
         assert_eq!(bridge, (3, vec![9, 8, 0], vec![0, 0, NO]));

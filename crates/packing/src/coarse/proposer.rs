@@ -16,14 +16,17 @@ use crate::step::{Candidate, StageResult, StepInput};
 /// Maximum number of items whose coarse views are kept.
 const KEPT_ITEMS: usize = 512;
 
-/// How many times more a candidate may be proposed than is kept on average, so that one may get what others do not.
+/// How many times more a candidate may be proposed than is kept on average, so that one may get
+/// what others do not.
 const WIDER: f64 = 4.0;
 
-/// Proposes, for the fine grid, the regions of those placements of a coarse proposer that the heuristic ranks best on the coarse grid.
+/// Proposes, for the fine grid, the regions of those placements of a coarse proposer that the
+/// heuristic ranks best on the coarse grid.
 ///
-/// The heuristic costs little there, and spares evaluating on the fine grid what other candidates beat. Under [`Order::Balance`], where
-/// values of different items compare, the candidates have one share together. Under other orders each has its own. An item whose
-/// footprint does not fit the coarse container at any yaw has few placements; all are proposed.
+/// The heuristic costs little there, and spares evaluating on the fine grid what other candidates
+/// beat. Under [`Order::Balance`], where values of different items compare, the candidates have one
+/// share together. Under other orders each has its own. An item whose footprint does not fit the
+/// coarse container at any yaw has few placements; all are proposed.
 pub struct CoarseToFine {
     grids: CoarseGrid,
     wide: Box<dyn Proposer>,
@@ -38,8 +41,8 @@ pub struct CoarseToFine {
 }
 
 impl CoarseToFine {
-    /// Keeps `share` of all coarse placements, out of what `wide` proposes for each candidate on the coarse grid. `wide` had best propose
-    /// [`Self::wider`] shares.
+    /// Keeps `share` of all coarse placements, out of what `wide` proposes for each candidate on
+    /// the coarse grid. `wide` had best propose [`Self::wider`] shares.
     ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.

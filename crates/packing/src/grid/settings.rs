@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContainerSize, Grid, GridError, Resolution, Yaws};
 
-/// A container and how finely it is planned. The default is the paper's container ([`Grid::reference`]), planned more finely.
+/// A container and how finely it is planned. The default is the paper's container
+/// ([`Grid::reference`]), planned more finely.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GridSettings {
@@ -37,7 +38,7 @@ impl GridSettings {
         Grid::new(self.container, self.resolution()?)
     }
 
-    /// How finely it is planned.
+    /// Gives the resolution.
     ///
     /// # Errors
     /// As [`GridSettings::build`].
@@ -48,7 +49,7 @@ impl GridSettings {
 }
 
 impl From<&Grid> for GridSettings {
-    /// Of a grid whose yaws lie evenly over half a turn.
+    /// Reads the settings off a grid whose yaws lie evenly over half a turn.
     fn from(grid: &Grid) -> Self {
         let resolution = grid.resolution();
         Self {

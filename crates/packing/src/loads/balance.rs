@@ -1,4 +1,5 @@
-//! The balance of a container: a heavy one whose centre of mass is far from its middle tips, and is hard to lift.
+//! The balance of a container: a heavy one whose centre of mass is far from its middle tips, and is
+//! hard to lift.
 
 use nalgebra::Vector2;
 
@@ -8,11 +9,12 @@ use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::step::{Candidate, StepInput};
 
-/// Accepts placements that leave the container balanced, or no more out of balance than it was. An item of unknown mass weighs nothing.
+/// Accepts placements that leave the container balanced, or no more out of balance than it was. An
+/// item of unknown mass weighs nothing.
 #[derive(Debug, Clone)]
 pub struct BalanceCheck {
     most_kg_m: f64,
-    /// Of what lies there, about the container's middle.
+    /// Moment of the content about the container's middle.
     moment_kg_m: Vector2<f64>,
 }
 

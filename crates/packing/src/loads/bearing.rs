@@ -1,4 +1,4 @@
-//! How an item's weight is spread over where it touches what is below.
+//! Weight of an item spread over its contacts with what is below.
 
 use nalgebra::{Matrix3, Point2, Vector3};
 
@@ -11,18 +11,21 @@ const HALVINGS: i32 = 60;
 /// Contacts that are closer to the centre of mass than this lie right below it, in metres.
 const POINT_M: f64 = 1e-9;
 
-/// How exactly forces and moments are balanced, as a share of the weight, and of the weight times the size of the contacts.
+/// Maximum imbalance of forces as a share of the weight, and of moments as a share of weight times
+/// size.
 const BALANCED: f64 = 1e-6;
 
-/// What stiffens contacts that lie on a line or at a point against turning, as a share of the stiffness of all.
+/// Stiffness added against turning for contacts on a line or at a point, as a share of that of all.
 const STIFFENED: f64 = 1e-8;
 
-/// The share of the weight that each contact bears; `None` where an item with its centre of mass there does not stand on them.
+/// The share of the weight that each contact bears; `None` where an item with its centre of mass
+/// there does not stand on them.
 ///
-/// The pressure is that of a stiff item on soft ground (Winkler's foundation): it changes linearly across the contacts and is nowhere
-/// below 0, and forces and moments balance. On two narrow supports that is the lever rule; on more than three, where a rigid item's
-/// weight could be spread in many ways, it is the most even one. Positions are in metres,
-/// in the plane of the floor; any other unit of length does as well.
+/// The pressure is that of a stiff item on soft ground (Winkler's foundation): it changes linearly
+/// across the contacts and is nowhere below 0, and forces and moments balance. On two narrow
+/// supports that is the lever rule; on more than three, where a rigid item's weight could be spread
+/// in many ways, it is the most even one. Positions are in metres, in the plane of the floor; any
+/// other unit of length does as well.
 pub fn bearing_shares(contacts: &[Point2<f64>], centre_of_mass: &Point2<f64>) -> Option<Vec<f64>> {
     let size_m = contacts.iter().fold(0.0_f64, |size_m, contact| {
         size_m.max((contact - centre_of_mass).amax())
@@ -49,7 +52,7 @@ pub fn bearing_shares(contacts: &[Point2<f64>], centre_of_mass: &Point2<f64>) ->
     Some(shares)
 }
 
-/// What a plane of pressure is at an arm: nothing pulls.
+/// Gives the pressure of a plane at an arm: `max(0, plane . arm)`, as nothing pulls.
 fn pressure(plane: &Vector3<f64>, arm: &Vector3<f64>) -> f64 {
     plane.dot(arm).max(0.0)
 }
@@ -59,19 +62,21 @@ fn weight() -> Vector3<f64> {
     Vector3::new(1.0, 0.0, 0.0)
 }
 
-/// What is left unbalanced.
+/// Gives the force and moments that are left unbalanced.
 fn unbalanced(plane: &Vector3<f64>, arms: &[Vector3<f64>]) -> Vector3<f64> {
     let borne: Vector3<f64> = arms.iter().map(|arm| arm * pressure(plane, arm)).sum();
     weight() - borne
 }
 
-/// What grows until all is balanced: the dual of the least sum of squares of pressures.
+/// Gives the concave potential whose maximum is the balance: the dual of the least sum of squares
+/// of pressures.
 fn potential(plane: &Vector3<f64>, arms: &[Vector3<f64>]) -> f64 {
     let squares: f64 = arms.iter().map(|arm| pressure(plane, arm).powi(2)).sum();
     plane.dot(&weight()) - squares / 2.0
 }
 
-/// The plane of pressure that balances the weight, by Newton's method; `None` where the item would tip.
+/// The plane of pressure that balances the weight, by Newton's method; `None` where the item would
+/// tip.
 fn balanced_plane(arms: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let mut plane = weight() / arms.len() as f64;
     for _ in 0..STEPS {
@@ -83,7 +88,8 @@ fn balanced_plane(arms: &[Vector3<f64>]) -> Option<Vector3<f64>> {
         let (count, stiffness) = bearing.fold((0, Matrix3::zeros()), |(count, sum), arm| {
             (count + 1, sum + arm * arm.transpose())
         });
-        // A plane that is above 0 below the weight and nowhere else shows that it lies beside all contacts (Farkas's lemma).
+        // A plane that is above 0 below the weight and nowhere else shows that it lies beside all
+        // contacts (Farkas's lemma).
         if count == 0 && plane.dot(&weight()) > 0.0 {
             return None;
         }
@@ -129,7 +135,8 @@ mod tests {
 
     #[test]
     fn a_beam_on_a_row_of_contacts_lifts_off_beyond_its_third() {
-        // The textbook's footing: a row of contacts of length 1 with its weight at 0.1 bears on the first 0.3 alone.
+        // The textbook's footing: a row of contacts of length 1 with its weight at 0.1 bears on the
+        // first 0.3 alone.
         let row: Vec<(f64, f64)> = (0..1000)
             .map(|index| ((f64::from(index) + 0.5) / 1000.0, 0.0))
             .collect();

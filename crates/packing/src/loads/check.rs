@@ -8,18 +8,19 @@ use crate::grid::Grid;
 use crate::placement::RestingPlacement;
 use crate::step::{Candidate, StageResult, StepInput};
 
-/// Of a content that is not wholly known.
+/// Note on a content that is not wholly known.
 const PARTIAL_CONTENT: &str =
     "what lies in the container and is not known was left out of the loads";
 
 /// Accepts placements that load no item below with more than it may carry.
 ///
-/// What is not known to lie there carries anything, which the evidence says. An item of unknown mass loads nothing.
+/// What is not known to lie there carries anything, which the evidence says. An item of unknown
+/// mass loads nothing.
 #[derive(Debug)]
 pub struct LoadCheck {
     margin: f64,
     pile: Option<(Grid, Pile)>,
-    /// Which solids have limits: their names, and the greatest masses that they may carry, in kilograms.
+    /// Solids with limits: index, name, and the greatest mass that each may carry, in kilograms.
     limited: Vec<(usize, Arc<str>, f64)>,
     is_partial: bool,
 }
@@ -35,7 +36,8 @@ impl LoadCheck {
         }
     }
 
-    /// What a solid would carry with so much more on it, in kilograms; never more than the whole mass above it.
+    /// Estimates the load of a solid with `added_kg` more on it, in kilograms: never more than all
+    /// that is above.
     fn estimated_kg(&self, pile: &Pile, solid: usize, added_kg: f64, mass_kg: f64) -> f64 {
         let with_margin_kg = self.margin * (pile.carried_kg(solid) + added_kg);
         with_margin_kg.min(pile.above_kg(solid) + mass_kg)

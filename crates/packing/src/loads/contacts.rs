@@ -1,4 +1,4 @@
-//! What an underside rests on, and how the weight above it is spread.
+//! Contacts of an underside, and how they share the weight above.
 
 use std::collections::BTreeMap;
 
@@ -7,11 +7,12 @@ use nalgebra::Point2;
 use super::bearing::bearing_shares;
 use super::stack::Share;
 
-/// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of these the first with which the item
-/// stands counts. Solids are as their meshes say, but bodies of a simulation touch by their convex pieces.
+/// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of
+/// these the first with which the item stands counts. Solids are as their meshes say, but bodies of
+/// a simulation touch by their convex pieces.
 const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, WIDEST_M];
 
-/// What is farther away touches nothing, in metres.
+/// Maximum gap of a contact, in metres.
 const WIDEST_M: f32 = 0.032;
 
 /// A square of an underside, and the surface below it.
@@ -21,11 +22,12 @@ pub(super) struct Gap {
     pub(super) gap_m: f32,
     /// The square's middle, in metres in the container frame.
     pub(super) at: Point2<f64>,
-    /// Whose the surface is; `None` for the floor.
+    /// Solid below; `None` for the floor.
     pub(super) on: Option<usize>,
 }
 
-/// Who bears an item with this underside, and its centre of mass there; the floor bears the rest.
+/// Gives the shares of the solids that bear an item with this underside and centre of mass; the
+/// floor bears the rest.
 pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
     let least_m = gaps
         .iter()
@@ -38,7 +40,8 @@ pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
             return by_item(touching.into_iter().zip(parts));
         }
     }
-    // It would tip, or leans on something that is not seen from above: what touches nearest to its middle takes all.
+    // It would tip, or leans on something that is not seen from above: what touches nearest to its
+    // middle takes all.
     let touching = gaps.iter().filter(|gap| gap.gap_m <= least_m + WIDEST_M);
     let nearest = touching.min_by(|one, other| {
         let far = |gap: &Gap| (gap.at - centre_of_mass).norm_squared();

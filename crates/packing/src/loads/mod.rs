@@ -1,8 +1,9 @@
 //! Loads: what rests on each item, and what it may carry.
 //!
-//! Who rests on whom follows from the solids of the content as they lie, and how an item's weight is spread over what is below it from
-//! statics (`bearing.rs`). Friction on walls and items that wedge are left out, and contacts are only known as well as the solids and
-//! their poses are: the estimate is held against limits with a margin, but never counts more than all that is above.
+//! Who rests on whom follows from the solids of the content as they lie, and how an item's weight
+//! is spread over what is below it from statics (`bearing.rs`). Friction on walls and items that
+//! wedge are left out, and contacts are only known as well as the solids and their poses are: the
+//! estimate is held against limits with a margin, but never counts more than all that is above.
 
 mod balance;
 mod bearing;
@@ -26,17 +27,17 @@ use crate::check::BoxedCheck;
 use crate::model::Model;
 use crate::refusal::{Cause, Refusal};
 
-/// How loads are reckoned with.
+/// Settings of loads and balance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LoadSettings {
     /// The estimated load of an item is held against what it may carry this many times.
     pub margin: f64,
-    /// The load of an item where the placement was tried is held against what it may carry this many times, but never more than all
-    /// that is above.
+    /// The load of an item where the placement was tried is held against what it may carry this
+    /// many times, but never more than all that is above.
     pub tried_margin: f64,
-    /// How far out of balance a container may be: the mass in it times the distance of its centre of mass from the container's middle,
-    /// along the floor, in kg m; `None`: as it comes.
+    /// How far out of balance a container may be: the mass in it times the distance of its centre
+    /// of mass from the container's middle, along the floor, in kg m; `None`: as it comes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub imbalance_kg_m: Option<f64>,
 }
@@ -76,19 +77,20 @@ impl LoadSettings {
     }
 }
 
-/// What an item that lies somewhere weighs, and may carry.
+/// Mass of an item that lies somewhere, and the mass it may carry.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Burden {
     /// Names the item, for people.
     pub name: Arc<str>,
-    /// What it weighs, in kilograms.
+    /// Mass, in kilograms.
     pub mass_kg: f64,
-    /// The greatest mass that may rest on it, in kilograms, where there is a limit; 0 where nothing may.
+    /// The greatest mass that may rest on it, in kilograms, where there is a limit; 0 where nothing
+    /// may.
     pub carries_kg: Option<f64>,
 }
 
 impl Burden {
-    /// What an object weighs and may carry.
+    /// Reads both off a model.
     pub fn of(model: &Model) -> Self {
         Self {
             name: model.name.as_str().into(),
@@ -98,14 +100,14 @@ impl Burden {
     }
 }
 
-/// What an item would carry, against what it may.
+/// Load of an item, against its limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load {
     /// The item that carries it.
     pub item: String,
-    /// What rests on it as estimated, in kilograms.
+    /// Estimated load, in kilograms.
     pub estimated_kg: f64,
-    /// What may rest on it, in kilograms.
+    /// Greatest possible load, in kilograms.
     pub carries_kg: f64,
 }
 
@@ -119,8 +121,8 @@ impl Load {
         }
     }
 
-    /// Refuses what would load an item with more than it may carry. The excess is rounded up to two digits, so that there are few
-    /// different refusals.
+    /// Refuses what would load an item with more than it may carry. The excess is rounded up to two
+    /// digits, so that there are few different refusals.
     pub fn refusal(&self) -> Refusal {
         let over_g = (self.estimated_kg - self.carries_kg) * 1e3;
         let digit = 10_f64.powf(over_g.max(1.0).log10().floor() - 1.0).max(1.0);

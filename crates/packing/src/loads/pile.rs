@@ -13,18 +13,19 @@ use crate::item::{ABSENT, ItemView};
 use crate::model::raster::Raster;
 use crate::placement::Placement;
 
-/// How far a surface may reach above the underside of what rests on it, in metres: squares know the lowest and the highest point within
-/// them, and bodies of a simulation are not quite where they touch.
+/// How far a surface may reach above the underside of what rests on it, in metres: squares know the
+/// lowest and the highest point within them, and bodies of a simulation are not quite where they
+/// touch.
 const OVERLAP_M: f32 = 0.005;
 
-/// What lies in a container, and what each item of it carries.
+/// Content of a container as a pile, with the load of each item.
 #[derive(Debug)]
 pub struct Pile {
     resolution: Resolution,
     raster: Raster,
     /// The upper surface of all together in metres, and whose it is; row-major.
     ground: Vec<(f32, Option<usize>)>,
-    /// By the order of the content; kept from one content to the next.
+    /// Sides of the solids, in the order of the content; kept from one content to the next.
     sides: Vec<Arc<Sides>>,
     stack: Stack,
 }
@@ -63,7 +64,7 @@ impl Pile {
         self.stack = Stack::new(&masses_kg, shares.collect());
     }
 
-    /// What rests on a solid as estimated, in kilograms.
+    /// Gives the estimated load of a solid, in kilograms.
     pub fn carried_kg(&self, solid: usize) -> f64 {
         self.stack.carried_kg(solid)
     }
@@ -73,7 +74,8 @@ impl Pile {
         self.stack.above_kg(solid)
     }
 
-    /// What an item of this mass adds to what each solid carries, in kilograms, where it rests at a placement.
+    /// Gives the load in kilograms that an item of this mass, resting at a placement, adds to each
+    /// solid.
     pub fn added_kg(&self, view: &ItemView, placement: &Placement, mass_kg: f64) -> Vec<f64> {
         let centre = view.placed_centre_of_mass_m(placement, self.resolution.cell_m());
         let shares = shares(&self.gaps_below_view(view, placement), &centre);
@@ -102,7 +104,7 @@ impl Pile {
         }
     }
 
-    /// Who bears a solid that lies there.
+    /// Gives the shares of the solids that bear one that lies there.
     fn shares_of(&self, index: usize) -> Vec<Share> {
         let Some(own) = self.sides.get(index) else {
             return Vec::new();
@@ -130,7 +132,8 @@ impl Pile {
         shares(&gaps.collect::<Vec<_>>(), own.centre_of_mass())
     }
 
-    /// What the underside of an item would be over: by the fine samples of its view where it has them, else by its cells.
+    /// Gives the gaps below an item: by the fine samples of its view where it has them, else by its
+    /// cells.
     fn gaps_below_view(&self, view: &ItemView, placement: &Placement) -> Vec<Gap> {
         let samples = self.resolution.samples_per_cell();
         let fine = view.underside();

@@ -29,7 +29,7 @@ pub(super) struct Heights {
 }
 
 impl Sides {
-    /// What of a solid lies within a raster.
+    /// Draws the part of a solid within a raster.
     pub(super) fn new(solid: &LyingSolid, raster: &Raster) -> Self {
         let posed = solid.model.mesh.transformed(&solid.container_from_item);
         let bounds = posed.bounds();

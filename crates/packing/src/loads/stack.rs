@@ -1,6 +1,7 @@
-//! What each item of a pile carries.
+//! Loads of the items of a pile.
 
-/// How often loads are passed down at most; a pile where items do not rest on each other in a circle needs no more than it is high.
+/// How often loads are passed down at most; a pile where items do not rest on each other in a
+/// circle needs no more than it is high.
 const PASSES: usize = 64;
 
 /// Loads that change by less than this are settled, in kilograms.
@@ -9,7 +10,7 @@ const SETTLED_KG: f64 = 1e-9;
 /// A part of an item's weight that another one bears.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Share {
-    /// Who bears it.
+    /// Index of the item that bears it.
     pub(crate) on: usize,
     /// How much of it.
     pub(crate) part: f64,
@@ -18,7 +19,7 @@ pub(crate) struct Share {
 /// A pile of items, each of which rests on others or on the floor.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Stack {
-    /// By item: who bears it; the floor bears the rest.
+    /// Shares of those that bear each item; the floor bears the rest.
     shares: Vec<Vec<Share>>,
     carried_kg: Vec<f64>,
     above_kg: Vec<f64>,
@@ -42,18 +43,19 @@ impl Stack {
         stack
     }
 
-    /// What an item carries, in kilograms.
+    /// Gives the load of an item, in kilograms.
     pub(crate) fn carried_kg(&self, index: usize) -> f64 {
         self.carried_kg.get(index).copied().unwrap_or(0.0)
     }
 
-    /// The mass of all that rests on an item, wholly or in part, directly or not, in kilograms: no way to spread the weight loads it
-    /// with more.
+    /// The mass of all that rests on an item, wholly or in part, directly or not, in kilograms: no
+    /// way to spread the weight loads it with more.
     pub(crate) fn above_kg(&self, index: usize) -> f64 {
         self.above_kg.get(index).copied().unwrap_or(0.0)
     }
 
-    /// What a further item of this mass, resting so, adds to what each of the others carries, in kilograms.
+    /// Gives the load that a further item of this mass, resting so, adds to each of the others, in
+    /// kilograms.
     pub(crate) fn added_kg(&self, mass_kg: f64, shares: &[Share]) -> Vec<f64> {
         let mut direct_kg = vec![0.0; self.shares.len()];
         for share in shares {
@@ -66,7 +68,8 @@ impl Stack {
         total_kg.map(|(direct, passed)| direct + passed).collect()
     }
 
-    /// What each item bears where each weighs, or is loaded with, so much.
+    /// Gives the load of each item where each has this weight, by fixed-point iteration of `b_j =
+    /// sum_i part_ij (w_i + b_i)`.
     fn borne(&self, weights_kg: &[f64]) -> Vec<f64> {
         let mut borne_kg = vec![0.0; self.shares.len()];
         for _ in 0..PASSES {
@@ -88,7 +91,7 @@ impl Stack {
         borne_kg
     }
 
-    /// Which items bear some of these shares, directly or not.
+    /// Says which items bear some of these shares, directly or not.
     fn below(&self, shares: &[Share]) -> Vec<bool> {
         let mut is_below = vec![false; self.shares.len()];
         let mut open: Vec<usize> = shares.iter().map(|share| share.on).collect();

@@ -3,7 +3,8 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A triangle mesh, in metres, right-handed, z up; triangles wind counter-clockwise seen from outside.
+/// A triangle mesh, in metres, right-handed, z up; triangles wind counter-clockwise seen from
+/// outside.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mesh {
     /// Vertex positions, in metres.
@@ -106,7 +107,8 @@ impl Mesh {
         }
     }
 
-    /// The enclosed volume in cubic metres, by the divergence theorem; negative where triangles wind inwards.
+    /// The enclosed volume in cubic metres, by the divergence theorem; negative where triangles
+    /// wind inwards.
     pub fn signed_volume_m3(&self) -> f64 {
         self.corners()
             .map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0)

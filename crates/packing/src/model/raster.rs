@@ -1,4 +1,5 @@
-//! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in each.
+//! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in
+//! each.
 
 use std::ops::Range;
 
@@ -29,12 +30,12 @@ pub struct Raster {
     pub ny: usize,
 }
 
-/// Calls `visit(x, y, lowest, highest)` for each square that a triangle's projection touches, with the least
-/// and greatest z of the triangle within that square, in metres.
+/// Calls `visit(x, y, lowest, highest)` for each square that a triangle's projection touches, with
+/// the least and greatest z of the triangle within that square, in metres.
 ///
 /// Exact: the range is that of the triangle clipped to the square, less [`SLACK_M`] along its
-/// border. Squares outside the raster are left out, as are triangles with a coordinate that is not finite. Each
-/// square is visited at most once.
+/// border. Squares outside the raster are left out, as are triangles with a coordinate that is not
+/// finite. Each square is visited at most once.
 pub fn rasterise(
     triangle: &[Point3<f64>; 3],
     raster: &Raster,
@@ -73,8 +74,8 @@ pub fn rasterise(
     }
 }
 
-/// Raises a surface to the upper envelope of a mesh in a pose: its frame in that of the surface, whose origin
-/// is the corner of the first sample.
+/// Raises a surface to the upper envelope of a mesh in a pose: its frame in that of the surface,
+/// whose origin is the corner of the first sample.
 ///
 /// Parts beside the surface are left out; heights below 0 raise nothing.
 pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) {
@@ -91,7 +92,8 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
     if is_covered(&bounds, &raster, surface) {
         return;
     }
-    // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn little else is left to clip.
+    // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn
+    // little else is left to clip.
     for is_upper in [true, false] {
         for triangle in posed.corners() {
             if faces_up(&triangle) == is_upper && !is_covered(&around(&triangle), &raster, surface)
@@ -117,7 +119,8 @@ fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
     (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
 }
 
-/// Whether all squares that what is within these bounds may touch are at least as high as they are, so that it raises none.
+/// Whether all squares that what is within these bounds may touch are at least as high as they are,
+/// so that it raises none.
 fn is_covered(bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
     let Bounds { lowest, highest } = bounds;
     let scale = 1.0 / raster.pitch_m;
@@ -143,7 +146,8 @@ fn touched(from: f64, to: f64, count: usize, slack: f64) -> Range<usize> {
     (from + slack) as usize..ceil(to - slack).min(count)
 }
 
-/// The next whole number, 0 for what is below; the library's is a call where the processor is not known to have it.
+/// The next whole number, 0 for what is below; the library's is a call where the processor is not
+/// known to have it.
 fn ceil(value: f64) -> usize {
     let whole = value as usize;
     whole.saturating_add(usize::from((whole as f64) < value))
@@ -232,8 +236,8 @@ impl Segment {
     }
 }
 
-/// The border of a triangle's part between two x. The extremes of a plane over a convex region lie on its
-/// border, so that no more is needed.
+/// The border of a triangle's part between two x. The extremes of a plane over a convex region lie
+/// on its border, so that no more is needed.
 struct Strip([Segment; 5]);
 
 impl Strip {

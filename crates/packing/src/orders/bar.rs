@@ -17,13 +17,13 @@ pub enum Bar {
     /// The container would be too heavy.
     #[error("the container would be {over_kg:.2} kg too heavy")]
     TooHeavy {
-        /// By how much.
+        /// Excess, in kilograms.
         over_kg: f64,
     },
     /// It must travel with items that are in another container.
     #[error("{tie}, and others of them are in {}", if *.is_closed { "a container that was closed" } else { "another container" })]
     TiedElsewhere {
-        /// What ties it to them.
+        /// Tie to those items.
         tie: Tie,
         /// Whether nothing can follow them any more.
         is_closed: bool,
@@ -34,15 +34,16 @@ pub enum Bar {
     /// The container may not take what has to travel with the item.
     #[error("{tie}, and of all of them together: {bar}")]
     WithOthers {
-        /// What ties the item to it.
+        /// Tie of the item.
         tie: Tie,
         /// Why not.
         bar: Box<Bar>,
     },
-    /// The container is kept for items that have to follow others into it, and the item does not go with those.
+    /// The container is kept for items that have to follow others into it, and the item does not go
+    /// with those.
     #[error("{tie}, and others of them have to follow into this container: {bar}")]
     KeptFor {
-        /// What ties them.
+        /// Tie of those items.
         tie: Tie,
         /// Why the item does not go with them.
         bar: Box<Bar>,

@@ -1,6 +1,8 @@
-//! Orders: which items belong together, and which of the open containers an item may go into, wherever it would lie there.
+//! Orders: which items belong together, and which of the open containers an item may go into,
+//! wherever it would lie there.
 //!
-//! Some rules are never broken; others say what is better, and give way where nothing else could be packed.
+//! Some rules are never broken; others say what is better, and give way where nothing else could be
+//! packed.
 
 mod bar;
 mod ties;
@@ -20,7 +22,7 @@ use crate::containers::Attempt;
 /// Sums of masses that differ by less than this are the same, in kilograms.
 const SAME_KG: f64 = 1e-9;
 
-/// How orders share containers.
+/// Sharing of containers by orders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sharing {
@@ -31,24 +33,27 @@ pub enum Sharing {
     Shared,
 }
 
-/// What containers may hold.
+/// Rules of containers.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ContainerRules {
-    /// How orders share them.
+    /// Sharing by orders.
     pub sharing: Sharing,
-    /// Whether each order lies in one container. It is begun only where the mass and the groups of all that is known of it are possible.
+    /// Whether each order lies in one container. It is begun only where the mass and the groups of
+    /// all that is known of it are possible.
     pub undivided: bool,
     /// Pairs of groups that never travel in one container.
     pub apart: Vec<(String, String)>,
-    /// Pairs of groups that travel together: all items of an order that are of either lie in one container.
+    /// Pairs of groups that travel together: all items of an order that are of either lie in one
+    /// container.
     pub together: Vec<(String, String)>,
     /// The greatest mass of what one holds, in kilograms.
     pub most_kg: Option<f64>,
 }
 
 impl ContainerRules {
-    /// A pair of groups that would have to travel together and must not, where there is one: none of them could be packed.
+    /// A pair of groups that would have to travel together and must not, where there is one: none
+    /// of them could be packed.
     pub fn contradiction(&self) -> Option<&(String, String)> {
         let mut together = self.together.iter();
         together.find(|(a, b)| self.are_apart(a, b))
@@ -62,7 +67,8 @@ impl ContainerRules {
         })
     }
 
-    /// Two of these groups that must not travel together, the first of one list and the second of the other.
+    /// Two of these groups that must not travel together, the first of one list and the second of
+    /// the other.
     fn apart<'a>(
         &self,
         ones: impl IntoIterator<Item = &'a Arc<str>>,
@@ -76,7 +82,7 @@ impl ContainerRules {
     }
 }
 
-/// What is known of an item beside its shape.
+/// Order, group and mass of an item.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderItem {
     /// Its order.
@@ -106,7 +112,7 @@ struct Line {
     place: Place,
 }
 
-/// Where an item is.
+/// Place of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     /// It is to be packed.
@@ -119,7 +125,7 @@ enum Place {
     Gone,
 }
 
-/// What a container holds, as far as rules are concerned.
+/// Content of a container, as far as rules are concerned.
 #[derive(Debug, Clone, Default)]
 struct Held {
     orders: BTreeSet<Arc<str>>,
@@ -130,22 +136,23 @@ struct Held {
     mass_kg: f64,
 }
 
-/// The orders of a stream, and what the open containers hold of them. Items of no order have no rules.
+/// The orders of a stream, and what the open containers hold of them. Items of no order have no
+/// rules.
 #[derive(Debug, Clone, Default)]
 pub struct Orders {
     rules: ContainerRules,
-    /// By arrival.
+    /// Lines by arrival.
     lines: BTreeMap<usize, Line>,
     /// How many items an order is said to have, where that is said.
     expected: BTreeMap<Arc<str>, usize>,
     /// The numbers of the open containers.
     open: Vec<usize>,
     opened: usize,
-    /// As the step began: what each open container holds.
+    /// Content of each open container, as the step began.
     held: Vec<Held>,
-    /// As the step began: what must have travelled with something in a container that was closed.
+    /// Ties of the items in closed containers, as the step began.
     closed_ties: BTreeSet<Tie>,
-    /// As the step began: what hangs together.
+    /// Items that hang together, as the step began.
     units: Units,
     /// The first order in the buffer that no open container holds anything of.
     next: Option<Arc<str>>,
@@ -169,7 +176,8 @@ impl Orders {
         }
     }
 
-    /// An order has so many items altogether: it is not complete before as many are known. The greatest number counts that is said.
+    /// An order has so many items altogether: it is not complete before as many are known. The
+    /// greatest number counts that is said.
     pub fn expect(&mut self, order: &str, items: usize) {
         let expected = self.expected.entry(order.into()).or_default();
         *expected = items.max(*expected);
@@ -240,7 +248,8 @@ impl Orders {
         self.set_place(arrival, Place::Closed);
     }
 
-    /// The first container that is for one order which is complete: something lies in it, and nothing is to come.
+    /// The first container that is for one order which is complete: something lies in it, and
+    /// nothing is to come.
     pub fn complete(&self) -> Option<usize> {
         if self.rules.sharing != Sharing::OneOrder {
             return None;
@@ -259,8 +268,8 @@ impl Orders {
         expected <= lines().count() && lines().all(|line| line.place != Place::ToCome)
     }
 
-    /// Why the item of this arrival may not go into an open container, where it may not. Rules that give way come last. To be asked after
-    /// the step began.
+    /// Why the item of this arrival may not go into an open container, where it may not. Rules that
+    /// give way come last. To be asked after the step began.
     pub fn bar(&self, container: usize, arrival: usize) -> Option<Bar> {
         debug_assert_eq!(self.held.len(), self.open.len(), "no step began");
         let line = self.lines.get(&arrival)?;
@@ -275,8 +284,9 @@ impl Orders {
             .or_else(|| self.elsewhere(held, item))
     }
 
-    /// The attempts of a step over these containers, until one finds something: by all rules, and then, where any gives way, without
-    /// those. Whatever has a valid placement has one in the last of them: where the last finds nothing, nothing can be packed.
+    /// The attempts of a step over these containers, until one finds something: by all rules, and
+    /// then, where any gives way, without those. Whatever has a valid placement has one in the last
+    /// of them: where the last finds nothing, nothing can be packed.
     pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> Vec<Attempt> {
         let attempt = |gives_way: bool| -> Attempt {
             let admitted = |container: &usize| {
@@ -292,7 +302,8 @@ impl Orders {
         attempts
     }
 
-    /// Whether a container may take the item of this arrival, where rules give way that may, or by all rules.
+    /// Whether a container may take the item of this arrival, where rules give way that may, or by
+    /// all rules.
     pub fn admits(&self, gives_way: bool, container: usize, arrival: usize) -> bool {
         let bar = self.bar(container, arrival);
         bar.is_none_or(|bar| gives_way && bar.gives_way())
@@ -310,7 +321,7 @@ impl Orders {
         (over_kg > 0.0).then_some(Bar::TooHeavy { over_kg })
     }
 
-    /// Where it must travel with items that lie, or have to go, elsewhere.
+    /// Refuses an item that must travel with items that lie, or have to go, elsewhere.
     fn tied_elsewhere(&self, container: usize, held: &Held, line: &Line) -> Option<Bar> {
         let elsewhere = |has: &dyn Fn(&Held) -> bool| {
             let mut open = self.held.iter().enumerate();
@@ -331,7 +342,8 @@ impl Orders {
         Some(Bar::ChainedElsewhere(line.ties.first()?.clone()))
     }
 
-    /// Where it would be the first of items that must travel together, and the container may not take them all.
+    /// Refuses the first of items that must travel together, where the container may not take them
+    /// all.
     fn with_others(&self, held: &Held, line: &Line) -> Option<Bar> {
         let unit = self.units.unit_of(line, held)?;
         let orders: BTreeSet<&Arc<str>> = held.orders.iter().chain(&unit.orders).collect();
@@ -358,8 +370,8 @@ impl Orders {
         })
     }
 
-    /// Where the container could not take any more what has to follow others into it. What itself has to follow was counted when those
-    /// were begun.
+    /// Refuses an item where the container could then no longer take what has to follow others into
+    /// it. Followers of its own were counted when those were begun.
     fn kept_for(&self, held: &Held, line: &Line) -> Option<Bar> {
         let own = self.units.number_of(line);
         if own.is_some_and(|own| held.units.contains(&own)) {
@@ -392,7 +404,7 @@ impl Orders {
         })
     }
 
-    /// Where others of its order are, or orders before it are to be begun.
+    /// Refuses an item whose order lies elsewhere, or comes after one that is to be begun.
     fn elsewhere(&self, held: &Held, item: &OrderItem) -> Option<Bar> {
         if held.orders.contains(&item.order) {
             return None;

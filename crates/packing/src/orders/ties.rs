@@ -1,6 +1,7 @@
-//! What has to travel in one container.
+//! Ties: which items have to travel in one container.
 //!
-//! Items with a tie in common have to travel together, and so have those that are tied to these. What hangs together so is a [`Unit`].
+//! Items with a tie in common have to travel together, and so have those that are tied to these.
+//! What hangs together so is a [`Unit`].
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 
 use super::{ContainerRules, Held, Line, OrderItem};
 
-/// What ties items to each other, so that they travel in one container.
+/// Tie among items that travel in one container.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tie {
     /// Their order, which must not be divided.
@@ -40,7 +41,7 @@ impl fmt::Display for Tie {
 }
 
 impl ContainerRules {
-    /// What ties an item to others.
+    /// Gives the ties of an item.
     pub(super) fn ties(&self, item: &OrderItem) -> BTreeSet<Tie> {
         let order = || Arc::clone(&item.order);
         // What is of no order is no order that could be divided.
@@ -67,7 +68,7 @@ pub(super) fn count(groups: &mut Counts, item: &OrderItem) {
     }
 }
 
-/// What is still to be packed of items that hang together.
+/// Unpacked rest of items that hang together.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Unit {
     pub(super) orders: BTreeSet<Arc<str>>,
@@ -77,7 +78,7 @@ pub(super) struct Unit {
     pub(super) tie: Option<Tie>,
 }
 
-/// What hangs together of tied items.
+/// Groups of tied items.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Units {
     number_of_tie: BTreeMap<Tie, usize>,

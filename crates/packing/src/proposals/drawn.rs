@@ -10,8 +10,8 @@ use crate::placement::Placement;
 use crate::random;
 use crate::step::{Candidate, StageResult, StepInput};
 
-/// Proposes `K` % of `|P|` for each candidate, drawn from its possible placements, every subset equally likely; all of them
-/// where they are fewer.
+/// Proposes `K` % of `|P|` for each candidate, drawn from its possible placements, every subset
+/// equally likely; all of them where they are fewer.
 #[derive(Debug, Clone)]
 pub struct ProposeRandom {
     share: Percent,
@@ -47,8 +47,9 @@ impl Proposer for ProposeRandom {
     }
 }
 
-/// Proposes for each candidate what the published code of the paper's baseline "Random" tries: some yaws, and some positions at
-/// each of them, all drawn independently. Where none of them is valid for any candidate, the step has no choice.
+/// Proposes for each candidate what the published code of the paper's baseline "Random" tries: some
+/// yaws, and some positions at each of them, all drawn independently. Where none of them is valid
+/// for any candidate, the step has no choice.
 #[derive(Debug, Clone)]
 pub struct ProposeTries {
     yaws: u8,
@@ -100,7 +101,7 @@ impl Proposer for ProposeTries {
     }
 }
 
-/// What a candidate's proposals are drawn with in a step.
+/// Makes the generator of a candidate's proposals in a step.
 fn stream(seed: u64, input: &StepInput<'_>, candidate: &Candidate) -> ChaCha8Rng {
     let of_step = random::mix(seed, input.step);
     ChaCha8Rng::seed_from_u64(random::mix(of_step, candidate.stream()))
@@ -111,7 +112,8 @@ fn below(count: usize, random: &mut ChaCha8Rng) -> Option<usize> {
     (count > 0).then(|| random.random_range(0..count as u64) as usize)
 }
 
-/// Adds the possible placements of an item that have these rising numbers in their order by yaw, x and y.
+/// Adds the possible placements of an item that have these rising numbers in their order by yaw, x
+/// and y.
 fn place(
     grid: &Grid,
     item: &Item,
@@ -143,10 +145,11 @@ struct Subset {
 }
 
 impl Subset {
-    /// Draws `wanted` of the first `count` numbers, every subset equally likely; all of them where they are fewer.
+    /// Draws `wanted` of the first `count` numbers, every subset equally likely; all of them where
+    /// they are fewer.
     ///
-    /// One random number for each that is drawn, or for each that is left out where these are fewer (Floyd's algorithm:
-    /// Bentley and Floyd, "A sample of brilliance", 1987).
+    /// One random number for each that is drawn, or for each that is left out where these are fewer
+    /// (Floyd's algorithm: Bentley and Floyd, "A sample of brilliance", 1987).
     fn draw(&mut self, wanted: u64, count: u64, random: &mut ChaCha8Rng) {
         let left_out = count.saturating_sub(wanted);
         let is_inverted = left_out < wanted;

@@ -1,13 +1,16 @@
-//! The value of a scene: the volume that may still be packed after a placement, as learned from packings.
+//! The value of a scene: the volume that may still be packed after a placement, as learned from
+//! packings.
 //!
-//! The value is linear in [`figures`] of the surface with the item on it and of the items that still wait:
-//! `V = C sum(c_i f_i)`, `C` the container's volume. What is the same for all placements of a step has no influence on it. With
-//! `F` the objective and `v` the item's volume, the best placements are tried by increasing `F - w (v + V)`, `w` the weight per
-//! litre ([`Farsighted`]). `experiments/value.py` learns the coefficients of what `experiment value` packs; docs/results/value.md says what they are
-//! worth.
+//! The value is linear in [`figures`] of the surface with the item on it and of the items that
+//! still wait: `V = C sum(c_i f_i)`, `C` the container's volume. What is the same for all
+//! placements of a step has no influence on it. With `F` the objective and `v` the item's volume,
+//! the best placements are tried by increasing `F - w (v + V)`, `w` the weight per litre
+//! ([`Farsighted`]). `experiments/value.py` learns the coefficients of what `experiment value`
+//! packs; docs/results/value.md says what they are worth.
 //!
-//! It is a learned value function of reinforcement learning, by Monte Carlo (Sutton and Barto, *Reinforcement Learning*, 2018, chapter 9), with one step of
-//! improvement over the objective that it was learned under.
+//! It is a learned value function of reinforcement learning, by Monte Carlo (Sutton and Barto,
+//! *Reinforcement Learning*, 2018, chapter 9), with one step of improvement over the objective that
+//! it was learned under.
 
 mod built_in;
 mod figures;
@@ -19,12 +22,12 @@ use serde::{Deserialize, Serialize};
 pub use figures::{FIGURES, FIGURES_OF_ITEMS, Squares, figures};
 pub use ranking::Farsighted;
 
-/// How much the value of what a placement leaves counts, where the items of the buffer compete together.
-/// The default is what fills containers most tightly.
+/// How much the value of what a placement leaves counts, where the items of the buffer compete
+/// together. The default is what fills containers most tightly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SceneValue {
-    /// What a litre is worth, in the objective's units; with 0 nothing is valued.
+    /// Worth of a litre, in the objective's units; with 0 nothing is valued.
     pub weight: f64,
     /// One for each of the [`FIGURES`]; where there are none, those that are built in.
     #[serde(skip_serializing_if = "Vec::is_empty")]

@@ -9,19 +9,21 @@ use crate::refusal::Refusals;
 use crate::scene_value::{SceneValue, Squares, figures};
 use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
 
-/// So many placements of each candidate are valued: of each pose of an item.
+/// Number of placements of each candidate, that is of each pose, that are valued.
 const VALUED: usize = 15;
 
-/// So many are looked at for that: the others lie next to one that is valued.
+/// Maximum number looked at to find [`VALUED`]: the others lie next to one of these.
 const LOOKED_AT: usize = 40 * VALUED;
 
-/// Placements at neighbouring yaws that are closer than this along both axes leave much the same, in metres.
+/// Placements at neighbouring yaws that are closer than this along both axes leave much the same,
+/// in metres.
 const APART_M: f64 = 0.01;
 
 /// Litres in a cubic metre.
 const LITRES: f64 = 1e3;
 
-/// Gives the best placements of another evaluator in the order of objective and [value](SceneValue), and then the others as they come.
+/// Gives the best placements of another evaluator in the order of objective and
+/// [value](SceneValue), and then the others as they come.
 ///
 /// The values of the placements stay those of the objective.
 pub struct Farsighted {
@@ -30,7 +32,7 @@ pub struct Farsighted {
     coefficients: Vec<f64>,
     /// The best ones, in their order.
     first: VecDeque<Evaluated>,
-    /// Those of them that were given.
+    /// Members of `first` that were given.
     given: Vec<(usize, Placement)>,
 }
 

@@ -1,4 +1,4 @@
-//! How placements enter the open list.
+//! Entry of placements into the open list.
 
 use pulp::{Simd, WithSimd};
 
@@ -8,10 +8,11 @@ use super::prepared::{Ranking, ViewState};
 use crate::item::ItemView;
 use crate::kernel::{TOGETHER, resting_heights_at};
 
-/// Enters a view of the ranking; gives how many placements are proposed and how many of them are known to fit.
+/// Enters a view of the ranking; gives how many placements are proposed and how many of them are
+/// known to fit.
 pub(super) struct Enter<'a> {
     pub(super) ranking: Ranking<'a>,
-    /// What is to enter.
+    /// Nodes to enter.
     pub(super) fresh: &'a mut Vec<Node>,
     /// Index of the view.
     pub(super) index: usize,

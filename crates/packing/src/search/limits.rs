@@ -1,4 +1,4 @@
-//! What a ranking may take: time, and memory.
+//! Limits of a ranking: time and memory.
 
 use std::time::Instant;
 
@@ -8,10 +8,11 @@ use crate::item::ItemView;
 use crate::layout::DISTANCE_LEVELS;
 use crate::objective::Heuristic;
 
-/// Cells of footprints that are gone through between two looks at the clock: some tens of microseconds.
+/// Cells of footprints that are gone through between two looks at the clock: some tens of
+/// microseconds.
 const CELLS_BETWEEN_LOOKS: usize = 1 << 16;
 
-/// What is said where the time is over.
+/// Note on a ranking whose time is over.
 pub(super) const CUT: &str = "the time limit left placements unranked";
 
 /// A search needs more memory than it may take.
@@ -21,7 +22,7 @@ pub(super) const CUT: &str = "the time limit left placements unranked";
      needs less"
 )]
 pub struct TooMuchMemory {
-    /// What it may take.
+    /// Limit, in bytes.
     pub limit_bytes: usize,
 }
 
@@ -89,7 +90,8 @@ pub(super) fn container_bytes(grid: &Grid, heuristic: Heuristic, windows: usize)
     own + windows * (1 + levels) * map_bytes(grid)
 }
 
-/// Bytes that a view takes before anything is opened; `is_whole` where the resting height of every placement is computed.
+/// Bytes that a view takes before anything is opened; `is_whole` where the resting height of every
+/// placement is computed.
 pub(super) fn view_bytes(grid: &Grid, view: &ItemView, is_whole: bool) -> usize {
     if is_whole {
         map_bytes(grid)

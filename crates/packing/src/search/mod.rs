@@ -1,13 +1,16 @@
-//! The local evaluator: a best-first search over placements that computes an objective only where it may matter.
+//! The local evaluator: a best-first search over placements that computes an objective only where
+//! it may matter.
 //!
-//! One open list holds what is left of a ranking, the least bound first. Placements enter it as levels, one per view and
-//! resting height, or, in the bounded search, as blocks, squares of `2^e` placements a side. A level is opened by
-//! evaluating its placements, a block by cutting it in four, down to single placements. A value is final once it is below
-//! every bound left. So the expensive terms are computed for the few placements near the best alone, and the order of
+//! One open list holds what is left of a ranking, the least bound first. Placements enter it as
+//! levels, one per view and resting height, or, in the bounded search, as blocks, squares of `2^e`
+//! placements a side. A level is opened by evaluating its placements, a block by cutting it in
+//! four, down to single placements. A value is final once it is below every bound left. So the
+//! expensive terms are computed for the few placements near the best alone, and the order of
 //! values, ties included, is that of a full sort.
 //!
-//! Only blocks come down to single placements in the list. Where the resting heights are known, of all placements or
-//! of those proposed, entering each singly was measured to take 10 to 50 % longer a step than passes over them do.
+//! Only blocks come down to single placements in the list. Where the resting heights are known, of
+//! all placements or of those proposed, entering each singly was measured to take 10 to 50 % longer
+//! a step than passes over them do.
 
 mod enter;
 mod expand;
@@ -59,24 +62,25 @@ pub struct Search {
     fresh: Vec<Node>,
     /// The most memory that it may take.
     limit_bytes: usize,
-    /// What the ranking took of it before anything was opened.
+    /// Bytes of it that the ranking took before anything was opened.
     entered_bytes: usize,
     shortfall: Shortfall,
 }
 
-/// What a search is made for.
+/// Settings of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SearchSettings {
-    /// What placements are judged by.
+    /// Objective.
     pub heuristic: Heuristic,
-    /// Whether the items of the buffer compete together: the Balance order adds its term to the objective.
+    /// Whether the items of the buffer compete together: the Balance order adds its term to the
+    /// objective.
     pub order: Order,
     /// The weights of the objective's terms.
     pub weights: Weights,
     /// Drives [`Heuristic::Random`].
     pub seed: u64,
-    /// How far above the rim an item may reach where it is placed, in metres: of placements that sink below it when they are
-    /// tried.
+    /// How far above the rim an item may reach where it is placed, in metres: of placements that
+    /// sink below it when they are tried.
     pub above_rim_m: f64,
 }
 
@@ -175,9 +179,10 @@ impl Search {
         self
     }
 
-    /// Where all placements of a candidate are proposed, looks only where a bound does not rule out that the best is
-    /// there. The ranking is the same, bit for bit, but [`PlacementCounts::fitting`] counts only what was looked at until
-    /// the ranking is at its end. SDFM, DBL and HM have such bounds; with others this changes nothing.
+    /// Looks only where a bound does not rule out the best placement, for candidates of which all
+    /// placements are proposed. The ranking is the same, bit for bit, but
+    /// [`PlacementCounts::fitting`] counts only what was looked at until the ranking is at its end.
+    /// SDFM, DBL and HM have such bounds; with others this changes nothing.
     ///
     /// It pays on fine grids; it runs on one thread.
     #[must_use]
@@ -201,8 +206,9 @@ impl Search {
         }
     }
 
-    /// The heightmap where something of it reaches the rim and items may reach above it: that is then as high as they may reach,
-    /// so that nothing comes to lie over it. So high are cells that are blocked or not seen.
+    /// The heightmap where something of it reaches the rim and items may reach above it: that is
+    /// then as high as they may reach, so that nothing comes to lie over it. So high are cells that
+    /// are blocked or not seen.
     fn walled(&self, heightmap: &Heightmap) -> Option<Heightmap> {
         let rim = self.grid.rim();
         if self.above_rim == 0 || heightmap.max() < rim {
@@ -228,7 +234,8 @@ impl Search {
         }
     }
 
-    /// Enters the proposed placements of a candidate that do not reach too high; says what kept it from that.
+    /// Enters the proposed placements of a candidate that do not reach too high; says what kept it
+    /// from that.
     fn enter(
         &mut self,
         input: &StepInput<'_>,

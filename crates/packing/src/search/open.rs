@@ -8,7 +8,7 @@ use crate::grid::Units;
 /// Above every resting height.
 pub(super) const NO_HEIGHT: Units = Units::MAX;
 
-/// What is still to be opened or returned, the least bound first.
+/// Nodes still to be opened or returned, the least bound first.
 pub(super) type OpenList = BinaryHeap<Node>;
 
 /// Placements of one view, none of which has a value below the bound.
@@ -30,15 +30,15 @@ pub(super) struct Node {
     pub(super) is_measured: bool,
 }
 
-/// Which placements a node stands for, in the order in which those of one bound come.
+/// Placements that a node stands for, in the order in which those of one bound come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Extent {
     /// A square of `2^exponent` placements a side, single placements among them.
     Block { exponent: u8 },
     /// All of the view with this resting height, wherever they are.
     Level,
-    /// A placement whose value is known. The last, so that it comes up only once no bound can hide a lesser value or an
-    /// earlier placement of the same value.
+    /// A placement whose value is known. The last, so that it comes up only once no bound can hide
+    /// a lesser value or an earlier placement of the same value.
     Valued,
 }
 

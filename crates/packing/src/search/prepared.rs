@@ -1,4 +1,4 @@
-//! What a ranking is made on: the state that is only read while the open list is expanded.
+//! State of a ranking that is only read while the open list is expanded.
 
 use pulp::{Simd, WithSimd};
 
@@ -18,7 +18,7 @@ use crate::random;
 use crate::resting::RestingHeights;
 use crate::step::{Candidate, Evaluated, StepInput};
 
-/// What a ranking is made on: maps of the container, and the views that take part.
+/// State of a ranking: maps of the container, and the views that take part.
 #[derive(Debug)]
 pub(super) struct Prepared {
     pub(super) objective: Objective,
@@ -26,10 +26,10 @@ pub(super) struct Prepared {
     pub(super) resting: RestingHeights,
     pub(super) proposed: Proposed,
     pub(super) distance: Option<DistanceLevels>,
-    /// Where placements are not all looked at.
+    /// Windowed maps of the bounded search.
     pub(super) windows: Option<Windows>,
     pub(super) views: Vec<ViewState>,
-    /// By index of the view, of those whose resting heights are not computed by rows.
+    /// Offsets of the views whose resting heights are not computed by rows, by index of the view.
     pub(super) offsets: Vec<BlockOffsets>,
 }
 
@@ -47,14 +47,14 @@ pub(super) struct ViewState {
     pub(super) entrance: Entrance,
 }
 
-/// How the placements of a view enter the open list.
+/// Way of a view's placements into the open list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Entrance {
     /// All, as levels: the resting height of every placement is computed.
     All,
     /// All, as blocks.
     Blocks,
-    /// Those proposed alone, as levels.
+    /// Proposed ones alone, as levels.
     Proposed,
 }
 
@@ -120,7 +120,7 @@ impl WithSimd for UpdateScene<'_> {
 pub(super) struct Ranking<'a> {
     pub(super) prepared: &'a Prepared,
     candidates: &'a [Candidate],
-    /// Of the step.
+    /// Seed of the step.
     seed: u64,
 }
 
@@ -179,7 +179,8 @@ impl<'a> Ranking<'a> {
     /// The placement with its value.
     #[inline(always)]
     pub(super) fn valued(&self, node: Node) -> Node {
-        // No closure here nor where placements are collected: it would not be compiled for the processor's features.
+        // No closure here nor where placements are collected: it would not be compiled for the
+        // processor's features.
         let value = if let Some((state, held, view)) = self.view(node.view as usize) {
             let seed = random::mix(self.seed, held.stream());
             let valuation = self.prepared.valuation();

@@ -1,4 +1,5 @@
-//! The views of which only some placements are proposed: work in proportion to the proposals, not to the container.
+//! The views of which only some placements are proposed: work in proportion to the proposals, not
+//! to the container.
 
 use pulp::{Simd, WithSimd};
 
@@ -20,9 +21,10 @@ pub(super) struct ProposedView {
 pub(super) struct Proposed {
     nx: usize,
     ny: usize,
-    /// By index of the ranking's view.
+    /// Proposals by index of the ranking's view.
     pub(super) views: Vec<ProposedView>,
-    /// Per cell of the container: the last view that had a placement there, which tells repeated proposals.
+    /// Per cell of the container: the last view that had a placement there, which tells repeated
+    /// proposals.
     seen: Vec<u64>,
     stamp: u64,
 }
@@ -38,8 +40,8 @@ impl Proposed {
         }
     }
 
-    /// Takes the placements of an item whose first view has this index, without those that leave the container and
-    /// those that come again. Their resting heights are not known yet.
+    /// Takes the placements of an item whose first view has this index, without those that leave
+    /// the container and those that come again. Their resting heights are not known yet.
     pub(super) fn take(&mut self, first: usize, item: &Item, proposals: &[Placement]) {
         let end = first + item.views().len();
         if self.views.len() < end {
@@ -104,7 +106,6 @@ pub(super) struct Lower<'a> {
     pub(super) container: &'a PaddedMap,
     pub(super) view: &'a ItemView,
     pub(super) proposed: &'a mut ProposedView,
-    /// Of the view.
     pub(super) offsets: &'a BlockOffsets,
 }
 

@@ -8,18 +8,18 @@ use crate::objective::{Heuristic, Objective};
 use crate::placement::{Placement, RestingPlacement};
 use crate::random;
 
-/// What the values of placements are computed from.
+/// Inputs of the values of placements.
 #[derive(Clone, Copy)]
 pub(crate) struct Valuation<'a> {
     pub(crate) objective: &'a Objective,
     pub(crate) container: &'a PaddedMap,
-    /// Of objectives that know the distance to content.
+    /// Distance levels, for objectives that know the distance to content.
     pub(crate) distance: Option<&'a DistanceLevels>,
 }
 
 impl Valuation<'_> {
-    /// `F(b, p)` of an item's view at a resting placement, given the view's [`Objective::constant`]; `seed` is the
-    /// item's own, for [`Heuristic::Random`].
+    /// `F(b, p)` of an item's view at a resting placement, given the view's
+    /// [`Objective::constant`]; `seed` is the item's own, for [`Heuristic::Random`].
     #[inline(always)]
     pub(crate) fn value(
         &self,

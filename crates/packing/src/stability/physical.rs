@@ -15,7 +15,7 @@ use crate::step::{Candidate, StepInput};
 /// Samples compared at once along y.
 const LANES: usize = 8;
 
-/// What the physical stability test asks for.
+/// Settings of the physical stability test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhysicalStabilitySettings {
@@ -36,14 +36,16 @@ impl Default for PhysicalStabilitySettings {
 
 /// A stability test on the real surfaces: in metres, with margins that do not depend on the cell.
 ///
-/// The item is lowered onto what was seen of the content, finely sampled, until it touches; where its underside is then
-/// within the contact tolerance of the content is contact, and its true centre of mass must lie inside the convex
-/// hull of the contacts. Where no fine surface or underside is known, the cells' heights take their place.
+/// The item is lowered onto what was seen of the content, finely sampled, until it touches; where
+/// its underside is then within the contact tolerance of the content is contact, and its true
+/// centre of mass must lie inside the convex hull of the contacts. Where no fine surface or
+/// underside is known, the cells' heights take their place.
 #[derive(Debug, Clone)]
 pub struct PhysicalStability {
     settings: PhysicalStabilitySettings,
     arch: Arch,
-    /// Per row of samples: how far the content reaches above the underside, in metres, before the item is lifted.
+    /// Per row of samples: how far the content reaches above the underside, in metres, before the
+    /// item is lifted.
     overlaps_m: Vec<f32>,
     polygon: SupportPolygon,
 }
@@ -114,7 +116,8 @@ impl PhysicalStability {
             .depth(view.centre_of_mass_m(resolution.cell_m()))
     }
 
-    /// Lowers the underside, of `nx` rows, onto the content and collects the contacts; samples lie `pitch_m` apart.
+    /// Lowers the underside, of `nx` rows, onto the content and collects the contacts; samples lie
+    /// `pitch_m` apart.
     fn find_contacts<B, L, F>(&mut self, nx: usize, pitch_m: f64, lowering: Lowering<'_, B, L, F>)
     where
         B: Copy,
@@ -146,7 +149,8 @@ impl PhysicalStability {
 struct Lowering<'a, B, L, F> {
     content: Rows<'a, B>,
     underside: Rows<'a, L>,
-    /// How far content reaches above the underside, in metres; minus infinity where there is no material.
+    /// How far content reaches above the underside, in metres; minus infinity where there is no
+    /// material.
     overlap_m: F,
 }
 

@@ -20,8 +20,9 @@ impl SupportPolygon {
         self.contacts.clear();
     }
 
-    /// Adds the contacts of a row of cells, in their middles: `x` is the row's index along x, and each cell along y says
-    /// whether it is one. Only the outermost can be corners of the hull. The cells' edge gives the unit of length.
+    /// Adds the contacts of a row of cells, in their middles: `x` is the row's index along x, and
+    /// each cell along y says whether it is one. Only the outermost can be corners of the hull. The
+    /// cells' edge gives the unit of length.
     #[inline]
     pub(super) fn add_row(
         &mut self,
@@ -38,7 +39,8 @@ impl SupportPolygon {
         }
     }
 
-    /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge, negative outside.
+    /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge,
+    /// negative outside.
     ///
     /// Minus infinity where the hull has no area.
     pub(super) fn depth(&mut self, point: Point2<f64>) -> f64 {
@@ -55,8 +57,8 @@ impl SupportPolygon {
     }
 }
 
-/// The convex hull of points, counter-clockwise, without collinear points, by Andrew's monotone chain. The points are
-/// left sorted, each once.
+/// The convex hull of points, counter-clockwise, without collinear points, by Andrew's monotone
+/// chain. The points are left sorted, each once.
 pub(crate) fn convex_hull(points: &mut Vec<Point2<f64>>, hull: &mut Vec<Point2<f64>>) {
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();

@@ -8,8 +8,8 @@ use ppnpack_packing::proposals::possible_count;
 
 use crate::support::*;
 
-/// Whether no other coarse corner along a side has a footprint centre nearer to that of a fine one; corners with footprints, in
-/// cells.
+/// Whether no other coarse corner along a side has a footprint centre nearer to that of a fine one;
+/// corners with footprints, in cells.
 fn is_nearest(
     cells: usize,
     fine: (usize, usize),
@@ -101,7 +101,8 @@ proptest! {
             };
             let found: HashSet<_> = placements.iter().copied().collect();
             prop_assert_eq!(found.len(), placements.len());
-            // What fits the container and not the coarse one, by a rounded footprint, may be left out.
+            // What fits the container and not the coarse one, by a rounded footprint, may be left
+            // out.
             let fits = |view| has_room(&coarse_grid, view) && view.fits_at(&coarse_grid, 0);
             if coarse.views().iter().all(fits) {
                 let expected = possible_placements(&grid, &held[index].item);

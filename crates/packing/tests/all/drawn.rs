@@ -1,4 +1,5 @@
-//! Proposals: those drawn at random against all that they are drawn from, and the exhaustive search in place of those that fail.
+//! Proposals: those drawn at random against all that they are drawn from, and the exhaustive search
+//! in place of those that fail.
 
 use std::collections::BTreeMap;
 
@@ -40,8 +41,8 @@ fn drawn(
     (0..steps).map(&mut of_step).collect()
 }
 
-/// Asserts that what was counted is chance: that Pearson's statistic, times a scale, lies between the first and the last thousandth
-/// of a chi-square's values (Wilson and Hilferty).
+/// Asserts that what was counted is chance: that Pearson's statistic, times a scale, lies between
+/// the first and the last thousandth of a chi-square's values (Wilson and Hilferty).
 fn assert_is_chance(counts: impl Iterator<Item = (usize, f64)>, scale: f64) {
     let terms = counts.map(|(count, expected)| (count as f64 - expected).powi(2) / expected);
     let terms: Vec<f64> = terms.collect();
@@ -73,7 +74,8 @@ fn every_subset_of_the_possible_placements_is_equally_likely() {
     let (grid, item) = six_placements();
     let possible: Vec<Placement> = possible_placements(&grid, &item).collect();
     assert_eq!(possible.len(), 6);
-    // Of twelve placements with those that leave the container; few are drawn, and of many those that are left out.
+    // Of twelve placements with those that leave the container; few are drawn, and of many those
+    // that are left out.
     for (percent, size) in [(8.0, 1), (16.0, 2), (25.0, 3), (33.0, 4), (41.0, 5)] {
         let mut proposer = ProposeRandom::new(Percent::new(percent).unwrap(), 7);
         let all = subsets(&possible, size).into_iter();

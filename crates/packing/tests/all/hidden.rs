@@ -76,7 +76,8 @@ fn an_edge_that_shows_beside_a_sample_is_as_high_as_its_solid() {
     // Not where the picture does not show it at all.
     let gone = fresh(&scene(&[(60, 0.05)], 0.0), wide());
     assert_eq!(at(&gone, 40), (0.0, 0.0));
-    // A lip of 2.5 mm that the picture lacks is as high as it is; what noise and poses are off by is left as it was seen.
+    // A lip of 2.5 mm that the picture lacks is as high as it is; what noise and poses are off by
+    // is left as it was seen.
     for (seen_m, height_m) in [(0.0975, 0.1), (0.0985, 0.0985)] {
         let lip = fresh(&scene(&[(60, 0.05)], seen_m), vec![block(0.1, [0.0; 2])]);
         assert!((at(&lip, 20).0 - height_m).abs() < 1e-6, "{seen_m}");

@@ -98,7 +98,8 @@ proptest! {
         }
     }
 
-    /// However boxes lie, the floor bears what the boxes do not: no weight is lost, and none carries more than is above it.
+    /// However boxes lie, the floor bears what the boxes do not: no weight is lost, and none
+    /// carries more than is above it.
     #[test]
     fn no_item_carries_more_than_all_that_is_above(
         boxes in prop::collection::vec((0.0..0.2_f64, 0.0..0.2_f64, 0.03..0.1_f64, 0.1..2.0_f64), 1..9),
@@ -190,8 +191,8 @@ fn a_load_is_shared_by_what_bears_it() {
         };
         lies(model, [x_m, 0.1, 0.0])
     };
-    // Moved by 4 cm the beam stands on one of them alone, but for what hangs over. With a margin for what is not known, neither
-    // may bear it.
+    // Moved by 4 cm the beam stands on one of them alone, but for what hangs over. With a margin
+    // for what is not known, neither may bear it.
     for (margin, x, expected) in [(1.0, 10, true), (1.0, 14, false), (1.5, 10, false)] {
         let pillars = vec![pillar(0.1), pillar(0.2)];
         let beam = held([12, 10], 5, 1.0);

@@ -1,4 +1,5 @@
-//! Random orders with all rules at once, against a slow and plain recomputation from what lies where.
+//! Random orders with all rules at once, against a slow and plain recomputation from what lies
+//! where.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -261,8 +262,9 @@ impl<'a> World<'a> {
         })
     }
 
-    /// Whether there is a cause for a bar of an item and a container: for one that never gives way, that the item, all that has to travel
-    /// with it and all that has to follow into the container break a rule there, or that some of it is elsewhere.
+    /// Whether there is a cause for a bar of an item and a container: for one that never gives way,
+    /// that the item, all that has to travel with it and all that has to follow into the container
+    /// break a rule there, or that some of it is elsewhere.
     fn has_cause(&self, bar: &Bar, container: usize, arrival: usize, waiting: &[usize]) -> bool {
         let held = self.held(container);
         let item = self.line(arrival);
@@ -297,7 +299,8 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Whether a container may take an item without breaking what is never broken, as things lie now.
+    /// Whether a container may take an item without breaking what is never broken, as things lie
+    /// now.
     fn breaks_nothing(&self, container: usize, arrival: usize) -> bool {
         let with = [self.held(container), vec![arrival]].concat();
         let mut others = self.in_others(container);
@@ -365,7 +368,8 @@ impl<'a> Game<'a> {
         Scene::from_heightmap(heightmap).with_leaving(leaving)
     }
 
-    /// Plans a step as a stream does: the container, what lies there then, and whether rules that give way did so.
+    /// Plans a step as a stream does: the container, what lies there then, and whether rules that
+    /// give way did so.
     fn plan(&mut self, waiting: &[Candidate]) -> Option<(usize, Lying, bool)> {
         let open = self.world.open.iter();
         let scenes: Vec<Scene> = open.map(|held| self.scene(held)).collect();
@@ -391,7 +395,8 @@ impl<'a> Game<'a> {
         Some((container, lying, gave_way))
     }
 
-    /// What of these could be packed, by brute force: by all rules, or by those that never give way.
+    /// What of these could be packed, by brute force: by all rules, or by those that never give
+    /// way.
     fn placeable(&self, arrivals: &[usize], gives_way: bool) -> Vec<usize> {
         let may = |arrival: &&usize| {
             (0..self.planners.len()).any(|container| {
@@ -557,7 +562,8 @@ fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Order
     orders
 }
 
-/// Asserts why containers may not take items as things are, by rules that never give way: container, arrival, why.
+/// Asserts why containers may not take items as things are, by rules that never give way:
+/// container, arrival, why.
 fn assert_barred(orders: &mut Orders, cases: &[(usize, usize, Option<&str>)]) {
     orders.begin(&[]);
     for (container, arrival, why) in cases {

@@ -1,4 +1,5 @@
-//! Plans over checks that refuse, give up, work ahead or know a last resort: what an arm and a simulation do, without either.
+//! Plans over checks that refuse, give up, work ahead or know a last resort: what an arm and a
+//! simulation do, without either.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -203,7 +204,8 @@ fn was_told_before(log: &Log) -> bool {
     })
 }
 
-/// Counts what is asked of a search, and goes on to give the placements of candidates that it should leave out.
+/// Counts what is asked of a search, and goes on to give the placements of candidates that it
+/// should leave out.
 struct Watched(Search, Arc<[AtomicUsize; 2]>);
 
 impl Evaluator for Watched {
@@ -554,7 +556,8 @@ fn the_refusals_of_a_widened_step_are_those_of_both_searches() {
     assert!(episode.refusals.total() > 1);
 }
 
-/// A planner that refuses the first placements, and takes its time for each; and what was asked: rankings, placements.
+/// A planner that refuses the first placements, and takes its time for each; and what was asked:
+/// rankings, placements.
 fn reluctant(refusals: u64, takes: Duration, log: &Log) -> (Planner, Arc<[AtomicUsize; 2]>) {
     let mut left = refusals;
     let stub = Stub::new(log, move |_, _| {
@@ -605,8 +608,8 @@ fn after_the_deadline_nothing_more_is_checked_and_the_plan_says_so() {
     assert!(asked(&log).len() <= 7);
 }
 
-/// Looks into placements together, and has looked into all but the first when the time of the step is over. It refuses the first
-/// of those.
+/// Looks into placements together, and has looked into all but the first when the time of the step
+/// is over. It refuses the first of those.
 #[derive(Default)]
 struct Together {
     known: Vec<RestingPlacement>,
@@ -710,7 +713,8 @@ fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
         let (other_choice, other_report, asked) = step(foresight, Some(accepted.x));
         assert_eq!(other_choice, choice);
         assert_eq!(other_report.refusals, report.refusals);
-        // The first of each other row, as many more as are looked at ahead, and the row of the one that is accepted.
+        // The first of each other row, as many more as are looked at ahead, and the row of the one
+        // that is accepted.
         let most = (SIDE - 1) * foresight + SIDE;
         assert!((2 * SIDE - 1..=most).contains(&asked), "{asked}");
     }

@@ -1,4 +1,5 @@
-//! Streams into several open containers: which item goes where, and when containers are closed, recomputed from all that happened.
+//! Streams into several open containers: which item goes where, and when containers are closed,
+//! recomputed from all that happened.
 
 use ppnpack_packing::closing::{Closing, ClosingError, ClosingRules, Fill, fullest};
 use ppnpack_packing::episode::{IdealCell, PackingCell};
@@ -32,7 +33,8 @@ struct Slow {
     items_m3: f64,
 }
 
-/// Which containers were closed, with what, and why; then those that were open at the end; and what fits nowhere.
+/// Which containers were closed, with what, and why; then those that were open at the end; and what
+/// fits nowhere.
 type Told = (Vec<(usize, Vec<usize>, Option<Closing>)>, Vec<usize>);
 
 /// Packs a stream without orders, and looks at everything anew in each step.

@@ -1,4 +1,5 @@
-//! Slow, plain references for the fast kernels: voxels and brute force, as the definitions are written.
+//! Slow, plain references for the fast kernels: voxels and brute force, as the definitions are
+//! written.
 
 use nalgebra::Point2;
 use ppnpack_packing::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
@@ -40,7 +41,8 @@ impl Oracle<'_> {
         height.map_or(i32::MAX, i32::from)
     }
 
-    /// Resting height: the lowest from which the item can be lifted straight up without touching content.
+    /// Resting height: the lowest from which the item can be lifted straight up without touching
+    /// content.
     ///
     /// `None` where the footprint leaves the container.
     pub(crate) fn resting_height(&self, placement: Placement) -> Option<Units> {
@@ -61,8 +63,8 @@ impl Oracle<'_> {
         })
     }
 
-    /// `D` of the voxel above cell `(x, y)` whose lower face is at `z` units: the Chebyshev distance to the nearest
-    /// voxel of content, wall or floor, in steps, rounded up and truncated.
+    /// `D` of the voxel above cell `(x, y)` whose lower face is at `z` units: the Chebyshev
+    /// distance to the nearest voxel of content, wall or floor, in steps, rounded up and truncated.
     fn distance(&self, x: usize, y: usize, z: i32) -> u64 {
         let resolution = self.grid.resolution();
         let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
@@ -71,7 +73,8 @@ impl Oracle<'_> {
         for dx in -reach..=reach {
             for dy in -reach..=reach {
                 let height = self.content(x as i64 + dx, y as i64 + dy);
-                // The nearest voxel of that column: beside this one, or the content's uppermost, one below its height.
+                // The nearest voxel of that column: beside this one, or the content's uppermost,
+                // one below its height.
                 let below = if z < height { 0 } else { z - height + 1 };
                 let across_m = dx.abs().max(dy.abs()) as f64 * cell_m;
                 let steps = across_m.max(f64::from(below) * unit_m) / DISTANCE_STEP_M;
@@ -81,8 +84,8 @@ impl Oracle<'_> {
         nearest
     }
 
-    /// The mean of `D` over the item's voxels. Voxels beyond the reach of floor and content are all equally far from
-    /// the walls alone, so tall items are counted by column there.
+    /// The mean of `D` over the item's voxels. Voxels beyond the reach of floor and content are all
+    /// equally far from the walls alone, so tall items are counted by column there.
     pub(crate) fn mean_distance(&self, at: &RestingPlacement) -> f64 {
         let reach_m = DISTANCE_STEP_M * DISTANCE_TRUNCATION as f64;
         let reach = self.grid.resolution().units_above(reach_m);
@@ -153,7 +156,8 @@ impl Oracle<'_> {
         highest.unwrap() - i32::from(at.resting_height)
     }
 
-    /// The area of the item's faces that touch content, walls or floor, in square centimetres, voxel by voxel.
+    /// The area of the item's faces that touch content, walls or floor, in square centimetres,
+    /// voxel by voxel.
     fn touching_area_cm2(&self, at: &RestingPlacement) -> f64 {
         let cell_cm = self.grid.resolution().cell_m() * 100.0;
         let unit_cm = self.grid.resolution().height_unit_m() * 100.0;
@@ -174,8 +178,9 @@ impl Oracle<'_> {
         area
     }
 
-    /// How far the item's centre lies inside the hull of the published test's contacts, in cells: the least distance to
-    /// a line through two contacts that has all contacts on one side. Minus infinity where the hull has no area.
+    /// How far the item's centre lies inside the hull of the published test's contacts, in cells:
+    /// the least distance to a line through two contacts that has all contacts on one side. Minus
+    /// infinity where the hull has no area.
     pub(crate) fn published_depth_cells(&self, at: &RestingPlacement) -> f64 {
         let contact = i32::from(self.grid.resolution().units_below(0.01));
         let resting = i32::from(at.resting_height);
@@ -195,9 +200,9 @@ impl Oracle<'_> {
         depth_in_hull(&contacts, self.view.centroid_cells())
     }
 
-    /// How far the item's centre of mass lies inside the hull of the physical test's contacts, in metres, as
-    /// [`published_depth_cells`](Self::published_depth_cells): those of the samples of `surface`, or of the cells where
-    /// none is given.
+    /// How far the item's centre of mass lies inside the hull of the physical test's contacts, in
+    /// metres, as [`published_depth_cells`](Self::published_depth_cells): those of the samples of
+    /// `surface`, or of the cells where none is given.
     pub(crate) fn physical_depth_m(
         &self,
         at: Placement,
@@ -206,7 +211,8 @@ impl Oracle<'_> {
     ) -> f64 {
         let resolution = self.grid.resolution();
         let cell_m = resolution.cell_m();
-        // The middle of each sample, and how far content reaches above the item there if that stands on the floor.
+        // The middle of each sample, and how far content reaches above the item there if that
+        // stands on the floor.
         let mut overlaps: Vec<(Point2<f64>, f32)> = Vec::new();
         let mut add = |pitch_m: f64, x: usize, y: usize, overlap_m: f32| {
             let middle = Point2::new(x as f64 + 0.5, y as f64 + 0.5) * pitch_m;
@@ -238,8 +244,9 @@ impl Oracle<'_> {
     }
 }
 
-/// The least distance of a point to a line through two contacts that has all contacts on one side; negative where it is
-/// on the other side of one, minus infinity where the contacts' hull has no area.
+/// The least distance of a point to a line through two contacts that has all contacts on one side;
+/// negative where it is on the other side of one, minus infinity where the contacts' hull has no
+/// area.
 fn depth_in_hull(contacts: &[Point2<f64>], point: Point2<f64>) -> f64 {
     let mut depth = f64::INFINITY;
     let mut has_area = false;
