@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use crate::item::ShapeId;
+use crate::item::{ItemView, ShapeId};
 use crate::loads::Load;
 use crate::motion::Cycle;
 use crate::placement::RestingPlacement;
@@ -67,6 +67,14 @@ pub struct Evidence {
 }
 
 impl Evidence {
+    /// Makes evidence of no more than a shortcut.
+    pub(crate) fn noting(shortcut: &str) -> Self {
+        Self {
+            degraded: vec![shortcut.to_owned()],
+            ..Self::default()
+        }
+    }
+
     /// Takes over what another check found out.
     pub fn add(&mut self, other: Self) {
         self.cycle = other.cycle.or(self.cycle.take());
@@ -192,21 +200,19 @@ pub(crate) trait Condition: Send {
     /// Condition that a refused placement does not meet.
     const CAUSE: Cause;
 
-    /// A step begins.
-    fn begin(&mut self, _input: &StepInput<'_>) {}
-
-    /// Whether the candidate may be placed there.
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool;
+    /// Whether the candidate, in this view, may be placed there.
+    fn is_met(
+        &mut self,
+        input: &StepInput<'_>,
+        held: &Candidate,
+        view: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool;
 }
 
 impl<C: Condition> ValidityCheck for C {
     fn cost(&self) -> Cost {
         C::COST
-    }
-
-    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
-        Condition::begin(self, input);
-        Ok(())
     }
 
     fn judge(
@@ -215,10 +221,9 @@ impl<C: Condition> ValidityCheck for C {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        Ok(Verdict::of(
-            self.is_met(input, candidate, resting),
-            C::CAUSE,
-        ))
+        let view = candidate.item.view(resting.placement.yaw)?;
+        let is_met = self.is_met(input, candidate, view, resting);
+        Ok(Verdict::of(is_met, C::CAUSE))
     }
 }
 
@@ -230,8 +235,13 @@ impl Condition for Fits {
     const COST: Cost = Cost::Lookup;
     const CAUSE: Cause = Cause::AboveRim;
 
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
-        let view = held.item.views().get(at.placement.yaw);
-        view.is_some_and(|view| view.fits_at(input.grid, at.resting_height))
+    fn is_met(
+        &mut self,
+        input: &StepInput<'_>,
+        _: &Candidate,
+        view: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool {
+        view.fits_at(input.grid, at.resting_height)
     }
 }

@@ -135,15 +135,6 @@ pub struct Episode {
 }
 
 impl Episode {
-    /// The mean decision time per packed item, in seconds; 0 where nothing was packed.
-    pub fn mean_decision_s(&self) -> f64 {
-        if self.steps.is_empty() {
-            return 0.0;
-        }
-        let decisions = self.steps.iter().map(|step| step.timings.total());
-        decisions.map(|time| time.as_secs_f64()).sum::<f64>() / self.steps.len() as f64
-    }
-
     /// How many steps were searched exhaustively as none of their proposals was valid.
     pub fn steps_widened(&self) -> usize {
         steps_widened(&self.steps)
@@ -266,30 +257,28 @@ pub fn play(
 /// The items of a step without a choice in the order of arrival, each as it is offered, with its
 /// index into the candidates.
 fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
-    let mut unplaced: Vec<(usize, SetAside)> = Vec::new();
-    for (index, held) in input.candidates.iter().enumerate() {
-        let last = unplaced.last().map(|(_, item)| item.candidate.arrival);
-        if last != Some(held.arrival) {
-            let report = plan.candidates().get(index);
-            let item = SetAside {
-                candidate: held.clone(),
-                reason: report.and_then(|report| report.reason.clone()),
-                step: input.step,
-            };
-            unplaced.push((index, item));
-        }
-    }
-    unplaced
+    let mut last = None;
+    let items = input.candidates.iter().enumerate();
+    let items = items.filter(|(_, held)| last.replace(held.arrival) != Some(held.arrival));
+    let item = |(index, held): (usize, &Candidate)| {
+        let report = plan.candidates().get(index);
+        let item = SetAside {
+            candidate: held.clone(),
+            reason: report.and_then(|report| report.reason.clone()),
+            step: input.step,
+        };
+        (index, item)
+    };
+    items.map(item).collect()
 }
 
 /// The item that is least likely to fit later: the largest, and of several that which arrived
 /// first.
 fn largest(unplaced: &[(usize, SetAside)]) -> Option<&(usize, SetAside)> {
-    let volume_m3 = |item: &SetAside| item.candidate.item.mesh_volume_m3();
-    let falling = |one: &SetAside, other: &SetAside| volume_m3(other).total_cmp(&volume_m3(one));
+    let volume_m3 = |(_, item): &(usize, SetAside)| item.candidate.item.mesh_volume_m3();
     // Of equal ones, `min_by` gives the first.
     let items = unplaced.iter();
-    items.min_by(|(_, one), (_, other)| falling(one, other))
+    items.min_by(|one, other| volume_m3(other).total_cmp(&volume_m3(one)))
 }
 
 fn scan(cell: &mut dyn PackingCell, step: u64) -> Result<Scene, EpisodeError> {
@@ -354,9 +343,7 @@ impl PackingCell for IdealCell {
         resting: &RestingPlacement,
         _evidence: &Evidence,
     ) -> Result<(), StageError> {
-        let Some(view) = item.item.views().get(resting.placement.yaw) else {
-            return Ok(());
-        };
+        let view = item.item.view(resting.placement.yaw)?;
         debug_assert!(view.fits_at(&self.grid, resting.resting_height));
         let mut heightmap = self.scene.heightmap().clone();
         heightmap.place(view, resting);

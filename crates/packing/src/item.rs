@@ -68,6 +68,17 @@ pub struct YawsMismatch {
     expected: usize,
 }
 
+/// A placement at a yaw that its item does not have.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "broken invariant \"a placement's yaw is one of its item's\": {item} has {found} yaws, not yaw {yaw}"
+)]
+pub struct NoSuchYaw {
+    item: Arc<str>,
+    found: usize,
+    yaw: usize,
+}
+
 /// The item's lower surface in metres, sampled finely, for contact that does not depend on the
 /// cell.
 ///
@@ -359,6 +370,18 @@ impl Item {
     /// One view per yaw.
     pub fn views(&self) -> &[ItemView] {
         &self.views
+    }
+
+    /// Gives the view at the yaw of a placement.
+    ///
+    /// # Errors
+    /// [`NoSuchYaw`] where there is none.
+    pub fn view(&self, yaw: usize) -> Result<&ItemView, NoSuchYaw> {
+        self.views.get(yaw).ok_or_else(|| NoSuchYaw {
+            item: Arc::clone(&self.name),
+            found: self.views.len(),
+            yaw,
+        })
     }
 
     /// Whether it has a view for each yaw of a grid.

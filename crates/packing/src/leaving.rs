@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::blocked::BlockedRegion;
-use crate::check::{Cost, ValidityCheck, Verdict};
+use crate::check::{Cost, Evidence, ValidityCheck, Verdict};
 use crate::grid::Grid;
 use crate::item::ItemView;
 use crate::placement::RestingPlacement;
@@ -133,20 +133,16 @@ impl ValidityCheck for Sequence {
         held: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        let accepted = Ok(Verdict::Accepted(Default::default()));
+        let view = held.item.view(resting.placement.yaw)?;
         let leaving = input.scene.leaving();
-        let Some(leaving) = leaving.filter(|leaving| leaving.earliest < held.stop) else {
-            return accepted;
-        };
-        let Some(view) = held.item.views().get(resting.placement.yaw) else {
-            return accepted;
-        };
-        let below = leaving.below(view, resting);
-        if below >= held.stop {
-            return accepted;
-        }
-        let detail = format!("{} above {}", held.stop.said(), below.said());
-        let refusal = Refusal::because(Cause::Sequence, detail);
-        Ok(Verdict::Refused(refusal))
+        let leaving = leaving.filter(|leaving| leaving.earliest < held.stop);
+        let below = leaving.map(|leaving| leaving.below(view, resting));
+        Ok(match below.filter(|below| *below < held.stop) {
+            None => Verdict::Accepted(Evidence::default()),
+            Some(below) => {
+                let detail = format!("{} above {}", held.stop.said(), below.said());
+                Verdict::Refused(Refusal::because(Cause::Sequence, detail))
+            }
+        })
     }
 }

@@ -1,6 +1,7 @@
 //! The rules of items as checks of placements.
 
 use crate::check::{BoxedCheck, Condition, Cost};
+use crate::item::ItemView;
 use crate::leaving::Sequence;
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
@@ -27,7 +28,13 @@ impl Condition for OnFloor {
     const COST: Cost = Cost::Lookup;
     const CAUSE: Cause = Cause::NotOnFloor;
 
-    fn is_met(&mut self, _: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
+    fn is_met(
+        &mut self,
+        _: &StepInput<'_>,
+        held: &Candidate,
+        _: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool {
         !held.rules.is_bottom_only || at.resting_height == 0
     }
 }
@@ -49,7 +56,13 @@ impl Condition for Upright {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::CouldFallOver;
 
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
-        !held.rules.is_upright || self.0.is_met(input, held, at)
+    fn is_met(
+        &mut self,
+        input: &StepInput<'_>,
+        held: &Candidate,
+        view: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool {
+        !held.rules.is_upright || self.0.is_stable(input.grid, input.scene, view, at)
     }
 }

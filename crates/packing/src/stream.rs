@@ -16,18 +16,8 @@ use crate::plan::{Plan, PlanError, Planner, StageError};
 use crate::refusal::Refusals;
 use crate::step::{Evaluated, StepInput};
 
-/// Source of empty containers.
-pub trait ContainerSupply {
-    /// A container with its cell.
-    type Cell: PackingCell;
-
-    /// An empty container, the `number`th from 0, and who plans for it; its grid is that of the
-    /// stream.
-    ///
-    /// # Errors
-    /// What keeps it from coming.
-    fn next(&mut self, number: usize, grid: &Grid) -> Result<(Planner, Self::Cell), StageError>;
-}
+/// Error of a plan for a container that is not there.
+const NOT_OPEN: &str = "broken invariant \"what is planned for is open\"";
 
 /// Settings of a stream.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,19 +117,30 @@ pub struct Stream<C> {
 }
 
 /// Packs a stream into containers of this grid. Rules of orders that give way are kept as long as
-/// something can be packed so.
+/// something can be packed so. `supply` brings the empty container of a number, from 0, and who
+/// plans for it.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.
-pub fn play_stream<S: ContainerSupply>(
+pub fn play_stream<C: PackingCell>(
     grid: &Grid,
-    supply: &mut S,
+    supply: impl FnMut(usize) -> Result<(Planner, C), StageError>,
     sequence: Vec<Candidate>,
     orders: Orders,
     how: StreamPlay,
-) -> Result<Stream<S::Cell>, EpisodeError> {
+) -> Result<Stream<C>, EpisodeError> {
     let mut buffer = Buffer::new(sequence, how.buffer);
-    let mut containers = Containers::new(grid, supply, orders, how)?;
+    let mut containers = Containers {
+        grid,
+        supply,
+        open: Vec::new(),
+        orders,
+        closing: how.closing,
+        opened: 0,
+    };
+    for _ in 0..how.open.max(1) {
+        containers.open_next(0)?;
+    }
     let mut closed = Vec::new();
     let mut unplaceable = Vec::new();
     for step in 0.. {
@@ -157,70 +158,48 @@ pub fn play_stream<S: ContainerSupply>(
             }
         } else if let Some(fullest) = containers.fullest() {
             closed.push(containers.close(fullest, Closing::NothingFits));
-            containers.open_next(supply, step)?;
+            containers.open_next(step)?;
         }
         while let Some((container, why)) = containers.due_closing() {
             closed.push(containers.close(container, why));
-            containers.open_next(supply, step)?;
+            containers.open_next(step)?;
         }
     }
+    let open = containers.open.into_iter();
     Ok(Stream {
         closed,
-        open: containers.filled,
+        open: open.map(|(_, filled)| filled).collect(),
         unplaceable,
     })
 }
 
-/// The open containers of a stream, and who plans for them.
-struct Containers<'a, C> {
+/// The open containers of a stream, with who plans for each.
+struct Containers<'a, S, C> {
     grid: &'a Grid,
-    planners: Vec<Planner>,
-    filled: Vec<Filled<C>>,
+    supply: S,
+    open: Vec<(Planner, Filled<C>)>,
     orders: Orders,
     closing: ClosingRules,
     opened: usize,
 }
 
-impl<'a, C: PackingCell> Containers<'a, C> {
-    fn new<S: ContainerSupply<Cell = C>>(
-        grid: &'a Grid,
-        supply: &mut S,
-        orders: Orders,
-        how: StreamPlay,
-    ) -> Result<Self, EpisodeError> {
-        let mut containers = Self {
-            grid,
-            planners: Vec::new(),
-            filled: Vec::new(),
-            orders,
-            closing: how.closing,
-            opened: 0,
-        };
-        for _ in 0..how.open.max(1) {
-            containers.open_next(supply, 0)?;
-        }
-        Ok(containers)
-    }
-
-    fn open_next<S: ContainerSupply<Cell = C>>(
-        &mut self,
-        supply: &mut S,
-        step: u64,
-    ) -> Result<(), EpisodeError> {
+impl<S, C: PackingCell> Containers<'_, S, C>
+where
+    S: FnMut(usize) -> Result<(Planner, C), StageError>,
+{
+    fn open_next(&mut self, step: u64) -> Result<(), EpisodeError> {
         let failed = |source| EpisodeError::Cell { step, source };
-        let number = self.opened;
-        let (planner, mut cell) = supply.next(number, self.grid).map_err(failed)?;
-        let scene = cell.scan().map_err(failed)?;
-        self.planners.push(planner);
-        self.orders.opened();
-        self.filled.push(Filled {
-            number,
+        let (planner, mut cell) = (self.supply)(self.opened).map_err(failed)?;
+        let filled = Filled {
+            number: self.opened,
             grid: self.grid.clone(),
+            scene: cell.scan().map_err(failed)?,
             cell,
             steps: Vec::new(),
-            scene,
             closing: None,
-        });
+        };
+        self.open.push((planner, filled));
+        self.orders.opened();
         self.opened += 1;
         Ok(())
     }
@@ -232,16 +211,15 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         number: u64,
         candidates: &[Candidate],
     ) -> Result<Option<(usize, Step)>, EpisodeError> {
-        let percent = |filled: &Filled<C>| filled.fill().percent();
-        let open = self.filled.iter().zip(&mut self.planners).enumerate();
-        let mut open: Vec<_> = open.collect();
+        let percents: Vec<f64> = self.fills().map(|fill| fill.percent()).collect();
+        let mut open: Vec<_> = self.open.iter_mut().zip(percents).enumerate().collect();
         // A stable sort: of equally full ones that which was opened first.
-        open.sort_by(|(_, (a, _)), (_, (b, _))| percent(b).total_cmp(&percent(a)));
+        open.sort_by(|(_, (_, a)), (_, (_, b))| b.total_cmp(a));
         let places: Vec<usize> = open.iter().map(|(place, _)| *place).collect();
         let attempts = self.orders.attempts(&places, candidates);
         let mut refusals = Refusals::default();
         let found = plan_over(&attempts, candidates, |at, admitted| {
-            let Some((_, (filled, planner))) = open.get_mut(at) else {
+            let Some((_, ((planner, filled), _))) = open.get_mut(at) else {
                 return Ok(Plan::default());
             };
             let plan = planner.plan(&StepInput {
@@ -271,47 +249,52 @@ impl<'a, C: PackingCell> Containers<'a, C> {
         Ok(found.and_then(step))
     }
 
-    /// A container that a rule closes, and why.
+    fn fills(&self) -> impl Iterator<Item = Fill> {
+        self.open.iter().map(|(_, filled)| filled.fill())
+    }
+
+    /// Finds a container that a rule closes, and why.
     fn due_closing(&self) -> Option<(usize, Closing)> {
-        let each = self.filled.iter().enumerate();
-        let mut by_fill = each.filter_map(|(container, filled)| {
-            let closing = self.closing.closing(&filled.fill())?;
-            Some((container, closing))
-        });
-        by_fill.next().or_else(|| {
-            let complete = self.orders.complete();
-            let complete = complete.filter(|_| self.closing.order_complete)?;
-            Some((complete, Closing::OrderComplete))
-        })
+        let by_fill = self.fills().map(|fill| self.closing.closing(&fill));
+        let by_fill = by_fill.enumerate();
+        let due = by_fill.filter_map(|(container, closing)| Some((container, closing?)));
+        let complete = || {
+            self.orders
+                .complete()
+                .filter(|_| self.closing.order_complete)
+        };
+        due.chain(complete().map(|container| (container, Closing::OrderComplete)))
+            .next()
     }
 
     fn place(&mut self, step: Step, container: usize) -> Result<(), EpisodeError> {
         self.orders.packed(container, step.candidate.arrival);
-        match self.filled.get_mut(container) {
-            Some(filled) => filled.place(step),
-            None => Ok(()),
+        match self.open.get_mut(container) {
+            Some((_, filled)) => filled.place(step),
+            None => Err(EpisodeError::Cell {
+                step: step.step,
+                source: NOT_OPEN.into(),
+            }),
         }
     }
 
-    /// The first of these candidates that an empty container may take, which has no valid placement
-    /// there: nothing has. Where no container may take any, one that waits in vain.
+    /// Finds the first of these candidates that an empty container may take, which has no valid
+    /// placement there: nothing has. Where no container may take any, one that waits in vain.
     fn fits_nowhere(&self, candidates: &[Candidate]) -> Option<usize> {
-        let mut empty = self.filled.iter().enumerate();
-        let (empty, _) = empty.find(|(_, filled)| filled.steps.is_empty())?;
+        let mut open = self.open.iter();
+        let empty = open.position(|(_, filled)| filled.steps.is_empty())?;
         let may_take = |held: &Candidate| self.orders.admits(true, empty, held.arrival);
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// The fullest container; of equal ones that which was opened first.
+    /// Finds the fullest container; of equal ones that which was opened first.
     fn fullest(&self) -> Option<usize> {
-        let fills: Vec<Fill> = self.filled.iter().map(Filled::fill).collect();
-        closing::fullest(&fills)
+        closing::fullest(&self.fills().collect::<Vec<_>>())
     }
 
     fn close(&mut self, container: usize, why: Closing) -> Filled<C> {
-        self.planners.remove(container);
         self.orders.closed(container);
-        let mut filled = self.filled.remove(container);
+        let (_, mut filled) = self.open.remove(container);
         filled.closing = Some(why);
         filled
     }

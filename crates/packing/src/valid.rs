@@ -23,6 +23,11 @@ pub enum SearchError {
     /// A validity check failed to give an answer.
     #[error("a validity check failed: {0}")]
     Check(#[source] StageError),
+    /// The evaluator ranked what is none of the step's candidates.
+    #[error(
+        "broken invariant \"what is ranked is a candidate of the step\": there is no number {0}"
+    )]
+    NoSuchCandidate(usize),
 }
 
 /// A placement that every check accepted.
@@ -332,9 +337,9 @@ impl ValidSearch {
         is_last: bool,
     ) -> Result<Verdict, SearchError> {
         let mut evidence = Evidence::default();
-        let Some(candidate) = input.candidates.get(placement.candidate) else {
-            return Ok(Verdict::Accepted(evidence));
-        };
+        let index = placement.candidate;
+        let candidate = input.candidates.get(index);
+        let candidate = candidate.ok_or(SearchError::NoSuchCandidate(index))?;
         let resting = &placement.resting;
         let mut checks = self.checks.iter();
         let unseen = checks.find_map(|check| check.refuses_unseen(input, candidate, resting));

@@ -6,10 +6,9 @@ use std::sync::Arc;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::closing::Closing;
 use ppnpack_packing::episode::steps_widened;
-use ppnpack_packing::grid::{ContainerSize, Grid};
+use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::{ContainerRules, Orders};
-use ppnpack_packing::plan::{Planner, StageError};
-use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
+use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 
@@ -59,9 +58,11 @@ pub(super) struct Packing<'a> {
 
 impl Packing<'_> {
     pub(super) fn pack(&self, stream: &Arrivals) -> Outcome<Run> {
-        let mut supply = Supply {
-            packing: self,
-            stream: stream.number,
+        let supply = |container: usize| {
+            // Each container is another draw of what is random.
+            let seed = (u64::from(stream.number) << 32) | container as u64;
+            let bench = self.packer.bench(seed);
+            bench.map_err(|failure| failure.to_string().into())
         };
         let items = stream.candidates(&self.packer.catalogue);
         let mut orders = Orders::new(
@@ -71,9 +72,7 @@ impl Packing<'_> {
         for (order, items) in &stream.expected {
             orders.expect(order, *items);
         }
-        let packed =
-            play_stream(&self.packer.grid, &mut supply, items, orders, self.how).or_run()?;
-        let of = |filled: &Filled<SimulatedPackingCell>| Container::of(filled);
+        let packed = play_stream(&self.packer.grid, supply, items, orders, self.how).or_run()?;
         let all = || packed.closed.iter().chain(&packed.open);
         let steps = all().flat_map(|filled| &filled.steps);
         let mut decision_s: Vec<(u64, f64)> = steps
@@ -83,8 +82,8 @@ impl Packing<'_> {
         let (containers_of_orders, complete_orders) = orders_in(stream, all());
         Ok(Run {
             objects: stream.objects.clone(),
-            closed: packed.closed.iter().map(of).collect(),
-            open: packed.open.iter().map(of).collect(),
+            closed: packed.closed.iter().map(Container::of).collect(),
+            open: packed.open.iter().map(Container::of).collect(),
             unplaceable: packed.unplaceable.len(),
             containers_of_orders,
             complete_orders,
@@ -117,27 +116,6 @@ fn orders_in<'a, C: 'a>(
     let complete = stream.expected.iter().filter(is_complete).count();
     let containers = packed.values().map(|(containers, _)| containers.len());
     (containers.collect(), complete)
-}
-
-/// Brings the containers of a stream.
-struct Supply<'a> {
-    packing: &'a Packing<'a>,
-    stream: u32,
-}
-
-impl ContainerSupply for Supply<'_> {
-    type Cell = SimulatedPackingCell;
-
-    fn next(
-        &mut self,
-        number: usize,
-        _: &Grid,
-    ) -> Result<(Planner, SimulatedPackingCell), StageError> {
-        // Each container is another draw of what is random.
-        let seed = (u64::from(self.stream) << 32) | number as u64;
-        let bench = self.packing.packer.bench(seed);
-        Ok(bench.map_err(|failure| failure.to_string())?)
-    }
 }
 
 impl Container {

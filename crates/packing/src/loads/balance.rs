@@ -3,14 +3,15 @@
 
 use nalgebra::Vector2;
 
-use crate::check::{Condition, Cost};
-use crate::content::LyingSolid;
+use super::UNKNOWN_MASS;
+use crate::check::{Cost, Evidence, ValidityCheck, Verdict};
+use crate::content::{Content, LyingSolid};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StepInput};
+use crate::step::{Candidate, StageResult, StepInput};
 
 /// Accepts placements that leave the container balanced, or no more out of balance than it was. An
-/// item of unknown mass weighs nothing.
+/// item of unknown mass weighs nothing, which the evidence says.
 #[derive(Debug, Clone)]
 pub struct BalanceCheck {
     most_kg_m: f64,
@@ -28,37 +29,43 @@ impl BalanceCheck {
     }
 }
 
-/// The container's middle, in metres in its frame.
+/// Gives the container's middle, in metres in its frame.
 fn middle_m(input: &StepInput<'_>) -> Vector2<f64> {
     let size = input.grid.container();
     Vector2::new(size.x_m, size.y_m) / 2.0
 }
 
-impl Condition for BalanceCheck {
-    const COST: Cost = Cost::Lookup;
-    const CAUSE: Cause = Cause::Balance;
+impl ValidityCheck for BalanceCheck {
+    fn cost(&self) -> Cost {
+        Cost::Lookup
+    }
 
-    fn begin(&mut self, input: &StepInput<'_>) {
+    fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
         let middle = middle_m(input);
-        let content = input.scene.content();
-        let solids = content
-            .map(|content| content.all_solids())
-            .unwrap_or_default();
         let moment = |solid: &LyingSolid| {
             let centre = solid.container_from_item * solid.model.mass.centre_of_mass_m;
             (centre.coords.xy() - middle) * solid.burden.mass_kg
         };
+        let content = input.scene.content();
+        let solids = content.map_or(&[][..], Content::all_solids);
         self.moment_kg_m = solids.iter().map(moment).sum();
+        Ok(())
     }
 
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
-        let view = held.item.views().get(at.placement.yaw);
-        let Some((view, mass_kg)) = view.zip(held.weighs_kg()) else {
-            return true;
+    fn judge(
+        &mut self,
+        input: &StepInput<'_>,
+        held: &Candidate,
+        at: &RestingPlacement,
+    ) -> StageResult<Verdict> {
+        let view = held.item.view(at.placement.yaw)?;
+        let Some(mass_kg) = held.weighs_kg() else {
+            return Ok(Verdict::Accepted(Evidence::noting(UNKNOWN_MASS)));
         };
         let cell_m = input.grid.resolution().cell_m();
         let centre = view.placed_centre_of_mass_m(&at.placement, cell_m).coords;
         let moment = self.moment_kg_m + (centre - middle_m(input)) * mass_kg;
-        moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm()
+        let is_met = moment.norm() <= self.most_kg_m || moment.norm() <= self.moment_kg_m.norm();
+        Ok(Verdict::of(is_met, Cause::Balance))
     }
 }

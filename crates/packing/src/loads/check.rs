@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Burden, Load, Pile};
+use super::{Load, Pile, UNKNOWN_MASS};
 use crate::check::{Cost, Evidence, ValidityCheck, Verdict};
+use crate::content::Content;
 use crate::grid::Grid;
 use crate::placement::RestingPlacement;
 use crate::step::{Candidate, StageResult, StepInput};
@@ -14,8 +15,8 @@ const PARTIAL_CONTENT: &str =
 
 /// Accepts placements that load no item below with more than it may carry.
 ///
-/// What is not known to lie there carries anything, which the evidence says. An item of unknown
-/// mass loads nothing.
+/// What is not known to lie there carries anything, and an item of unknown mass loads nothing, both
+/// of which the evidence says.
 #[derive(Debug)]
 pub struct LoadCheck {
     margin: f64,
@@ -52,25 +53,18 @@ impl ValidityCheck for LoadCheck {
     fn begin(&mut self, input: &StepInput<'_>) -> StageResult {
         let content = input.scene.content();
         // Where something is not quite where it was to be, its load is nearly the same.
-        let solids = content
-            .map(|content| content.all_solids())
-            .unwrap_or_default();
+        let solids = content.map_or(&[][..], Content::all_solids);
         let limited = solids.iter().enumerate().filter_map(|(index, solid)| {
-            let Burden {
-                name, carries_kg, ..
-            } = &solid.burden;
-            Some((index, Arc::clone(name), (*carries_kg)?))
+            let name = Arc::clone(&solid.burden.name);
+            Some((index, name, solid.burden.carries_kg?))
         });
         self.limited = limited.collect();
-        self.is_partial = content.is_some_and(|content| content.has_unknown());
+        self.is_partial = content.is_some_and(Content::has_unknown);
         if self.limited.is_empty() {
             return Ok(());
         }
-        if self
-            .pile
-            .as_ref()
-            .is_none_or(|(grid, _)| grid != input.grid)
-        {
+        let mut pile = self.pile.iter();
+        if !pile.any(|(grid, _)| grid == input.grid) {
             self.pile = Some((input.grid.clone(), Pile::new(input.grid)));
         }
         if let Some((_, pile)) = &mut self.pile {
@@ -85,11 +79,13 @@ impl ValidityCheck for LoadCheck {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        let view = candidate.item.views().get(resting.placement.yaw);
+        let view = candidate.item.view(resting.placement.yaw)?;
         let pile = self.pile.as_ref().filter(|_| !self.limited.is_empty());
-        let (Some((_, pile)), Some(view), Some(mass_kg)) = (pile, view, candidate.weighs_kg())
-        else {
+        let Some((_, pile)) = pile else {
             return Ok(Verdict::Accepted(Evidence::default()));
+        };
+        let Some(mass_kg) = candidate.weighs_kg() else {
+            return Ok(Verdict::Accepted(Evidence::noting(UNKNOWN_MASS)));
         };
         let added_kg = pile.added_kg(view, &resting.placement, mass_kg);
         let loads = self.limited.iter().filter_map(|(solid, name, carries_kg)| {
@@ -106,11 +102,13 @@ impl ValidityCheck for LoadCheck {
         {
             return Ok(Verdict::Refused(load.refusal()));
         }
-        let degraded = self.is_partial.then(|| PARTIAL_CONTENT.to_owned());
+        let evidence = match self.is_partial {
+            true => Evidence::noting(PARTIAL_CONTENT),
+            false => Evidence::default(),
+        };
         Ok(Verdict::Accepted(Evidence {
             load: greatest,
-            degraded: degraded.into_iter().collect(),
-            ..Evidence::default()
+            ..evidence
         }))
     }
 }

@@ -1,11 +1,9 @@
 //! Contacts of an underside, and how they share the weight above.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Point2;
 
 use super::bearing::bearing_shares;
-use super::stack::Share;
+use super::stack::Shares;
 
 /// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of
 /// these the first with which the item stands counts. Solids are as their meshes say, but bodies of
@@ -28,7 +26,7 @@ pub(super) struct Gap {
 
 /// Gives the shares of the solids that bear an item with this underside and centre of mass; the
 /// floor bears the rest.
-pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
+pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Shares {
     let least_m = gaps
         .iter()
         .fold(f32::INFINITY, |least_m, gap| least_m.min(gap.gap_m));
@@ -50,13 +48,12 @@ pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Vec<Share> {
     by_item(nearest.into_iter().map(|gap| (gap, 1.0)))
 }
 
-fn by_item<'a>(parts: impl Iterator<Item = (&'a Gap, f64)>) -> Vec<Share> {
-    let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
+fn by_item<'a>(parts: impl Iterator<Item = (&'a Gap, f64)>) -> Shares {
+    let mut shares = Shares::new();
     for (gap, part) in parts {
         if let Some(on) = gap.on.filter(|_| part > 0.0) {
             *shares.entry(on).or_default() += part;
         }
     }
-    let shares = shares.into_iter();
-    shares.map(|(on, part)| Share { on, part }).collect()
+    shares
 }

@@ -27,6 +27,10 @@ use crate::check::BoxedCheck;
 use crate::model::Model;
 use crate::refusal::{Cause, Refusal};
 
+/// Note on an item of unknown mass.
+const UNKNOWN_MASS: &str =
+    "the item's mass is not known: it was left out of the loads and of the balance";
+
 /// Settings of loads and balance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]

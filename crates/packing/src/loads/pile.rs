@@ -6,7 +6,7 @@ use nalgebra::Point2;
 
 use super::contacts::{Gap, shares};
 use super::sides::Sides;
-use super::stack::{Share, Stack};
+use super::stack::{Shares, Stack};
 use crate::content::LyingSolid;
 use crate::grid::{Grid, Resolution};
 use crate::item::{ABSENT, ItemView};
@@ -58,20 +58,30 @@ impl Pile {
             known.map_or_else(|| Arc::new(Sides::new(solid, &self.raster)), Arc::clone)
         });
         self.sides = sides.collect();
-        self.raise_ground();
+        self.ground.fill((0.0, None));
+        for (index, sides) in self.sides.iter().enumerate() {
+            for (x, y, heights) in sides.squares() {
+                if let Some(ground) = self.ground.get_mut(x * self.raster.ny + y)
+                    && heights.highest_m > ground.0
+                {
+                    *ground = (heights.highest_m, Some(index));
+                }
+            }
+        }
         let masses_kg: Vec<f64> = solids.iter().map(|solid| solid.burden.mass_kg).collect();
-        let shares = (0..solids.len()).map(|index| self.shares_of(index));
+        let sides = self.sides.iter().enumerate();
+        let shares = sides.map(|(index, own)| self.shares_of(index, own));
         self.stack = Stack::new(&masses_kg, shares.collect());
     }
 
     /// Gives the estimated load of a solid, in kilograms.
     pub fn carried_kg(&self, solid: usize) -> f64 {
-        self.stack.carried_kg(solid)
+        self.stack.carried_kg.get(solid).copied().unwrap_or(0.0)
     }
 
     /// The mass of all that rests on a solid, wholly or in part, in kilograms.
     pub fn above_kg(&self, solid: usize) -> f64 {
-        self.stack.above_kg(solid)
+        self.stack.above_kg.get(solid).copied().unwrap_or(0.0)
     }
 
     /// Gives the load in kilograms that an item of this mass, resting at a placement, adds to each
@@ -91,24 +101,8 @@ impl Pile {
         self.ground.get(index).copied()
     }
 
-    fn raise_ground(&mut self) {
-        self.ground.fill((0.0, None));
-        for (index, sides) in self.sides.iter().enumerate() {
-            for (x, y, heights) in sides.squares() {
-                if let Some(ground) = self.ground.get_mut(x * self.raster.ny + y)
-                    && heights.highest_m > ground.0
-                {
-                    *ground = (heights.highest_m, Some(index));
-                }
-            }
-        }
-    }
-
     /// Gives the shares of the solids that bear one that lies there.
-    fn shares_of(&self, index: usize) -> Vec<Share> {
-        let Some(own) = self.sides.get(index) else {
-            return Vec::new();
-        };
+    fn shares_of(&self, index: usize, own: &Sides) -> Shares {
         let others = self.sides.iter().enumerate();
         let others = others.filter(|(other, sides)| *other != index && sides.may_meet(own));
         let others: Vec<(usize, &Arc<Sides>)> = others.collect();
@@ -129,7 +123,7 @@ impl Pile {
                 on: below.1,
             }
         });
-        shares(&gaps.collect::<Vec<_>>(), own.centre_of_mass())
+        shares(&gaps.collect::<Vec<_>>(), &own.centre_of_mass)
     }
 
     /// Gives the gaps below an item: by the fine samples of its view where it has them, else by its

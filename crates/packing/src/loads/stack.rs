@@ -1,5 +1,7 @@
 //! Loads of the items of a pile.
 
+use std::collections::BTreeMap;
+
 /// How often loads are passed down at most; a pile where items do not rest on each other in a
 /// circle needs no more than it is high.
 const PASSES: usize = 64;
@@ -7,27 +9,24 @@ const PASSES: usize = 64;
 /// Loads that change by less than this are settled, in kilograms.
 const SETTLED_KG: f64 = 1e-9;
 
-/// A part of an item's weight that another one bears.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Share {
-    /// Index of the item that bears it.
-    pub(crate) on: usize,
-    /// How much of it.
-    pub(crate) part: f64,
-}
+/// Parts of an item's weight by the indices of those that bear them; the floor bears the rest.
+pub(super) type Shares = BTreeMap<usize, f64>;
 
 /// A pile of items, each of which rests on others or on the floor.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Stack {
-    /// Shares of those that bear each item; the floor bears the rest.
-    shares: Vec<Vec<Share>>,
-    carried_kg: Vec<f64>,
-    above_kg: Vec<f64>,
+pub(super) struct Stack {
+    /// Shares of those that bear each item.
+    shares: Vec<Shares>,
+    /// Load of each item, in kilograms.
+    pub(super) carried_kg: Vec<f64>,
+    /// Mass of all that rests on each item, wholly or in part, directly or not, in kilograms: no
+    /// way to spread the weight loads it with more.
+    pub(super) above_kg: Vec<f64>,
 }
 
 impl Stack {
     /// A pile of items with these masses, by who bears each.
-    pub(crate) fn new(masses_kg: &[f64], shares: Vec<Vec<Share>>) -> Self {
+    pub(super) fn new(masses_kg: &[f64], shares: Vec<Shares>) -> Self {
         let mut stack = Self {
             above_kg: vec![0.0; shares.len()],
             shares,
@@ -43,24 +42,13 @@ impl Stack {
         stack
     }
 
-    /// Gives the load of an item, in kilograms.
-    pub(crate) fn carried_kg(&self, index: usize) -> f64 {
-        self.carried_kg.get(index).copied().unwrap_or(0.0)
-    }
-
-    /// The mass of all that rests on an item, wholly or in part, directly or not, in kilograms: no
-    /// way to spread the weight loads it with more.
-    pub(crate) fn above_kg(&self, index: usize) -> f64 {
-        self.above_kg.get(index).copied().unwrap_or(0.0)
-    }
-
     /// Gives the load that a further item of this mass, resting so, adds to each of the others, in
     /// kilograms.
-    pub(crate) fn added_kg(&self, mass_kg: f64, shares: &[Share]) -> Vec<f64> {
+    pub(super) fn added_kg(&self, mass_kg: f64, shares: &Shares) -> Vec<f64> {
         let mut direct_kg = vec![0.0; self.shares.len()];
-        for share in shares {
-            if let Some(direct_kg) = direct_kg.get_mut(share.on) {
-                *direct_kg += share.part * mass_kg;
+        for (on, part) in shares {
+            if let Some(direct_kg) = direct_kg.get_mut(*on) {
+                *direct_kg += part * mass_kg;
             }
         }
         let passed_kg = self.borne(&direct_kg);
@@ -75,9 +63,9 @@ impl Stack {
         for _ in 0..PASSES {
             let mut next_kg = vec![0.0; self.shares.len()];
             for ((shares, weight_kg), own_kg) in self.shares.iter().zip(weights_kg).zip(&borne_kg) {
-                for share in shares {
-                    if let Some(next_kg) = next_kg.get_mut(share.on) {
-                        *next_kg += share.part * (weight_kg + own_kg);
+                for (on, part) in shares {
+                    if let Some(next_kg) = next_kg.get_mut(*on) {
+                        *next_kg += part * (weight_kg + own_kg);
                     }
                 }
             }
@@ -92,16 +80,16 @@ impl Stack {
     }
 
     /// Says which items bear some of these shares, directly or not.
-    fn below(&self, shares: &[Share]) -> Vec<bool> {
+    fn below(&self, shares: &Shares) -> Vec<bool> {
         let mut is_below = vec![false; self.shares.len()];
-        let mut open: Vec<usize> = shares.iter().map(|share| share.on).collect();
+        let mut open: Vec<usize> = shares.keys().copied().collect();
         while let Some(index) = open.pop() {
             let Some((shares, is_below)) = self.shares.get(index).zip(is_below.get_mut(index))
             else {
                 continue;
             };
             if !std::mem::replace(is_below, true) {
-                open.extend(shares.iter().map(|share| share.on));
+                open.extend(shares.keys());
             }
         }
         is_below
@@ -115,17 +103,13 @@ mod tests {
     #[test]
     fn items_that_rest_on_each_other_have_an_end() {
         let stack = |shares: &[(usize, f64)]| {
-            let shares = shares.iter().map(|(on, part)| Share {
-                on: *on,
-                part: *part,
-            });
-            let shares: Vec<Vec<Share>> = shares.map(|share| vec![share]).collect();
-            Stack::new(&vec![1.0; shares.len()], shares)
+            let shares = shares.iter().map(|share| Shares::from([*share]));
+            Stack::new(&[1.0; 3], shares.collect())
         };
         let halves = stack(&[(1, 0.5), (0, 0.5), (7, 1.0)]);
         // x = (1 + x) / 2.
-        assert!((halves.carried_kg(0) - 1.0).abs() < 1e-6);
-        assert_eq!(halves.above_kg(0), 2.0);
-        assert!(stack(&[(1, 1.0), (0, 1.0)]).carried_kg(0).is_finite());
+        assert!((halves.carried_kg[0] - 1.0).abs() < 1e-6);
+        assert_eq!(halves.above_kg[0], 2.0);
+        assert!(stack(&[(1, 1.0), (0, 1.0)]).carried_kg[0].is_finite());
     }
 }

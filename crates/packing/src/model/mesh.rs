@@ -1,5 +1,7 @@
 //! Triangle meshes in metres.
 
+use std::ops::Range;
+
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -36,6 +38,18 @@ impl Bounds {
     /// The box's edges, in metres.
     pub fn extents_m(&self) -> Vector3<f64> {
         self.highest - self.lowest
+    }
+
+    /// Gives the squares of an edge in metres below the box, from the origin up to so many along x
+    /// and y.
+    pub(crate) fn squares(&self, pitch_m: f64, [nx, ny]: [usize; 2]) -> [Range<usize>; 2] {
+        let along = |axis: usize, count: usize| {
+            // Casts saturate: what is outside becomes 0 or the count.
+            let first = ((self.lowest[axis] / pitch_m).floor() as usize).min(count);
+            let end = ((self.highest[axis] / pitch_m).ceil() as usize).min(count);
+            first..end.max(first)
+        };
+        [along(0, nx), along(1, ny)]
     }
 
     /// The box's surface.

@@ -230,8 +230,13 @@ impl Condition for PhysicalStability {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::Unstable;
 
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
-        let view = held.item.views().get(at.placement.yaw);
-        view.is_some_and(|view| self.is_stable(input.grid, input.scene, view, at))
+    fn is_met(
+        &mut self,
+        input: &StepInput<'_>,
+        _: &Candidate,
+        view: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool {
+        self.is_stable(input.grid, input.scene, view, at)
     }
 }

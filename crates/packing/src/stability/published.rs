@@ -78,8 +78,13 @@ impl Condition for PublishedStability {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::UnstableByPublishedTest;
 
-    fn is_met(&mut self, input: &StepInput<'_>, held: &Candidate, at: &RestingPlacement) -> bool {
-        let view = held.item.views().get(at.placement.yaw);
-        view.is_some_and(|view| self.is_stable(input.grid, input.scene.heightmap(), view, at))
+    fn is_met(
+        &mut self,
+        input: &StepInput<'_>,
+        _: &Candidate,
+        view: &ItemView,
+        at: &RestingPlacement,
+    ) -> bool {
+        self.is_stable(input.grid, input.scene.heightmap(), view, at)
     }
 }

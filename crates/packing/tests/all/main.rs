@@ -12,6 +12,7 @@ mod drawn;
 mod expected;
 mod golden;
 mod hidden;
+mod invariants;
 mod kernels;
 mod limits;
 mod loads;

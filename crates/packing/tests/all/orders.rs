@@ -9,9 +9,9 @@ use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::IdealCell;
 use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
 use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
+use ppnpack_packing::stream::{Filled, Stream, StreamPlay, play_stream};
 
-use crate::streams::Ideal;
+use crate::streams::ideal;
 use crate::support::*;
 
 const GROUPS: [&str; 3] = ["food", "chemicals", "toys"];
@@ -521,11 +521,7 @@ proptest! {
 }
 
 /// Packs a stream; where containers are for one order, they are closed with it.
-fn pack(
-    rules: &ContainerRules,
-    items: &[Arriving],
-    open: usize,
-) -> ppnpack_packing::stream::Stream<IdealCell> {
+fn pack(rules: &ContainerRules, items: &[Arriving], open: usize) -> Stream<IdealCell> {
     let how = StreamPlay {
         open,
         buffer: 3,
@@ -535,14 +531,8 @@ fn pack(
         },
     };
     let orders = orders_of(rules, items);
-    play_stream(
-        &grid(),
-        &mut Ideal(vec![|| Box::new(Sequence)]),
-        candidates(items),
-        orders,
-        how,
-    )
-    .unwrap()
+    let supply = |_| Ok(ideal(&grid(), Box::new(Sequence)));
+    play_stream(&grid(), supply, candidates(items), orders, how).unwrap()
 }
 
 fn item(order: &str) -> OrderItem {

@@ -43,6 +43,11 @@ struct Stub {
     resort: Option<usize>,
     /// Where it is given, refused placements stand for all others of the same x but this.
     open_row: Option<usize>,
+    /// Where it looks into placements together: all but the first of those that it was told of last.
+    /// The time of the step is over then.
+    known: Option<Vec<RestingPlacement>>,
+    /// What it finds out about a placement.
+    evidence: fn(&RestingPlacement) -> Evidence,
     /// Since the step began.
     refused: Vec<(usize, ShapeId, RestingPlacement)>,
     log: Log,
@@ -59,6 +64,8 @@ impl Stub {
             gives_up: None,
             resort: None,
             open_row: None,
+            known: None,
+            evidence: found,
             refused: Vec::new(),
             log: Arc::clone(log),
         }
@@ -126,9 +133,14 @@ impl ValidityCheck for Stub {
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
         assert!(!self.ruled_out.contains(&held.arrival));
+        let mut known = self.known.iter();
+        assert!(
+            known.all(|known| known.contains(resting)),
+            "nobody looked into it"
+        );
         self.note(Event::Asked((held.arrival, *resting)));
         if (self.accepts)(held.arrival, resting.placement) {
-            return Ok(Verdict::Accepted(found(resting)));
+            return Ok(Verdict::Accepted((self.evidence)(resting)));
         }
         let refused = (held.arrival, held.item.shape(), *resting);
         self.refused.push(refused);
@@ -141,12 +153,23 @@ impl ValidityCheck for Stub {
 
     fn foresee(
         &mut self,
-        _: &StepInput<'_>,
+        input: &StepInput<'_>,
         next: &[(&Candidate, RestingPlacement)],
     ) -> StageResult {
+        if let Some(known) = &mut self.known {
+            *known = next.iter().skip(1).map(|(_, resting)| *resting).collect();
+            while input.deadline.is_some_and(|until| Instant::now() < until) {
+                std::thread::yield_now();
+            }
+        }
         let next = next.iter().map(|(held, resting)| (held.arrival, *resting));
         self.note(Event::Told(next.collect()));
         Ok(())
+    }
+
+    fn is_known(&self, _: &Candidate, resting: &RestingPlacement) -> bool {
+        let mut known = self.known.iter();
+        known.any(|known| known.contains(resting))
     }
 
     fn widen(&mut self) -> bool {
@@ -168,7 +191,7 @@ impl ValidityCheck for Stub {
             arrival,
             shape,
             resting,
-            evidence: found(&resting),
+            evidence: (self.evidence)(&resting),
         })
     }
 }
@@ -244,6 +267,14 @@ fn planner_of(
     checks: Vec<BoxedCheck>,
 ) -> Planner {
     Planner::new(Box::new(proposer), Box::new(evaluator), checks, order, 1)
+}
+
+/// A planner that searches all placements, which these have to accept.
+fn searching_all(grid: &Grid, order: Order, stubs: Vec<Stub>) -> Planner {
+    let search = searching(grid, Heuristic::Sdfm, order, false);
+    let checks = stubs.into_iter();
+    let checks = checks.map(|stub| -> BoxedCheck { Box::new(stub) });
+    planner_of(search, ProposeAll, order, checks.collect())
 }
 
 /// A step that searches all placements, with the published test before the stub.
@@ -461,36 +492,6 @@ fn the_last_resort_is_made_where_all_is_refused_and_there_alone() {
     }
 }
 
-/// An arm that reaches every place.
-struct Arm;
-
-impl ValidityCheck for Arm {
-    fn cost(&self) -> Cost {
-        Cost::Motion
-    }
-
-    fn judge(
-        &mut self,
-        _: &StepInput<'_>,
-        _: &Candidate,
-        _: &RestingPlacement,
-    ) -> StageResult<Verdict> {
-        let cycle = Cycle {
-            arm: "an arm".to_owned(),
-            cycle_s: 2.0,
-            container_from_item_at_pick: Isometry3::identity(),
-            grasp_yaw_rad: 0.0,
-            grip_s: 0.2,
-            release_s: 0.2,
-            legs: Vec::new(),
-        };
-        Ok(Verdict::Accepted(Evidence {
-            cycle: Some(Arc::new(cycle)),
-            ..Evidence::default()
-        }))
-    }
-}
-
 #[test]
 fn the_arms_cycle_goes_with_the_last_resort() {
     let grid = small_grid();
@@ -500,10 +501,24 @@ fn the_arms_cycle_goes_with_the_last_resort() {
         resort: Some(2),
         ..Stub::new(&Log::default(), |_, _| false)
     };
-    let order = Order::Balance;
-    let search = searching(&grid, Heuristic::Sdfm, order, false);
-    let checks: Vec<BoxedCheck> = vec![Box::new(stub), Box::new(Arm)];
-    let mut planner = planner_of(search, ProposeAll, order, checks);
+    let moving = |_: &RestingPlacement| Evidence {
+        cycle: Some(Arc::new(Cycle {
+            arm: "an arm".to_owned(),
+            cycle_s: 2.0,
+            container_from_item_at_pick: Isometry3::identity(),
+            grasp_yaw_rad: 0.0,
+            grip_s: 0.2,
+            release_s: 0.2,
+            legs: Vec::new(),
+        })),
+        ..Evidence::default()
+    };
+    let arm = Stub {
+        cost: Cost::Motion,
+        evidence: moving,
+        ..Stub::new(&Log::default(), |_, _| true)
+    };
+    let mut planner = searching_all(&grid, Order::Balance, vec![stub, arm]);
     let evidence = planner.plan(&input).unwrap().evidence().cloned().unwrap();
     assert_eq!(evidence.cycle.unwrap().arm, "an arm");
     assert!(evidence.settling.is_some());
@@ -608,72 +623,28 @@ fn after_the_deadline_nothing_more_is_checked_and_the_plan_says_so() {
     assert!(asked(&log).len() <= 7);
 }
 
-/// Looks into placements together, and has looked into all but the first when the time of the step
-/// is over. It refuses the first of those.
-#[derive(Default)]
-struct Together {
-    known: Vec<RestingPlacement>,
-}
-
-impl ValidityCheck for Together {
-    fn cost(&self) -> Cost {
-        Cost::Simulation
-    }
-
-    fn judge(
-        &mut self,
-        _: &StepInput<'_>,
-        _: &Candidate,
-        resting: &RestingPlacement,
-    ) -> StageResult<Verdict> {
-        assert!(self.known.contains(resting), "nobody looked into it");
-        Ok(match self.known.first() == Some(resting) {
-            true => Verdict::Refused(why()),
-            false => Verdict::Accepted(found(resting)),
-        })
-    }
-
-    fn foresight(&self) -> usize {
-        4
-    }
-
-    fn foresee(
-        &mut self,
-        input: &StepInput<'_>,
-        next: &[(&Candidate, RestingPlacement)],
-    ) -> StageResult {
-        let known = next.iter().skip(1).map(|(_, resting)| *resting);
-        self.known = known.collect();
-        while input.deadline.is_some_and(|until| Instant::now() < until) {
-            std::thread::yield_now();
-        }
-        Ok(())
-    }
-
-    fn is_known(&self, _: &Candidate, resting: &RestingPlacement) -> bool {
-        self.known.contains(resting)
-    }
-}
-
 #[test]
 fn after_the_deadline_the_best_that_was_looked_into_and_is_valid_is_chosen() {
     let grid = small_grid();
     let (scene, held) = (empty(&grid), blocks(1));
     let input = StepInput::new(&grid, &scene, &held);
-    let planner = |checks| {
-        let search = searching(&grid, Heuristic::Sdfm, Order::Balance, false);
-        planner_of(search, ProposeAll, Order::Balance, checks)
-    };
     let best = StepInput {
         alternatives: 2,
         ..input
     };
-    let best = ranked(planner(Vec::new()).plan(&best).unwrap());
+    let mut planner = searching_all(&grid, Order::Balance, Vec::new());
+    let best = ranked(planner.plan(&best).unwrap());
     let limited = StepInput {
         deadline: Some(Instant::now() + Duration::from_millis(200)),
         ..input
     };
-    let mut planner = planner(vec![Box::new(Together::default())]);
+    let second = best[1].resting.placement;
+    let together = Stub {
+        foresight: 4,
+        known: Some(Vec::new()),
+        ..Stub::new(&Log::default(), move |_, at| at != second)
+    };
+    let mut planner = searching_all(&grid, Order::Balance, vec![together]);
     let plan = planner.plan(&limited).unwrap();
     assert_eq!(plan.choice(), Some(best[2]));
     assert!(plan.is_cut() && plan.degraded()[0].contains("time limit"));
@@ -700,9 +671,7 @@ fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
             open_row,
             ..Stub::new(&Log::default(), move |_, at| at == accepted)
         };
-        let search = searching(&grid, Heuristic::Sdfm, Order::Arrival, false);
-        let checks: Vec<BoxedCheck> = vec![Box::new(trial), Box::new(arm)];
-        let mut planner = planner_of(search, ProposeAll, Order::Arrival, checks);
+        let mut planner = searching_all(&grid, Order::Arrival, vec![trial, arm]);
         let plan = planner.plan(&input).unwrap();
         let choice = plan.choice().map(|choice| choice.resting.placement);
         (choice, plan.candidates()[0].clone(), asked(&log).len())

@@ -4,21 +4,13 @@
 use ppnpack_packing::closing::{Closing, ClosingError, ClosingRules, Fill, fullest};
 use ppnpack_packing::episode::{IdealCell, PackingCell};
 use ppnpack_packing::orders::{ContainerRules, Orders, Sharing};
-use ppnpack_packing::step::StageError;
-use ppnpack_packing::stream::{ContainerSupply, Filled, StreamPlay, play_stream};
+use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 
 use crate::support::*;
 
-/// Brings empty containers without physics, in which placements pass these checks.
-pub(crate) struct Ideal(pub(crate) Vec<fn() -> BoxedCheck>);
-
-impl ContainerSupply for Ideal {
-    type Cell = IdealCell;
-
-    fn next(&mut self, _: usize, grid: &Grid) -> Result<(Planner, IdealCell), StageError> {
-        let checks = self.0.iter().map(|check| check()).collect();
-        Ok((planner(grid, checks), IdealCell::new(grid)))
-    }
+/// An empty container without physics, in which placements pass a check.
+pub(crate) fn ideal(grid: &Grid, check: BoxedCheck) -> (Planner, IdealCell) {
+    (planner(grid, vec![check]), IdealCell::new(grid))
 }
 
 fn published() -> BoxedCheck {
@@ -130,8 +122,8 @@ proptest! {
     ) {
         let closing = ClosingRules { fill_percent, ..ClosingRules::default() };
         let how = StreamPlay { open, buffer, closing };
-        let mut supply = Ideal(vec![published]);
-        let stream = play_stream(&grid, &mut supply, items.clone(), Orders::default(), how).unwrap();
+        let supply = |_| Ok(ideal(&grid, published()));
+        let stream = play_stream(&grid, supply, items.clone(), Orders::default(), how).unwrap();
         let told = |filled: &Filled<IdealCell>| {
             assert_eq!(filled.packed().items, filled.steps.len());
             let arrivals = filled.steps.iter().map(|step| step.candidate.arrival);

@@ -24,7 +24,9 @@ pub(crate) use ppnpack_packing::proposals::{
 pub(crate) use ppnpack_packing::refusal::{Cause, Refusal};
 pub(crate) use ppnpack_packing::search::{Search, SearchSettings};
 pub(crate) use ppnpack_packing::stability::PublishedStability;
-pub(crate) use ppnpack_packing::step::{Evaluated, PlacementCounts, StageResult, StepInput};
+pub(crate) use ppnpack_packing::step::{
+    Evaluated, PlacementCounts, StageError, StageResult, StepInput,
+};
 pub(crate) use proptest::prelude::*;
 
 pub(crate) const HEURISTICS: [Heuristic; 6] = [
