@@ -46,8 +46,8 @@ impl Default for Apart {
 }
 
 impl Apart {
-    /// Friction of 0.71 to 1.4 times that of the twin, poses known up to 2 mm and 1 degree
-    /// (standard deviations per axis).
+    /// Friction 0.71 to 1.4 times the twin's, poses known up to 2 mm and 1 degree (deviations per
+    /// axis).
     fn of_the_published_table() -> Self {
         Self {
             friction: 1.4,

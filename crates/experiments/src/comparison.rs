@@ -1,5 +1,4 @@
-//! Several methods on the same sequences, in one cell: what the paper's tables and the Pareto
-//! charts have in common.
+//! Several methods on the same sequences in one cell, as in the paper's tables and Pareto charts.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -124,8 +123,7 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// The same with the objects of one class alone, and with the network of this file where one is
-    /// given.
+    /// The same with objects of one class alone, and with the network of this file where given.
     pub(crate) fn of_class(&self, class: ShapeClass, network: Option<&Path>) -> Outcome<Self> {
         let catalogue = self.catalogue.of_class(class);
         let network = self.options.network.with_file(network);

@@ -211,8 +211,7 @@ fn refuse_known(
     Ok(())
 }
 
-/// The numbers of a file's sequences by what they begin with, at most the length of a drawn
-/// sequence.
+/// The numbers of a file's sequences by their beginnings, at most as long as a drawn sequence.
 fn beginnings(file: &SequenceFile, settings: &Settings) -> Outcome<HashMap<Vec<usize>, usize>> {
     let mut beginnings = HashMap::new();
     for number in 0..file.count() {

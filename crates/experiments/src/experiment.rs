@@ -15,11 +15,10 @@ pub struct ExperimentArguments {
 
 #[derive(Debug, Subcommand)]
 enum Experiment {
-    /// Packing heuristics compared: compactness, volume, items and decision time (Table I of the
-    /// paper)
+    /// Packing heuristics compared: compactness, volume, items, decision time (the paper's Table I)
     Table1(tables::Table1Arguments),
-    /// Objects of regular and of irregular shape (Table II of the paper, whose objects are not
-    /// published)
+    /// Objects of regular and of irregular shape (the paper's Table II; its objects are
+    /// unpublished)
     Table2(tables::Table2Arguments),
     /// Objects that the network was not trained on (Table IV of the paper)
     Table4(tables::Table4Arguments),
@@ -27,14 +26,11 @@ enum Experiment {
     Boxes(boxes::BoxesArguments),
     /// Decision time against packed volume, for every way to propose placements, on several grids
     Pareto(pareto::ParetoArguments),
-    /// Volume, and what topples or slides, with placements tried in a simulation, resting poses,
-    /// setting aside
+    /// Volume and unsteadiness, with placements tried in a simulation, resting poses, setting aside
     Filling(filling::FillingArguments),
-    /// Volume in containers that are packed from one stream, with one and with several open at the
-    /// same time
+    /// Volume in containers packed from one stream, with one and with several open at a time
     Stream(Box<stream::StreamArguments>),
-    /// Loads of items measured in the cell, against their limits and the estimates, for several
-    /// margins
+    /// Loads of items measured in the cell, against limits and estimates, for several margins
     Loads(loads::LoadsArguments),
     /// The value of what a placement leaves, learned from packings on sequences that no table uses
     Value(value::ValueArguments),

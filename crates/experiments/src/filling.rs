@@ -1,5 +1,4 @@
-//! `ppnpack experiment filling`: how full containers get, and what topples or slides, under robot
-//! conditions.
+//! `ppnpack experiment filling`: volume, and what topples or slides, under robot conditions.
 
 use std::path::PathBuf;
 
@@ -15,8 +14,7 @@ use crate::results::with;
 use crate::runs::RunsOptions;
 use crate::way::{self, Way};
 
-/// Packs test sequences in robot conditions with several methods, and compares volume, steadiness
-/// and time.
+/// Packs test sequences in robot conditions by several methods; compares volume, steadiness, time.
 #[derive(Debug, Args)]
 pub(crate) struct FillingArguments {
     #[command(flatten)]

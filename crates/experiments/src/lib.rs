@@ -1,7 +1,6 @@
 //! The commands that make and measure: training data, networks, the paper's tables.
 //!
-//! They are commands of `ppnpack`, which turns into this crate's program for them; see
-//! [`ppnpack_cli::launcher`].
+//! They are commands of `ppnpack`, which runs this crate's program: [`ppnpack_cli::launcher`].
 //!
 //! ```no_run
 //! use ppnpack_cli::launcher::Launcher;

@@ -1,5 +1,4 @@
-//! `ppnpack experiment loads`: what items carry as measured in the simulated cell, against what
-//! they may and what was estimated.
+//! `ppnpack experiment loads`: loads measured in the cell, against limits and estimates.
 
 mod limits;
 mod packing;

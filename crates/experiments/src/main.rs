@@ -1,5 +1,4 @@
-//! `ppnpack-experiments`: the commands of `ppnpack`, and those that make and measure networks and
-//! everything else.
+//! `ppnpack-experiments`: the commands of `ppnpack`, and those that make networks and measure.
 
 use std::process::ExitCode;
 

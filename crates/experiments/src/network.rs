@@ -59,8 +59,7 @@ impl NetworkOptions {
         self.percent.unwrap_or(DEFAULT_PERCENT)
     }
 
-    /// The model; or, where nothing here can run a network, the reason. Files that cannot be used
-    /// are an error.
+    /// The model, or why nothing here can run a network. Files that cannot be used are an error.
     pub(crate) fn find(
         &self,
         backend: &dyn Backend,

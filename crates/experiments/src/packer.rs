@@ -101,8 +101,7 @@ impl Packer<'_> {
         })
     }
 
-    /// Gives who plans for an empty container, and its cell. The seed is that of everything that is
-    /// random.
+    /// Gives an empty container's planner and cell. The seed is that of everything random.
     pub(crate) fn bench(&self, seed: u64) -> Outcome<(Planner, SimulatedPackingCell)> {
         let method = Method {
             seed,
@@ -134,8 +133,7 @@ impl Packer<'_> {
         }
     }
 
-    /// Packs a sequence, whose steps the observer sees; gives the episode and the cell as it was
-    /// left.
+    /// Packs a sequence before an observer; gives the episode and the cell as it was left.
     pub(crate) fn play(
         &self,
         sequence: &Sequence,
@@ -166,8 +164,7 @@ impl Packer<'_> {
         Ok(Run::of(sequence, &self.grid, &episode, &cell))
     }
 
-    /// Packs all sequences, but those that are kept, and gives the name of their folder; the seed
-    /// of each is `seed` and its number.
+    /// Packs all sequences but those kept, and names their folder; each seed is `seed` plus number.
     pub(crate) fn pack_all(
         &self,
         cases: &[Case],

@@ -1,5 +1,4 @@
-//! `ppnpack experiment pareto`: decision time against packed volume, for every way to propose
-//! placements.
+//! `ppnpack experiment pareto`: decision time against volume, for every source of proposals.
 
 use clap::Args;
 use ppnpack_cli::failure::Outcome;

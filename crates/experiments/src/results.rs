@@ -1,5 +1,4 @@
-//! Results of experiments as JSON: what they were told, and where their runs are. Programs in
-//! `experiments` make pages of it.
+//! Results of experiments as JSON, of which programs in `experiments` make pages.
 
 use std::path::{Path, PathBuf};
 
@@ -31,8 +30,7 @@ impl OutOptions {
             .unwrap_or_else(|| Path::new("out").join(name))
     }
 
-    /// Writes results as `<name>.json`, with what made them, and prints them, or how a program in
-    /// `experiments` makes their page.
+    /// Writes `<name>.json`, with what made it, and prints it, or how `experiments` makes its page.
     pub(crate) fn publish(&self, name: &str, results: Value, program: &str, more: &str) -> Outcome {
         let results = with(results, json!({ "origin": Origin::now()? }));
         let path = self.folder(name).join(format!("{name}.json"));

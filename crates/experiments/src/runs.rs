@@ -1,5 +1,4 @@
-//! Finished runs of an experiment, kept on disk so that a killed experiment goes on where it was,
-//! and ranges of it are put together.
+//! Finished runs on disk: a killed experiment goes on where it was, and ranges are put together.
 
 use std::path::{Path, PathBuf};
 
@@ -44,8 +43,8 @@ impl RunsOptions {
         Runs::new(&folder, settings, self.workers())
     }
 
-    /// Publishes the results of an experiment, of whose runs a program in `experiments` makes the
-    /// page.
+    /// Publishes the results of an experiment; a program in `experiments` makes the page of its
+    /// runs.
     pub(crate) fn publish(&self, name: &str, results: Value, program: &str) -> Outcome {
         let results = with(results, json!({ "workers": self.workers() }));
         let runs = self.runs.iter();
@@ -56,8 +55,7 @@ impl RunsOptions {
     }
 }
 
-/// A folder of finished runs that all depended on the same settings and were made by the same
-/// program.
+/// A folder of finished runs by the same settings and program.
 #[derive(Debug)]
 pub(crate) struct Runs {
     folder: PathBuf,
@@ -74,8 +72,7 @@ struct Key<'a, S> {
 }
 
 impl Runs {
-    /// The runs made with these settings by this program: a change of any of them starts anew, in a
-    /// folder of its own.
+    /// The runs of these settings and this program; a change of either starts a new folder.
     pub(crate) fn new(folder: &Path, settings: &impl Serialize, workers: usize) -> Outcome<Self> {
         let program = program().or_run()?;
         let key = Key {

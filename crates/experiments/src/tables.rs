@@ -1,5 +1,4 @@
-//! `ppnpack experiment table1`, `table2` and `table4`: packing heuristics and the network compared
-//! over sequences.
+//! `ppnpack experiment table1`, `table2` and `table4`: heuristics and the network compared.
 
 use std::path::PathBuf;
 
@@ -63,8 +62,7 @@ pub(crate) struct Table1Arguments {
     #[command(flatten)]
     sequences: SequenceOptions<0, 100>,
 
-    /// The grids over the reference container on which the bounded search packs the same sequences,
-    /// too
+    /// The grids over the reference container on which the bounded search packs the sequences, too
     #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
     grids: Vec<GridOption>,
 
@@ -198,8 +196,7 @@ impl TableOptions {
         Comparison::new(&self.comparison, backend, grid)
     }
 
-    /// Packs these sequences by the methods of a table that are asked for and whose network can be
-    /// used; a line for each.
+    /// Packs sequences by the chosen methods of a table whose network can be used; a line for each.
     fn lines(
         &self,
         name: &str,

@@ -1,5 +1,4 @@
-//! The ways to fill containers that are compared: those of a file, such as
-//! `experiments/filling.json`.
+//! The ways to fill containers that are compared, of a file such as `experiments/filling.json`.
 
 use std::path::Path;
 

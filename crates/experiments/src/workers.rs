@@ -6,8 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::progress;
 
-/// How many workers there are by default: one per core, so that each times its decisions
-/// undisturbed.
+/// Default number of workers: one per core, so that each times its decisions undisturbed.
 pub(crate) fn default_count() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }

@@ -3,8 +3,7 @@
 use crate::grid::Grid;
 use crate::heightmap::{Heightmap, Scene};
 
-/// A rectangle of the container's floor, in metres in the container frame. Nothing may be placed
-/// above any part of it.
+/// A rectangle of the floor, in metres in the container frame, above which nothing may be placed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockedRegion {
     /// The side with the least x.
@@ -35,11 +34,9 @@ impl BlockedRegion {
     }
 }
 
-/// The scene with these regions as high as the rim: an item with material above any cell of them
-/// would stick out.
+/// Raises these regions to the rim: an item with material above any cell of them would stick out.
 ///
-/// The search then leaves such placements out before it computes their values, and the network sees
-/// them as walls.
+/// The search then leaves such placements out unvalued, and the network sees walls.
 #[must_use]
 pub fn block(scene: &Scene, grid: &Grid, regions: &[BlockedRegion]) -> Scene {
     let mut heightmap: Heightmap = scene.heightmap().clone();

@@ -10,15 +10,13 @@ use crate::model::Model;
 
 /// An item of the buffer that a step may choose, in one of the poses in which it may be packed.
 ///
-/// An item that may be packed in several poses is as many candidates, with the same `arrival`: the
-/// step that chooses one of them chooses the pose with the place and the yaw, and the others are
-/// gone with it.
+/// An item in several poses is as many candidates of one `arrival`: the step that chooses one
+/// chooses pose, place and yaw together, and the others are gone with it.
 #[derive(Debug, Clone)]
 pub struct Candidate {
     /// The item's place in the sequence of arrivals, from 0.
     pub arrival: usize,
-    /// Number of the item's pose: 0 is that in which it is offered, others follow by falling
-    /// probability.
+    /// Number of the item's pose: 0 is the offered one, others follow by falling probability.
     pub pose: usize,
     /// Its heightmaps.
     pub item: Arc<Item>,
@@ -35,8 +33,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// An item as it is offered, of which only the heightmaps are known: it waits at the usual
-    /// place and has no rules.
+    /// An item known by its heightmaps alone, which waits at the usual place and has no rules.
     pub fn new(arrival: usize, item: Arc<Item>) -> Self {
         Self {
             arrival,
@@ -87,8 +84,7 @@ pub struct Rules {
     pub is_bottom_only: bool,
     /// Its centre of mass has to be well inside what supports it.
     pub is_upright: bool,
-    /// The greatest mass that may rest on it, in kilograms; where it is not given, as its solid
-    /// says.
+    /// The greatest mass that may rest on it, in kilograms; without it the solid's limit counts.
     pub carries_kg: Option<f64>,
 }
 

@@ -61,8 +61,8 @@ pub struct Evidence {
     pub load: Option<Load>,
     /// Shortcuts taken to find this out, for people.
     pub degraded: Vec<String>,
-    /// How far below its place, whose height is rounded up, the item touches what is known to lie
-    /// there, in metres.
+    /// Depth below its place, which is rounded up, at which the item touches the content, in
+    /// metres.
     pub lowered_m: f64,
 }
 
@@ -137,8 +137,7 @@ pub trait ValidityCheck: Send {
         resting: &RestingPlacement,
     ) -> StageResult<Verdict>;
 
-    /// How many placements it is told of before it is asked about the first of them, so that it can
-    /// work on them together.
+    /// How many placements it is told of before the first question, to work on them together.
     fn foresight(&self) -> usize {
         1
     }
@@ -158,20 +157,17 @@ pub trait ValidityCheck: Send {
         false
     }
 
-    /// Looks into more placements in the next search of this step, as nothing was valid; says
-    /// whether there are more.
+    /// Looks into more placements in the step's next search, as none was valid; whether there are.
     fn widen(&mut self) -> bool {
         false
     }
 
-    /// Whether it refuses all further placements of a candidate in this step: it need not be asked
-    /// any more.
+    /// Whether it refuses all further placements of a candidate in this step unasked.
     fn is_done_with(&self, _candidate: &Candidate) -> bool {
         false
     }
 
-    /// The best of the placements that it refused in this step for as long as another is valid: it
-    /// is made if none is.
+    /// The best placement that it refused as long as another is valid: made if none is.
     fn last_resort(&self) -> Option<LastResort> {
         None
     }

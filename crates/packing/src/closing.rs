@@ -5,13 +5,12 @@ use serde::{Deserialize, Serialize};
 use crate::grid::ContainerSize;
 use crate::orders::{ContainerRules, Sharing};
 
-/// When a container is closed though others go on. Without any rule one is closed only where
-/// nothing fits into any.
+/// Rules by which a container is closed early. Without any, one is closed where nothing fits into
+/// any.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosingRules {
-    /// Closed as soon as its items fill so many percent of its volume; where it is not given, that
-    /// closes none.
+    /// Share of the volume in percent at which it is closed; without it that closes none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill_percent: Option<f64>,
     /// Closed as soon as all items are in it of its order, where a container is for one.

@@ -6,15 +6,13 @@
 use crate::candidate::Candidate;
 use crate::plan::{Plan, Timings};
 
-/// Candidates, by their indices, that each container may take in an attempt to pack something; the
-/// fullest container comes first.
+/// Candidates, by their indices, that each container may take in an attempt, the fullest first.
 pub type Attempt = Vec<Vec<usize>>;
 
 /// Result of planning a step over open containers.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// The container of the placement, by its place in the attempt; without a placement that which
-    /// holds least.
+    /// The container of the placement by its place in the attempt; without one, the emptiest.
     pub container: usize,
     /// Candidates that it may take, on which the plan is.
     pub candidates: Vec<Candidate>,

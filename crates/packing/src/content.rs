@@ -90,8 +90,7 @@ impl Content {
         self.has_unknown
     }
 
-    /// Whether more lies there than the [`Self::solids`] that lie there: where it is, a picture has
-    /// to say.
+    /// Whether more lies there than [`Self::solids`]: where it is, a picture has to say.
     pub fn is_partial(&self) -> bool {
         self.has_unknown || !self.assumed().is_empty()
     }

@@ -11,8 +11,7 @@ pub const DISTANCE_STEP_M: f64 = 0.01;
 /// `D` is truncated to this many steps.
 pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 
-/// Rows that are dilated along y at once: enough that a loop over them pays, few enough that they
-/// stay in the cache.
+/// Rows that are dilated along y at once: enough for a loop to pay, few enough for the cache.
 const BAND_ROWS: usize = 16;
 
 /// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
@@ -65,8 +64,7 @@ impl DistanceLevels {
 struct Dilation {
     nx: usize,
     ny: usize,
-    /// Right where the squares of all steps so far lie within the container; something between 0
-    /// and the greatest height elsewhere.
+    /// Right where all squares so far lie within the container; else 0 to the greatest height.
     heights: Vec<Units>,
     /// Room for a copy of some rows.
     band: Vec<Units>,
@@ -134,8 +132,7 @@ impl Dilation {
     }
 }
 
-/// The offsets at which a running maximum is to be joined with itself to span a window: 1, 2, 4,
-/// ... and the rest.
+/// The offsets at which a running maximum joins itself to span a window: 1, 2, 4, ..., the rest.
 fn doubling(window: usize) -> impl Iterator<Item = usize> {
     let mut spanned = 1;
     std::iter::from_fn(move || {

@@ -1,5 +1,4 @@
-//! Episodes: packing a sequence until everything is packed or nothing in the buffer has a valid
-//! placement.
+//! Episodes: a sequence is packed until it ends or nothing in the buffer has a valid placement.
 
 use crate::buffer::Buffer;
 use crate::check::Evidence;
@@ -18,8 +17,7 @@ pub trait PackingCell {
     /// Gives what the container holds now.
     fn scan(&mut self) -> Result<Scene, StageError>;
 
-    /// Places an item and waits until the placement is done. The evidence of the choice says how,
-    /// where that is known.
+    /// Places an item and waits until that is done; the choice's evidence says how, where known.
     fn place(
         &mut self,
         item: &Candidate,
@@ -93,8 +91,7 @@ impl Step {
     }
 }
 
-/// An item that was set aside for the next container, as nothing in the buffer had a valid
-/// placement.
+/// An item set aside for the next container, as nothing in the buffer had a valid placement.
 #[derive(Debug, Clone)]
 pub struct SetAside {
     /// The item, in the pose in which it was offered.
@@ -112,8 +109,7 @@ pub enum Ending {
     AllPacked,
     /// All that was not set aside is packed.
     OthersSetAside,
-    /// Nothing in the buffer has a valid placement; per item the reason, in the pose in which it
-    /// was offered.
+    /// Nothing in the buffer has a valid placement; per item the reason, in the offered pose.
     NothingFits(Vec<(Candidate, Reason)>),
 }
 
@@ -148,8 +144,7 @@ pub fn steps_widened(steps: &[Step]) -> usize {
 
 /// Watches an episode as it goes.
 pub trait Observer {
-    /// A step was planned and carried out; `input` is what it was planned on, with the candidates
-    /// it chose among.
+    /// A step was planned and carried out; `input` is what it was planned on.
     fn on_step(&mut self, step: &Step, input: &StepInput<'_>);
 }
 
@@ -163,8 +158,7 @@ impl Observer for () {
 pub struct Play {
     /// Items that a step may choose among.
     pub buffer: usize,
-    /// Items that may be set aside for the next container, where nothing in the buffer has a valid
-    /// placement.
+    /// Items that may be set aside where nothing in the buffer has a valid placement.
     pub set_aside: usize,
     /// Valid placements that are wanted beside each choice.
     pub alternatives: usize,
@@ -254,8 +248,7 @@ pub fn play(
     })
 }
 
-/// The items of a step without a choice in the order of arrival, each as it is offered, with its
-/// index into the candidates.
+/// The items of a step without a choice by arrival, as offered, with indices into the candidates.
 fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
     let mut last = None;
     let items = input.candidates.iter().enumerate();
@@ -272,8 +265,7 @@ fn unplaced(input: &StepInput<'_>, plan: &Plan) -> Vec<(usize, SetAside)> {
     items.map(item).collect()
 }
 
-/// The item that is least likely to fit later: the largest, and of several that which arrived
-/// first.
+/// The item that is least likely to fit later: the largest, of several the earliest.
 fn largest(unplaced: &[(usize, SetAside)]) -> Option<&(usize, SetAside)> {
     let volume_m3 = |(_, item): &(usize, SetAside)| item.candidate.item.mesh_volume_m3();
     // Of equal ones, `min_by` gives the first.

@@ -9,8 +9,7 @@ use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput}
 /// A ranking goes on where it stopped: asking for one placement more never begins again. Errors are
 /// what kept the evaluator from answering.
 pub trait Evaluator: Send {
-    /// Starts ranking the proposals of some candidates; `group` holds indices into the input's
-    /// candidates.
+    /// Starts ranking the proposals of `group`, indices into the input's candidates.
     fn rank(
         &mut self,
         input: &StepInput<'_>,
@@ -22,8 +21,7 @@ pub trait Evaluator: Send {
     /// the last, or where the time is over, which the [shortfall](Self::shortfall) says.
     fn next_best(&mut self, input: &StepInput<'_>) -> StageResult<Option<Evaluated>>;
 
-    /// Leaves the placements of a candidate out of what is left of the ranking. One that goes on to
-    /// give them is only slower.
+    /// Leaves a candidate out of the rest of the ranking. One that does not is only slower.
     fn leave_out(&mut self, _candidate: usize) {}
 
     /// The counts of a candidate of the last ranked group.

@@ -10,8 +10,7 @@ use crate::heightmap::{Heightmap, Scene, Surface};
 use crate::hidden::{bounds, is_in_place};
 use crate::model::raster::raise_surface;
 
-/// Minimum depth, and half of what a solid would fall to, by which a picture without it is lower
-/// than its top, in metres.
+/// Minimum depth of a picture without a solid below its top; half of its fall, too; in metres.
 const GONE_M: f64 = 0.02;
 
 /// Minimum height of a top above what lies around and below, to tell anything, in metres.
@@ -26,15 +25,13 @@ const TELLING_M2: f64 = 2e-4;
 /// Minimum share of a solid, seen from above, that has to tell of it: of an empty box the rim does.
 const TELLING_SHARE: f64 = 0.05;
 
-/// Minimum share of a solid that is seen from above: below it, what lies on it says that it is
-/// there.
+/// Minimum open share of a solid: below it, what lies on it says that it is there.
 const OPEN_SHARE: f64 = 0.75;
 
 /// Minimum volume that came up elsewhere, as a share of a solid that moved.
 const MOVED_SHARE: f64 = 0.3;
 
-/// Reach along x and y, and minimum height above all within it, of what came up elsewhere, in
-/// metres.
+/// Reach along x and y, and minimum height above all within it, of what came up, in metres.
 const CAME_UP_M: [f64; 2] = [0.015, 0.01];
 
 /// Reach along x and y, and minimum height above all within it, of what is foreign, in metres.
@@ -117,14 +114,12 @@ struct Missing {
 }
 
 impl Expected {
-    /// Forgets the last picture that nothing contradicted: whatever is in the next one may lie
-    /// there.
+    /// Forgets the last uncontradicted picture: whatever is in the next one may lie there.
     pub fn forget(&mut self) {
         self.last = None;
     }
 
-    /// Says what contradicts a picture of a container in which this is believed to lie. Remembers
-    /// one that nothing does.
+    /// Says what contradicts a picture of a container with this content, or remembers it.
     pub fn contradiction(
         &mut self,
         grid: &Grid,
@@ -265,8 +260,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Gives the height of a sample in metres, where it was seen: what is higher than the rim may
-    /// stand for what was not.
+    /// Gives the height of a sample in metres, where seen: above the rim it may not have been.
     fn seen(&self, sample: usize) -> Option<f32> {
         let (held_m, height_m) = self.picture.at(sample);
         (held_m == height_m && height_m <= self.rim_m).then_some(height_m)
@@ -349,8 +343,7 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Gives by how much seen samples are higher than this, where it is more than `by_m`, in
-    /// metres.
+    /// Gives by how much seen samples are higher, where it is more than `by_m`, in metres.
     fn above(&self, known_m: &[f32], by_m: f64) -> Vec<f32> {
         let known_m = known_m.iter().enumerate();
         let higher_m = known_m.filter_map(|(sample, known_m)| Some(self.seen(sample)? - known_m));

@@ -77,8 +77,7 @@ pub enum GridError {
 pub struct Yaws(Vec<f64>);
 
 impl Yaws {
-    /// `count` yaws evenly spaced over half a turn; four of them are the paper's 0, 45, 90 and 135
-    /// degrees.
+    /// `count` yaws evenly over half a turn; four are the paper's 0, 45, 90 and 135 degrees.
     ///
     /// # Errors
     /// [`GridError::Yaws`] where `count` is 0 or over 360.
@@ -129,8 +128,7 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// A resolution of square cells of `cell_m` and heights in units of `height_unit_m`, both in
-    /// metres.
+    /// A resolution of square cells of `cell_m` and height units of `height_unit_m`, in metres.
     ///
     /// # Errors
     /// [`GridError::NotPositive`] where a length is not a positive number.
@@ -223,9 +221,8 @@ impl ContainerSize {
 
 /// A container seen as a grid of cells with heights in units.
 ///
-/// Cell `(x, y)` covers `[x, x + 1) x [y, y + 1)` cells of the container frame, whose origin is an
-/// inner bottom corner. A container that is no multiple of the cell leaves a strip at its far sides
-/// unused.
+/// Cell `(x, y)` covers `[x, x + 1) x [y, y + 1)` cells of the container frame, from an inner
+/// bottom corner. A container that is no multiple of the cell leaves a strip at its far sides.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     container: ContainerSize,

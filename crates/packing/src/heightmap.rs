@@ -48,8 +48,7 @@ pub enum HeightmapError {
 
 /// The height of a container's content per cell, in units, from the floor.
 ///
-/// Row-major: the height of cell `(x, y)` is at `x * ny + y`. Everything below a height counts as
-/// full.
+/// Row-major: cell `(x, y)` is at `x * ny + y`. Everything below a height counts as full.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heightmap {
     nx: usize,
@@ -139,9 +138,8 @@ impl Heightmap {
 
 /// The surface of a container's content in metres, sampled more finely than the cells of its grid.
 ///
-/// Each sample is the greatest height within its square of `pitch_m` edge. Row-major like
-/// [`Heightmap`]. Where nothing was seen it is a bound: content may be as high, and nothing there
-/// is known to hold an item up.
+/// Each sample is the greatest height within its square of `pitch_m` edge; row-major. Where nothing
+/// was seen it is a bound: nothing there is known to hold an item up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     nx: usize,
@@ -258,8 +256,7 @@ impl Surface {
         (self.nx, self.ny) == (other.nx, other.ny)
     }
 
-    /// Gives the height that holds an item up at a sample, and the greatest possible one, in
-    /// metres.
+    /// Gives what holds an item up at a sample, and the greatest possible height, in metres.
     pub(crate) fn at(&self, sample: usize) -> (f32, f32) {
         let of = |heights_m: &[f32]| heights_m.get(sample).copied().unwrap_or(0.0);
         (of(self.support_m()), of(&self.heights_m))
@@ -316,8 +313,7 @@ impl Surface {
     }
 }
 
-/// Checks that there is a height for each cell, and none below 0 or above the greatest; `limit`
-/// names that in an error.
+/// Checks the count, and that no height is below 0 or above the greatest; `limit` names that.
 fn check_heights<T: Copy + PartialOrd + Default + Into<f64>>(
     nx: usize,
     ny: usize,
@@ -374,8 +370,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// A scene from its heightmap, and its fine surface where that is known. Neither is derived
-    /// from the other.
+    /// A scene from its heightmap, and its fine surface where known, neither from the other.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where one of them does not cover the grid as its resolution asks.
@@ -433,8 +428,7 @@ impl Scene {
         self
     }
 
-    /// A scene from its fine surface: each cell takes the greatest sample within it, rounded up to
-    /// a unit.
+    /// A scene from its fine surface: each cell takes its greatest sample, rounded up to a unit.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
@@ -452,8 +446,7 @@ impl Scene {
     }
 
     /// A scene as a camera with one pixel per cell sees it: each cell takes the sample at its
-    /// middle, rounded to the nearest unit. What stands up between the middles is missed, so an
-    /// item may touch it on its way down.
+    /// middle, rounded. What stands between the middles is missed: an item may touch it.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.

@@ -15,12 +15,10 @@ use crate::model::raster::raise_surface;
 /// How much higher than a known solid a hidden sample may be, in metres: how well poses are found.
 const MARGIN_M: f64 = 0.003;
 
-/// A seen sample this far below a known solid, in metres, may hold less of its edge than a sensor
-/// resolves.
+/// Maximum depth of a seen sample below a solid whose edge it may hold unresolved, in metres.
 const LIP_M: f64 = 0.002;
 
-/// A seen sample beside one that is within this of a known solid's height, in metres, may hold the
-/// solid's edge.
+/// Maximum difference of a sample from a solid whose edge may be in the sample beside, in metres.
 const EDGE_M: f64 = 0.005;
 
 /// A solid whose origin moved by more than this, in metres, lies elsewhere.

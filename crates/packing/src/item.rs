@@ -79,8 +79,7 @@ pub struct NoSuchYaw {
     yaw: usize,
 }
 
-/// The item's lower surface in metres, sampled finely, for contact that does not depend on the
-/// cell.
+/// The item's finely sampled lower surface in metres, for contact that does not depend on the cell.
 ///
 /// Row-major; samples start at the footprint's corner; `f32::INFINITY` where there is no material.
 /// Heights are from the item's lowest point.
@@ -103,8 +102,7 @@ pub struct ViewSurfaces {
     pub nx: usize,
     /// Footprint cells along y.
     pub ny: usize,
-    /// Upper surface per cell in units from the lowest point, row-major; ignored where there is no
-    /// material.
+    /// Upper surface per cell in units from the lowest point, row-major; ignored without material.
     pub top: Vec<Units>,
     /// Lower surface per cell in units, or [`ABSENT`], row-major.
     pub bottom: Vec<Units>,
@@ -117,8 +115,7 @@ pub struct ViewSurfaces {
 }
 
 impl ViewSurfaces {
-    /// The surfaces of `nx` x `ny` cells of which no more is known: the origin is taken to be the
-    /// footprint's corner.
+    /// The surfaces of `nx` x `ny` cells, with the footprint's corner as the origin.
     pub fn of_cells(nx: usize, ny: usize, top: Vec<Units>, bottom: Vec<Units>) -> Self {
         Self {
             nx,
@@ -233,8 +230,7 @@ impl ItemView {
         self.surfaces.ny
     }
 
-    /// Upper surface per cell in units from the lowest point, row-major; 0 where there is no
-    /// material.
+    /// Upper surface per cell in units from the lowest point, row-major; 0 without material.
     pub fn top(&self) -> &[Units] {
         &self.surfaces.top
     }
@@ -254,8 +250,8 @@ impl ItemView {
         self.height
     }
 
-    /// The footprint's cells with material: their indices along x and y, and the lower and upper
-    /// surface, in units.
+    /// The footprint's cells with material: indices along x and y, lower and upper surface in
+    /// units.
     pub fn cells(&self) -> impl Iterator<Item = (usize, usize, Units, Units)> {
         let surfaces = self.bottom().iter().zip(self.top()).enumerate();
         surfaces
@@ -293,16 +289,15 @@ impl ItemView {
         self.centroid_cells
     }
 
-    /// The centre of mass over the footprint, in metres from its corner; the voxels' mean where it
-    /// is not known.
+    /// The centre of mass from the footprint's corner, in metres; without it the voxels' mean.
     pub fn centre_of_mass_m(&self, cell_m: f64) -> Point2<f64> {
         self.surfaces
             .centre_of_mass_m
             .unwrap_or(self.centroid_cells * cell_m)
     }
 
-    /// The centre of mass over the floor where the view is placed, in metres in the container
-    /// frame.
+    /// The centre of mass over the floor where the view is placed, in the container frame, in
+    /// metres.
     pub(crate) fn placed_centre_of_mass_m(&self, at: &Placement, cell_m: f64) -> Point2<f64> {
         let corner = Vector2::new(at.x as f64, at.y as f64) * cell_m;
         self.centre_of_mass_m(cell_m) + corner
@@ -328,8 +323,7 @@ pub struct Item {
 }
 
 impl Item {
-    /// An item from its surfaces at each yaw of a resolution, and the volume of its mesh in cubic
-    /// metres.
+    /// An item from its surfaces at each yaw, and the volume of its mesh in cubic metres.
     ///
     /// # Errors
     /// [`ItemError`] where a map has the wrong size, a cell's surfaces are out of order, or there is no material.

@@ -19,8 +19,7 @@ pub(crate) const LANES: usize = 32;
 
 /// The height of walls and of everything outside the container.
 ///
-/// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more, and small enough that adding a height to
-/// it stays in `i16`.
+/// Twice [`MAX_UNITS`](crate::grid::MAX_UNITS) and more; adding a height to it stays in `i16`.
 pub(crate) const WALL: Units = 16_384;
 
 /// A map over the container's cells, row-major with rows padded by [`WALL`].
@@ -110,8 +109,7 @@ impl BlockOffsets {
 /// Single placements computed at once.
 pub(crate) const TOGETHER: usize = 4;
 
-/// Resting heights of the placements of a view whose footprints start at the cell indices `bases`;
-/// `blocks` are the view's.
+/// Resting heights of the placements of a view that start at the cells `bases`, with its `blocks`.
 #[inline(always)]
 pub(crate) fn resting_heights_at(
     container: &PaddedMap,
@@ -155,8 +153,7 @@ fn raise(
     }
 }
 
-/// The sum of `D` over the item's voxels, for the placement at cell index `base` resting at
-/// `height`.
+/// The sum of `D` over the item's voxels, for the placement at cell `base` resting at `height`.
 ///
 /// A voxel at height `z` has `D = 1 + #{d : z >= H_d}`, so a column from `z0` to `z1` adds its
 /// length and, for each level, `clamp(z1 - H_d, 0, z1 - z0)`.
@@ -205,8 +202,7 @@ fn lanes<const N: usize>(cells: &[Units], start: usize) -> &[Units; N] {
     }
 }
 
-/// Sum over the footprint's bounding rectangle of the heightmap as it would be after placing, in
-/// units.
+/// Sum of the heightmap after placing over the footprint's bounding rectangle, in units.
 #[inline(always)]
 pub(crate) fn columns_after(
     container: &PaddedMap,

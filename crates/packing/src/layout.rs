@@ -12,8 +12,7 @@ pub(crate) const ROW_LANES: usize = 16;
 /// Distances are truncated one step beyond this many levels.
 pub(crate) const DISTANCE_LEVELS: usize = 4;
 
-/// Stands for the lower surface of a cell without material in padded rows: a height it can never
-/// rest on.
+/// Stands for a missing lower surface in padded rows: a height on which nothing can rest.
 const NOTHING_BELOW: Units = 32_000;
 
 /// A footprint cell with material.
@@ -47,8 +46,7 @@ pub(crate) struct ViewLayout {
     pub(crate) cells: Vec<Cell>,
     /// For single placements: the same cells, gathered along y.
     pub(crate) blocks: Vec<Block>,
-    /// Per block the lower surface ([`NOTHING_BELOW`] where absent), apart from the rest: resting
-    /// heights need no more.
+    /// Per block the lower surface ([`NOTHING_BELOW`] where absent), which resting heights need.
     pub(crate) bottoms: Vec<[Units; ROW_LANES]>,
     /// Per block.
     pub(crate) columns: Vec<BlockColumns>,

@@ -62,8 +62,7 @@ impl Leaving {
         }
     }
 
-    /// Takes the stop of each cell, row-major; `None` where the count is not that of the grid's
-    /// cells.
+    /// Takes the stop of each cell, row-major; `None` where the count is not the grid's.
     pub fn from_stops(grid: &Grid, first: &[Stop]) -> Option<Self> {
         (first.len() == grid.nx() * grid.ny()).then(|| Self {
             ny: grid.ny(),

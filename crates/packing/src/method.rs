@@ -23,15 +23,13 @@ use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedSt
 use crate::step::StageError;
 use crate::trial::TrialSettings;
 
-/// The cell that proposals are made with on finer grids: the paper's, which the network is trained
-/// on.
+/// Cell that proposals are made with on finer grids: the paper's, which the network learnt.
 const PROPOSAL_CELL_M: f64 = 0.01;
 
 /// The number of items that may be set aside for the next container where nothing is said.
 pub const SET_ASIDE: usize = 20;
 
-/// A packing method: which placements are evaluated, what they are judged by, and what they must
-/// pass.
+/// A packing method: which placements are evaluated, how judged, and what they must pass.
 ///
 /// The default is what commands, services, bindings and experiments do where nothing is said, on
 /// the default [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
@@ -109,8 +107,7 @@ pub enum ProposalSource {
 
 /// Opens the network that a method names.
 pub trait OpenNetwork {
-    /// A proposer of the best-scored `share` of each item's placements on a grid; `items` on that
-    /// grid are known ahead of time.
+    /// A proposer of the best-scored `share` of each item's placements; `items` are known ahead.
     ///
     /// # Errors
     /// What keeps the network from running.
@@ -199,8 +196,7 @@ impl Method {
         }
     }
 
-    /// Checks that every number is possible; what a grid or a network has to do with it is seen
-    /// where it is built.
+    /// Checks every number; what a grid or a network has to do with it is seen where it is built.
     ///
     /// # Errors
     /// [`MethodError`] names the first that is not.
@@ -238,8 +234,7 @@ impl Method {
         }
     }
 
-    /// The planner that follows the method on one thread; `network` opens the network that the
-    /// method may name.
+    /// The planner that follows the method on one thread; `network` opens the method's network.
     ///
     /// # Errors
     /// [`MethodError`] where it cannot be followed on this grid, or the network does not run.
@@ -252,8 +247,7 @@ impl Method {
     }
 
     /// The planner that follows the method on `threads` threads, by what `proposer` proposes;
-    /// placements must pass `checks` too, among which is the simulation where the method tries
-    /// placements.
+    /// placements must pass `checks` too, such as the simulation.
     ///
     /// # Errors
     /// [`MethodError`] where a weight is not possible, there are no threads, or the simulation is missing.
@@ -329,8 +323,8 @@ impl Method {
         })
     }
 
-    /// Makes the proposer as [`Method::proposer`], with the exhaustive search in place of a network
-    /// that does not run, now or later.
+    /// Makes the proposer; but a network that does not run, now or later, gives way to all
+    /// placements.
     ///
     /// # Errors
     /// [`MethodError`] where the method cannot be followed on this grid.
@@ -350,8 +344,8 @@ impl Method {
         }
     }
 
-    /// A network on a coarser grid; there, the heuristic chooses among a wider share for all
-    /// candidates together.
+    /// A network on a coarser grid, where the heuristic chooses among a wider share for all
+    /// together.
     fn narrowing(
         &self,
         grids: CoarseGrid,
@@ -399,8 +393,8 @@ impl ProposalSource {
         positions: 9,
     };
 
-    /// The network of these weights on cells of `cell_m` at best, the paper's where none is given,
-    /// with `yaws` yaws at most.
+    /// The network of these weights on cells of `cell_m`, else the paper's, with at most `yaws`
+    /// yaws.
     pub fn network(
         grid: &Grid,
         percent: f64,

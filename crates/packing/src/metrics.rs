@@ -25,11 +25,9 @@ pub struct PackedVolume {
 pub struct Metrics {
     /// Items inside.
     pub packed: PackedVolume,
-    /// Voxel volume over the container's floor times the greatest height of the content, 0 to 1:
-    /// after the paper's published code.
+    /// Voxel volume over floor times greatest height, 0 to 1: after the paper's published code.
     pub floor_compactness: f64,
-    /// Voxel volume over the minimum bounding box of the content along the container's walls, 0 to
-    /// 1: after the paper's text.
+    /// Voxel volume over the minimum bounding box along the walls, 0 to 1: after the paper's text.
     pub box_compactness: f64,
     /// Mesh volume over the container's floor times the greatest height of the content, 0 to 1.
     pub mesh_floor_compactness: f64,
@@ -54,8 +52,7 @@ impl Metrics {
     }
 }
 
-/// The area of the smallest rectangle along the walls with all cells in which something lies, in
-/// square metres.
+/// The area of the smallest rectangle along the walls with all covered cells, in square metres.
 fn covered_m2(grid: &Grid, heightmap: &Heightmap) -> f64 {
     let is_covered = |x: usize, y: usize| heightmap.get(x, y).is_some_and(|height| height > 0);
     let (nx, ny) = (heightmap.nx(), heightmap.ny());

@@ -109,8 +109,7 @@ impl Weights {
         }
     }
 
-    /// Weights for items that come in several resting poses: the published ones judge where an item
-    /// lies, but not how high it stands.
+    /// Weights for items in several resting poses, which also judge how high an item stands.
     pub fn dense() -> Self {
         Self {
             distance: 5.0,
@@ -161,8 +160,7 @@ impl Weights {
     }
 }
 
-/// An objective at one resolution: the weights converted to its cells and units, lengths staying
-/// physical.
+/// An objective at one resolution: weights for its cells and units, lengths staying physical.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Objective {
     pub(crate) heuristic: Heuristic,
@@ -230,8 +228,7 @@ impl Objective {
         height: Units,
         distance_sum: u64,
     ) -> f64 {
-        // The terms are added in the order of the values', so that rounding cannot lift a bound
-        // above a value.
+        // Terms are added in the values' order: rounding cannot lift a bound above a value.
         match self.heuristic {
             Heuristic::Sdfm => {
                 let mean_distance = distance_sum as f64 / view.voxel_count() as f64;

@@ -4,8 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::grid::Units;
 
-/// A placement `p = (r, x, y)`: a yaw and the cell of the footprint's corner with the lowest
-/// indices.
+/// A placement `p = (r, x, y)`: a yaw, and the footprint's cell with the lowest indices.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Placement {
     /// Index into the resolution's yaws.

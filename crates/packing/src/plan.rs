@@ -57,8 +57,7 @@ pub enum Reason {
     /// Wherever it was proposed it would stick out above the rim.
     #[error("would stick out above the rim everywhere")]
     NoFit,
-    /// None of those that were proposed was valid, and nothing else may be placed
-    /// ([`Proposals::finish`]).
+    /// None that was proposed was valid, and nothing else may be placed ([`Proposals::finish`]).
     #[error("none of the placements that were tried is valid")]
     NoneTried,
     /// Refused wherever it fits: the most frequent refusal.
@@ -69,14 +68,11 @@ pub enum Reason {
 /// Outcome of a candidate in a step.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct CandidateReport {
-    /// Placements before the checks; all zero where the step was decided before the candidate was
-    /// looked at.
+    /// Placements before the checks; all zero where the candidate was not looked at.
     pub counts: PlacementCounts,
-    /// Placements that its last search refused before the step was decided: [`Plan::refusals`] has
-    /// those of all.
+    /// Refusals of its last search before the step was decided; of all: [`Plan::refusals`].
     pub refusals: Refusals,
-    /// Why none was valid; `None` where not every placement that may be made was looked at, or one
-    /// was valid.
+    /// Why none was valid; `None` where one was, or not all possible ones were looked at.
     pub reason: Option<Reason>,
 }
 
@@ -121,9 +117,8 @@ impl Plan {
         &self.candidates
     }
 
-    /// Placements that were refused before the step was decided, of all candidates. Where the step
-    /// was widened, those that were proposed at first may be among them twice, as the checks were
-    /// asked twice.
+    /// Placements of all candidates that were refused before the step was decided. Where it was
+    /// widened, first proposals may count twice, as the checks were asked twice.
     pub fn refusals(&self) -> &Refusals {
         &self.refusals
     }
@@ -134,8 +129,7 @@ impl Plan {
         &self.shortfall.degraded
     }
 
-    /// Whether the time was over before everything was looked at: that there is no choice does not
-    /// mean that nothing fits.
+    /// Whether the time was over before everything was looked at: something may fit all the same.
     pub fn is_cut(&self) -> bool {
         self.shortfall.is_cut
     }
@@ -163,9 +157,8 @@ impl Plan {
 }
 
 /// Plans steps by Algorithm 1: propose, rank, check from the best value down, take the first valid
-/// placement. Where no proposal of any candidate is valid, all placements are searched before the
-/// buffer is given up, unless the proposer says that nothing else may be placed
-/// ([`Proposals::finish`]).
+/// placement. Where no proposal is valid, all placements are searched, unless the proposer says
+/// that nothing else may be placed ([`Proposals::finish`]).
 pub struct Planner {
     proposer: Box<dyn Proposer>,
     search: ValidSearch,

@@ -40,8 +40,7 @@ impl Proposals {
         self.is_final = false;
     }
 
-    /// Says that nothing else may be placed: where none of these is valid, the step has no choice,
-    /// and is not searched exhaustively.
+    /// Says that nothing else may be placed: where none is valid, the step has no choice.
     pub fn finish(&mut self) {
         self.is_final = true;
     }
@@ -74,8 +73,7 @@ impl Proposals {
         self.entries.push(CandidateProposals::Some(range));
     }
 
-    /// Whether some placement of some candidate is not proposed, as far as is known without
-    /// counting, and may be.
+    /// Whether some placement is not proposed, as far as is known without counting, and may be.
     pub(crate) fn may_be_widened(&self) -> bool {
         !self.is_final && self.entries.iter().any(|of| *of != CandidateProposals::All)
     }
@@ -118,8 +116,7 @@ impl Proposer for ProposeAll {
     }
 }
 
-/// A proposer whose failure does not end the planning: the search is exhaustive then, and the plan
-/// says why.
+/// A proposer whose failure does not end the planning: all is searched then, and the plan says why.
 pub struct OrExhaustive {
     proposer: Result<Box<dyn Proposer>, String>,
     reason: Option<String>,

@@ -9,12 +9,11 @@ use crate::stability::convex_hull;
 /// Edges shorter than this have no direction, in metres.
 const SHORTEST_EDGE_M: f64 = 1e-9;
 
-/// Minimum share of its area by which a rectangle must be less to be preferred: among equals the
-/// first stays.
+/// Minimum share of its area by which a rectangle is less to be preferred: else the first stays.
 const LESS: f64 = 1e-6;
 
-/// The yaw of the rectangle of the least area around points, from 0 up to a quarter turn, in
-/// radians; `None` without points.
+/// The yaw of the least rectangle around points, 0 to a quarter turn, in radians; `None` without
+/// any.
 pub fn least_rectangle_rad(points: impl Iterator<Item = Point2<f64>>) -> Option<f64> {
     let mut points: Vec<Point2<f64>> = points.collect();
     let mut hull = Vec::new();
@@ -29,8 +28,7 @@ pub fn least_rectangle_rad(points: impl Iterator<Item = Point2<f64>>) -> Option<
 ///
 /// The least rectangle around a convex outline has a side along one of the outline's edges.
 ///
-/// Source: Freeman and Shapira, *Determining the Minimum-Area Encasing Rectangle for an Arbitrary
-/// Closed Curve*, 1975.
+/// Source: Freeman and Shapira, *Determining the Minimum-Area Encasing Rectangle*, 1975.
 pub fn least_turn_rad(points: &[Point2<f64>], edges: impl Iterator<Item = Vector2<f64>>) -> f64 {
     let turns = edges
         .filter(|edge| edge.norm() > SHORTEST_EDGE_M)

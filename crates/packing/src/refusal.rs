@@ -38,8 +38,7 @@ pub enum Cause {
     Arm,
 }
 
-/// Why a check refused a placement. Equal ones are counted together, so the detail has no figures
-/// of single placements.
+/// Why a check refused a placement, without figures of single ones: equal refusals are counted.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Refusal {
     /// Condition that is not met.

@@ -72,8 +72,7 @@ struct ShapeMaps {
     views: Vec<RestingMap>,
 }
 
-/// Computes the resting heights of the items in the buffer, and computes again only what a change
-/// affects.
+/// Computes the resting heights of the buffer's items, anew only where a change affects them.
 ///
 /// Most of a buffer stays from one step to the next and a placed item changes a small part of the
 /// container, so only the placements whose footprint meets the changed rectangle are computed
@@ -106,9 +105,8 @@ impl RestingHeights {
         }
     }
 
-    /// Takes over the container's content, of the grid's size, and the items of the buffer, whose
-    /// maps are kept like those of the few used just before. Returns whether the content differs
-    /// from the last.
+    /// Takes over the container's content and the items of the buffer, whose maps are kept like
+    /// those of the few used just before. Returns whether the content differs from the last.
     pub fn update<'a>(
         &mut self,
         heightmap: &Heightmap,
@@ -163,8 +161,7 @@ impl RestingHeights {
         self.views(item.shape()).iter()
     }
 
-    /// The resting height of one placement of a view, by the footprint's first cell; `None` where
-    /// that leaves the container.
+    /// The resting height of one placement of a view by its first cell; `None` outside.
     pub fn at(&self, view: &ItemView, x: usize, y: usize) -> Option<Units> {
         let (placed_x, placed_y) = view.corners(self.container.size());
         if x >= placed_x || y >= placed_y {
@@ -184,8 +181,7 @@ impl RestingHeights {
         maps.map_or(&[], |maps| &maps.views)
     }
 
-    /// Gives the item's shape a slot: its own, else a new one, else that of the shape longest
-    /// unused.
+    /// Gives the item's shape a slot: its own, a new one, or that of the shape longest unused.
     fn admit(&mut self, item: &Item) {
         if self.shapes.iter().any(|maps| maps.shape == item.shape()) {
             return;

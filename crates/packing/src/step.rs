@@ -80,13 +80,11 @@ impl Evaluated {
 /// How many placements of a candidate there were before any validity check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PlacementCounts {
-    /// Placements whose footprint lies within the container, over all yaws, whether proposed or
-    /// not.
+    /// Placements whose footprint lies within the container, over all yaws, proposed or not.
     pub possible: u64,
     /// Proposed ones among them.
     pub proposed: u64,
-    /// Proposed ones that stay below the rim; of a search by bounds, those that it looked at, which
-    /// are all only where none was valid.
+    /// Proposed ones below the rim; of a bounded search, those looked at: all where none was valid.
     pub fitting: u64,
 }
 
@@ -95,8 +93,7 @@ pub struct PlacementCounts {
 pub struct Shortfall {
     /// Deviations with their reasons, for people; each once.
     pub degraded: Vec<String>,
-    /// Whether some placements were left out for want of time: that none is valid does not mean
-    /// that nothing fits.
+    /// Whether the time left some placements out: that none is valid is then no proof.
     pub is_cut: bool,
 }
 

@@ -66,8 +66,7 @@ impl<C: PackingCell> Filled<C> {
         Fill::of(self.placed_m3(), self.grid.container())
     }
 
-    /// At which stops its items leave, as they were placed; `None` where none is said to leave at
-    /// one.
+    /// At which stops its items leave, as placed; `None` where none leaves at one.
     fn leaving(&self) -> Option<Leaving> {
         let mut stops = self.steps.iter().map(|step| step.candidate.stop);
         if stops.all(|stop| stop == Stop::LAST) {
@@ -116,9 +115,8 @@ pub struct Stream<C> {
     pub unplaceable: Vec<Candidate>,
 }
 
-/// Packs a stream into containers of this grid. Rules of orders that give way are kept as long as
-/// something can be packed so. `supply` brings the empty container of a number, from 0, and who
-/// plans for it.
+/// Packs a stream into containers of this grid. Rules of orders that give way are kept while
+/// something can be packed. `supply` brings the empty container of a number, and its planner.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning, a cell or the supply failed.

@@ -1,5 +1,4 @@
-//! One view looked at everywhere: the resting height, fit, stability and value of its every
-//! placement.
+//! One view looked at everywhere: resting height, fit, stability and value of every placement.
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
@@ -28,8 +27,7 @@ pub struct Surveyed {
     pub value: f64,
 }
 
-/// Looks at every placement of a view, by x, then y; empty where its footprint is larger than the
-/// container.
+/// Looks at every placement of a view, by x, then y; none where its footprint is too large.
 ///
 /// # Errors
 /// [`WeightError`] where a weight is negative or not finite.

@@ -15,8 +15,7 @@ const RIM_TOLERANCE_M: f64 = 0.001;
 pub struct TrialSettings {
     /// Limits that a tried placement has to keep.
     pub limits: TrialLimits,
-    /// How many placements of an item a step tries at most; after that the item is left out of the
-    /// step. With 0 nothing is tried.
+    /// Tries of an item in a step, after which it is left out. With 0 nothing is tried.
     pub tries_per_item: usize,
     /// How far a placement must be from one of the same item and yaw that was refused in the step,
     /// to be tried too, in metres: nearer ones are refused unasked.
@@ -32,9 +31,8 @@ pub struct TrialSettings {
 pub struct TrialLimits {
     /// The most that the item may tilt, in radians.
     pub tilt_rad: f64,
-    /// The most that an item may tilt that rolls on a floor, in radians: what begins to roll seldom
-    /// stops where a try says. A step in which nothing else can be placed allows it as much as any
-    /// other.
+    /// Maximum tilt of an item that rolls on a floor, in radians: it seldom stops where a try says.
+    /// A step in which nothing else can be placed allows it as much as any other.
     pub rolling_tilt_rad: f64,
     /// The most that its centre of mass may move sideways, in metres.
     pub slide_m: f64,
@@ -53,8 +51,7 @@ impl Default for TrialSettings {
     }
 }
 
-/// In a try an item may do a little less than what counts as steady once it is placed: 30 degrees
-/// and 2 cm.
+/// A little less than what counts as steady once an item is placed: 30 degrees and 2 cm.
 impl Default for TrialLimits {
     fn default() -> Self {
         Self {
@@ -155,8 +152,7 @@ impl Settling {
         }
     }
 
-    /// How far it goes towards the limits: the greatest share of one, above 1 where one is
-    /// exceeded.
+    /// How far it goes towards the limits: the greatest share of one, above 1 beyond.
     pub fn severity(&self, limits: &TrialLimits) -> f64 {
         let share = |value: f64, limit: f64| if value > 0.0 { value / limit } else { 0.0 };
         share(self.tilt_rad, limits.tilt_rad)

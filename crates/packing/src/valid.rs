@@ -1,5 +1,4 @@
-//! The last stage of Algorithm 1: of the placements by increasing value, those that every check
-//! accepts.
+//! The last stage of Algorithm 1: of placements by value, those that every check accepts.
 
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -63,8 +62,7 @@ pub struct ValidSearch {
     evaluator: Box<dyn Evaluator>,
     /// The cheap ones first.
     checks: Vec<BoxedCheck>,
-    /// The next placements by increasing value that all checks but the last accept, with what those
-    /// found out.
+    /// The next placements by value that all checks but the last accept, with their findings.
     upcoming: VecDeque<(Evaluated, Evidence)>,
     /// Refusals by candidate of the input.
     refusals: Vec<Refusals>,
@@ -100,8 +98,7 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
-    /// Has the checks look into more placements in the next search, as nothing was valid; says
-    /// whether one does.
+    /// Has the checks look into more placements in the next search; says whether one does.
     pub fn widen(&mut self) -> bool {
         let mut is_wider = false;
         for check in &mut self.checks {
@@ -110,8 +107,7 @@ impl ValidSearch {
         is_wider
     }
 
-    /// Starts a search among the proposals of some candidates; `group` holds indices into the
-    /// input's candidates.
+    /// Starts a search among the proposals of `group`, indices into the input's candidates.
     ///
     /// # Errors
     /// [`SearchError::Evaluate`] where the evaluator failed.
@@ -207,8 +203,7 @@ impl ValidSearch {
         foreseen.unwrap_or(Ok(())).map_err(SearchError::Check)
     }
 
-    /// Keeps a placement that a simulation refused: there are few of them, and one may be the last
-    /// resort.
+    /// Keeps a placement that a simulation refused: one of these few may be the last resort.
     fn keep_tried(&mut self, placement: Evaluated) {
         let last = self.checks.last();
         if last.is_some_and(|check| check.cost() == Cost::Simulation) {
@@ -231,9 +226,8 @@ impl ValidSearch {
         }
     }
 
-    /// The best placement that the last check refused since the step began, where that is to be
-    /// made for want of a valid one. What the other checks found out about it goes with it, such as
-    /// the arm's cycle.
+    /// The best placement that the last check refused in this step, where it is made for want of a
+    /// valid one, with the findings of the other checks, such as the arm's cycle.
     ///
     /// # Errors
     /// [`SearchError::Check`] where a check failed.

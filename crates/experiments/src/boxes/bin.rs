@@ -89,8 +89,7 @@ impl Bin {
         self.boxes().map(|placed| placed.sides.volume()).sum()
     }
 
-    /// Whether a box may be placed where it comes to rest: below the rim, and stable where the
-    /// setting asks for that.
+    /// Whether a box may be placed where it comes to rest: below the rim, and stable where asked.
     pub(super) fn accepts(&self, placed: &Placed) -> bool {
         let is_inside = placed.x + placed.sides.x <= SIDE && placed.y + placed.sides.y <= SIDE;
         let is_below_rim = placed.top() <= SIDE;
@@ -125,8 +124,7 @@ impl Bin {
     }
 
     /// Whether every box stands with this one in the bin: all that presses it down acts inside the
-    /// hull of what it rests on. What a box passes on is spread over its contacts as that of a
-    /// stiff body on soft ground.
+    /// hull of its contacts, over which it passes that on as a stiff body on soft ground.
     fn is_stable_with(&self, placed: &Placed) -> bool {
         let new = self.resting(placed);
         let mut loads = vec![Load::none(); self.boxes.len() + 1];

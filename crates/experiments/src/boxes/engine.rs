@@ -1,5 +1,4 @@
-//! The packing engine on the benchmark: its search ranks placements of boxes on a grid of one cell
-//! a unit.
+//! The packing engine on the benchmark, with a grid of one cell a unit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -20,8 +19,7 @@ use super::bin::Bin;
 use super::rules::Setting;
 use super::surface::{Placed, SIDE, Sides, Surface};
 
-/// A cell of the benchmark is a centimetre of the engine, in which the published weights are
-/// written.
+/// Edge of a cell: a centimetre of the engine, in which the published weights are written.
 const CELL_M: f64 = 0.01;
 
 /// A box is placed as it comes, or turned by a quarter.

@@ -19,8 +19,7 @@ use super::surface::{BIN_VOLUME, Placed, Sides};
 /// How many of the policy's best placements are followed.
 const PLACEMENTS: usize = 8;
 
-/// Margin in standard errors of the mean difference by which a placement has to pack more than the
-/// policy's choice.
+/// Standard errors of the mean difference by which a placement has to pack more than the policy's.
 const MARGIN: f64 = 1.0;
 
 /// A decision by roll-outs: about so many.
@@ -44,8 +43,7 @@ impl Arm {
 }
 
 impl LookAhead {
-    /// The placement whose roll-outs fill the bin most, of those that the bin accepts; `None` where
-    /// there is none.
+    /// The accepted placement whose roll-outs fill the bin most; `None` where there is none.
     pub(super) fn choose(&self, bin: &Bin, arriving: Sides, futures: &mut Boxes) -> Option<Placed> {
         let ranked = self.policy.ranked(bin.surface(), arriving);
         let accepted = ranked.into_iter().filter(|placed| bin.accepts(placed));
@@ -86,8 +84,7 @@ fn halve(arms: &mut Vec<Arm>) {
     arms.truncate(arms.len().div_ceil(2).max(2));
 }
 
-/// The one that packs most of those that pack more than the first by a margin of standard errors;
-/// else the first.
+/// The one that packs most, where that is more than the first by a margin of standard errors.
 fn preferred(arms: &[Arm], margin: f64) -> Option<&Arm> {
     let (first, others) = arms.split_first()?;
     let mut best = (first, 0.0);

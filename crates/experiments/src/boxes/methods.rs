@@ -27,15 +27,14 @@ pub(super) enum Method {
     Sdfm,
     /// The engine's maximum touching area
     Mta,
-    /// Little space lost below the box, much touched at its sides, its top level with those beside
-    /// it
+    /// Little space lost below the box, much touched at its sides, its top level with its
+    /// neighbours
     Snug,
     /// Roll-outs of the policy through common futures from the known distribution
     LookAhead,
 }
 
-/// Chooses the placement of a box that arrives, of those that the bin accepts; futures are drawn
-/// from the boxes.
+/// Chooses the placement of an arriving box among those that the bin accepts; futures are drawn.
 pub(super) type Player = Box<dyn FnMut(&Bin, Sides, &mut Boxes) -> Outcome<Option<Placed>>>;
 
 impl Method {

@@ -33,8 +33,8 @@ pub(crate) struct BoxesArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 2000, value_parser = clap::value_parser!(u32).range(1..))]
     instances: u32,
 
-    /// The benchmark's settings: 1 has a stability rule and two orientations, 2 six orientations
-    /// alone
+    /// The benchmark's settings: 1 has a stability rule and two orientations, 2 just six
+    /// orientations
     #[arg(
         long,
         value_enum,

@@ -35,8 +35,7 @@ impl Setting {
         poses.map(|(x, y, z)| Sides { x, y, z })
     }
 
-    /// The ways in which a box may lie, each once: pose by pose, as it comes and turned, as the
-    /// engine ranks equal ones.
+    /// The ways in which a box may lie, each once, in the order in which the engine ranks equals.
     pub(super) fn orientations(self, sides: Sides) -> Vec<Sides> {
         let mut all = Vec::with_capacity(6);
         for sides in self.poses(sides).flat_map(|pose| [pose, pose.turned()]) {

@@ -6,8 +6,7 @@ use super::rules::Setting;
 use super::support::stands;
 use super::surface::{Placed, SIDE, Sides, Surface};
 
-/// Chooses placements with little space lost below the box, much touched at its sides, its top
-/// level with those beside it.
+/// Chooses placements that lose little space below, touch much beside, and level their tops.
 ///
 /// The weights say what each part of a value counts; values are the better the lower they are. They
 /// were found by hill climbing from guesses, by the volume that it packs of 1,200 sequences of
@@ -25,8 +24,7 @@ pub(super) struct Snug {
     sides: i32,
     /// The faces at its sides that touch boxes or walls, in cells squared; they lower the value.
     touching: i32,
-    /// The length along which its top is as high as the one beside it, in cells; it lowers the
-    /// value.
+    /// The length along which its top is level with the one beside it, in cells; lowers the value.
     level: i32,
     /// The area of a top at the rim, in cells squared; it lowers the value.
     rim: i32,
@@ -62,8 +60,7 @@ impl Snug {
         }
     }
 
-    /// The best placement of a box that stands, each box by itself; of equal ones the first by
-    /// orientation, x, y.
+    /// The best placement of a box that stands by itself; of equals the first by orientation, x, y.
     pub(super) fn choose(&self, surface: &Surface, arriving: Sides) -> Option<Placed> {
         let mut best: Option<(i32, Placed)> = None;
         self.visit(surface, arriving, |value, placed, is_flat| {
@@ -75,8 +72,7 @@ impl Snug {
         best.map(|(_, placed)| placed)
     }
 
-    /// All placements of a box that stand, each box by itself, the best first, in the order of
-    /// [`Self::choose`].
+    /// All placements of a box that stands by itself, in the order of [`Self::choose`].
     pub(super) fn ranked(&self, surface: &Surface, arriving: Sides) -> Vec<Placed> {
         let mut ranked = Vec::new();
         self.visit(surface, arriving, |value, placed, is_flat| {
@@ -94,8 +90,7 @@ impl Snug {
         ranked.find(|placed| bin.accepts(placed))
     }
 
-    /// Looks at every placement below the rim: its value, where, and whether all of the bottom
-    /// touches something.
+    /// Visits placements below the rim: value, place, and whether all of the bottom touches.
     fn visit(&self, surface: &Surface, arriving: Sides, mut look: impl FnMut(i32, Placed, bool)) {
         for sides in self.setting.orientations(arriving) {
             for x in 0..=SIDE - sides.x {
@@ -115,8 +110,7 @@ impl Snug {
         }
     }
 
-    /// The volume that it packs of a future into what is there, until a box fits nowhere, in cells
-    /// cubed.
+    /// The volume that it packs of a future until a box fits nowhere, in cells cubed.
     pub(super) fn play_out(&self, mut surface: Surface, future: &[Sides]) -> u32 {
         let mut volume = 0;
         for arriving in future {

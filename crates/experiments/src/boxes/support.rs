@@ -8,11 +8,9 @@ const MARGIN: f64 = 1e-6;
 /// Lines between the cells of a box's bottom, across x.
 const LINES: usize = LONGEST as usize + 1;
 
-/// The convex hull of the cells of a box's bottom that touch what is below, seen from the box's
-/// corner.
+/// The convex hull of the cells of a box's bottom that touch, seen from the box's corner.
 ///
-/// It is held as how far the touching cells reach along each line between rows of cells: the hull's
-/// corners are among the ends.
+/// It is held as the reach of touching cells along each line between rows: its corners are ends.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SupportArea {
     reaches: [Option<Reach>; LINES],
@@ -46,8 +44,7 @@ impl SupportArea {
         }
     }
 
-    /// Whether a point over the bottom, in cells from the box's corner, is inside the hull and not
-    /// on its edge.
+    /// Whether a point over the bottom, in cells from its corner, is inside the hull, off its edge.
     pub(super) fn contains(&self, x: f64, y: f64) -> bool {
         let lines = || {
             let reaches = (0_u8..).zip(&self.reaches);
@@ -95,8 +92,7 @@ mod tests {
     use super::super::surface::Sides;
     use super::*;
 
-    /// Whether a point is left of every edge of the hull: of every line through two corners of
-    /// cells with none on its right.
+    /// Whether a point is left of every line through two corners of cells with none on its right.
     fn is_inside_hull(cells: &[(u8, u8)], point: Point2<f64>) -> bool {
         let corner = |x: u8, y: u8| Point2::new(f64::from(x), f64::from(y));
         let corners = cells.iter().flat_map(|(x, y)| {

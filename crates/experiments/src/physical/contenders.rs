@@ -16,9 +16,8 @@ pub(super) fn key(name: &str) -> String {
     parts.join("-").replace(' ', "-")
 }
 
-/// The physical stability test, which the others are compared with; then placements that are tried,
-/// also with other weights, with the value of what is left, and with the network's proposals where
-/// there are any.
+/// The physical stability test, the yardstick; then placements that are tried, also with other
+/// weights, with the value of what is left, and with the network's proposals where there are any.
 pub(super) fn contenders(
     buffer: usize,
     seed: u64,

@@ -1,5 +1,4 @@
-//! Objects that take part: they fit into the container, and the arm can hold them as they come to
-//! lie on the tray.
+//! Objects that take part: they fit into the container, and the arm can hold them on the tray.
 
 use std::sync::Arc;
 

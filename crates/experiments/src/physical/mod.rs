@@ -1,5 +1,4 @@
-//! `ppnpack experiment physical`: the paper's robot cell, simulated with its sensors, through the
-//! services.
+//! `ppnpack experiment physical`: the paper's robot cell with its sensors, through the services.
 
 mod contenders;
 mod held;
@@ -62,8 +61,7 @@ pub(super) struct PhysicalArguments {
     #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1000))]
     unseen_count: u32,
 
-    /// The unseen objects are not in the recogniser's library either: they are packed as unknown
-    /// items
+    /// The unseen objects are not in the recogniser's library: they are packed as unknown items
     #[arg(long)]
     strangers: bool,
 
@@ -159,8 +157,8 @@ pub(super) fn run(arguments: &PhysicalArguments, backend: &dyn Backend) -> Outco
     arguments.out.publish("physical", results, "physical", "")
 }
 
-/// The objects of `held` that runs draw from: unseen ones, which are the first `unseen` of the
-/// catalogue, and others.
+/// The objects of `held` to draw from: unseen ones, the first `unseen` of the catalogue, and
+/// others.
 fn pools(
     arguments: &PhysicalArguments,
     held: Vec<usize>,
@@ -221,8 +219,8 @@ impl World<'_> {
         )
     }
 
-    /// Makes a run, through a stack of its own: it meets the same faults whichever runs were made
-    /// before it. The first one is drawn.
+    /// Makes a run through a stack of its own: it meets its faults whatever ran before. Draws the
+    /// first.
     fn make(
         &self,
         arguments: &PhysicalArguments,
@@ -285,8 +283,7 @@ impl World<'_> {
         })
     }
 
-    /// Measures what the container holds at the end: by the bodies themselves, not by what the
-    /// camera sees of them.
+    /// Measures what the container holds at the end by the bodies, not by the camera.
     fn measure(&self, done: &mut Done) -> Outcome {
         let contents = contents(&done.state, self.catalogue).or_run()?;
         let mut cell = SimulatedCell::new(self.settings.simulated.clone()).or_run()?;

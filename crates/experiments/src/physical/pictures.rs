@@ -1,5 +1,4 @@
-//! Pictures of a run: what the camera saw of the tray, the heightmap at the end, and what is
-//! packed.
+//! Pictures of a run: the tray as the camera saw it, the last heightmap, and the packed container.
 
 use std::path::Path;
 

@@ -1,5 +1,4 @@
-//! One run: objects come to the tray, are recognised, planned and placed, until each is placed or
-//! refused.
+//! One run: objects come to the tray, are recognised, planned and placed, until none waits.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -36,8 +35,7 @@ const PLAN_LIMIT: Duration = Duration::from_secs(10);
 const INSPECTION_LIMIT: Duration = Duration::from_secs(6);
 const POLL: Duration = Duration::from_millis(2);
 
-/// Farther than this from an object's centre of mass, what is seen is not it, seen from above in
-/// metres.
+/// Maximum distance from an object's centre of mass of what is seen of it, from above, in metres.
 const SAME_M: f64 = 0.06;
 
 /// Objects that come to the tray in a run.

@@ -29,8 +29,7 @@ pub(super) const KNOWN_COUNT: u32 = 1;
 /// How many items wait on the tray.
 const BUFFER: usize = 2;
 
-/// The standard deviation of where items are released, along each axis; and as much in yaw as moves
-/// a point 10 cm away by it.
+/// Standard deviation of release along each axis; in yaw as much as moves a point 10 cm away by it.
 const PLACEMENT_NOISE_M: f64 = 0.002;
 
 /// Common settings of all runs; with others they begin anew.

@@ -15,8 +15,7 @@ use rand_chacha::ChaCha8Rng;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
 
-/// Region of the tray that the camera sees, in the container frame: beside the container, within
-/// the arm's reach.
+/// Region of the tray that the camera sees, in the container frame, within the arm's reach.
 pub(super) const REGION: Region = Region {
     lowest_m: Point3::new(-0.36, -0.70, -0.04),
     highest_m: Point3::new(0.40, -0.06, 0.35),
@@ -82,8 +81,7 @@ impl Tray {
         })
     }
 
-    /// Lays an object down in one of its resting poses, where there is room; says whether there
-    /// was.
+    /// Lays an object down in a resting pose, where there is room; says whether there was.
     pub(super) fn lay(&mut self, arrival: usize, model: &Arc<Model>) -> bool {
         for _ in 0..TRIALS {
             let object = self.tossed(arrival, model);

@@ -36,8 +36,7 @@ pub(crate) struct StreamArguments {
     #[command(flatten)]
     source: SourceOptions,
 
-    /// Pairs of groups of the orders' table that never travel in one container, such as
-    /// food:chemicals
+    /// Pairs of groups of the orders' table that never share a container, such as food:chemicals
     #[arg(long, value_name = "GROUP:GROUP", value_delimiter = ',', value_parser = parse_pair, conflicts_with = "sequences")]
     apart: Vec<(String, String)>,
 

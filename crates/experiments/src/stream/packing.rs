@@ -93,8 +93,7 @@ impl Packing<'_> {
     }
 }
 
-/// In how many of these containers each order is, and how many orders have all of their items in
-/// them.
+/// In how many of these containers each order is, and how many orders are wholly in them.
 fn orders_in<'a, C: 'a>(
     stream: &Arrivals,
     containers: impl Iterator<Item = &'a Filled<C>>,

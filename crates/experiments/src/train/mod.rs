@@ -19,8 +19,7 @@ use ppnpack_cli::progress;
 
 use options::{NetworkOptions, TrainingOptions};
 
-/// Trains a network on a dataset; leaves weights, model card, what each epoch came to and a
-/// checkpoint.
+/// Trains a network on a dataset; leaves weights, card, epochs and a checkpoint.
 #[derive(Debug, Args)]
 pub struct TrainArguments {
     /// The folder that `ppnpack dataset` made

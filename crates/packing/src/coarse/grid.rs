@@ -98,8 +98,7 @@ impl CoarseGrid {
         &self.coarse
     }
 
-    /// The fine placements that a coarse one stands for, by yaw, x, y; `fine` and `coarse` are the
-    /// views of an item on the two grids.
+    /// The fine placements of a coarse one, by yaw, x, y; given an item's views on both grids.
     pub fn region<'a>(
         &'a self,
         fine: &'a [ItemView],

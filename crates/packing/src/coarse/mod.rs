@@ -1,8 +1,7 @@
-//! Coarse to fine: proposals made on a coarser grid, for the heuristic to decide among on the fine
-//! one.
+//! Coarse to fine: proposals made on a coarser grid, among which the heuristic decides on the fine.
 //!
-//! [`CoarseGrid`] says how two grids relate, and [`CoarseToFine`] lets a network of the coarse grid
-//! propose for the fine one.
+//! [`CoarseGrid`] relates two grids; by [`CoarseToFine`] a coarse network proposes for the fine
+//! one.
 
 mod grid;
 mod pooling;

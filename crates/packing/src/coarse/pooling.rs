@@ -10,8 +10,7 @@ use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, Item, ItemError, ItemView, ViewSurfaces};
 
 impl CoarseGrid {
-    /// The median height of each coarse cell, of an even number the lower one; cells beyond the
-    /// last whole one count to it.
+    /// The median height of each coarse cell, the lower of two; the last takes what is left over.
     pub fn pool(&self, heightmap: &Heightmap) -> Heightmap {
         let (nx, ny) = (self.coarse().nx(), self.coarse().ny());
         let mut pooled = Heightmap::empty(self.coarse());

@@ -16,8 +16,7 @@ use crate::step::{Candidate, StageResult, StepInput};
 /// Maximum number of items whose coarse views are kept.
 const KEPT_ITEMS: usize = 512;
 
-/// How many times more a candidate may be proposed than is kept on average, so that one may get
-/// what others do not.
+/// Factor of a candidate's proposals over the mean share: one may get what others do not.
 const WIDER: f64 = 4.0;
 
 /// Proposes, for the fine grid, the regions of those placements of a coarse proposer that the

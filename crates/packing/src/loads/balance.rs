@@ -1,5 +1,4 @@
-//! The balance of a container: a heavy one whose centre of mass is far from its middle tips, and is
-//! hard to lift.
+//! The balance of a container: one whose heavy content lies far from its middle tips.
 
 use nalgebra::Vector2;
 

@@ -11,21 +11,18 @@ const HALVINGS: i32 = 60;
 /// Contacts that are closer to the centre of mass than this lie right below it, in metres.
 const POINT_M: f64 = 1e-9;
 
-/// Maximum imbalance of forces as a share of the weight, and of moments as a share of weight times
-/// size.
+/// Maximum imbalance, as a share of the weight for forces, and of weight times size for moments.
 const BALANCED: f64 = 1e-6;
 
 /// Stiffness added against turning for contacts on a line or at a point, as a share of that of all.
 const STIFFENED: f64 = 1e-8;
 
-/// The share of the weight that each contact bears; `None` where an item with its centre of mass
-/// there does not stand on them.
+/// The share of the weight that each contact bears; `None` where the item does not stand on them.
 ///
-/// The pressure is that of a stiff item on soft ground (Winkler's foundation): it changes linearly
-/// across the contacts and is nowhere below 0, and forces and moments balance. On two narrow
-/// supports that is the lever rule; on more than three, where a rigid item's weight could be spread
-/// in many ways, it is the most even one. Positions are in metres, in the plane of the floor; any
-/// other unit of length does as well.
+/// The pressure is that of a stiff item on soft ground (Winkler's foundation): linear across the
+/// contacts, nowhere below 0, in balance. On two narrow supports that is the lever rule; on more
+/// than three, where it could be spread in many ways, the most even one. Positions are along the
+/// floor, in any unit.
 pub fn bearing_shares(contacts: &[Point2<f64>], centre_of_mass: &Point2<f64>) -> Option<Vec<f64>> {
     let size_m = contacts.iter().fold(0.0_f64, |size_m, contact| {
         size_m.max((contact - centre_of_mass).amax())
@@ -68,15 +65,13 @@ fn unbalanced(plane: &Vector3<f64>, arms: &[Vector3<f64>]) -> Vector3<f64> {
     weight() - borne
 }
 
-/// Gives the concave potential whose maximum is the balance: the dual of the least sum of squares
-/// of pressures.
+/// Gives the concave potential whose maximum is the balance: the dual of the least squares.
 fn potential(plane: &Vector3<f64>, arms: &[Vector3<f64>]) -> f64 {
     let squares: f64 = arms.iter().map(|arm| pressure(plane, arm).powi(2)).sum();
     plane.dot(&weight()) - squares / 2.0
 }
 
-/// The plane of pressure that balances the weight, by Newton's method; `None` where the item would
-/// tip.
+/// The plane of pressure that balances the weight, by Newton's method; `None` where it would tip.
 fn balanced_plane(arms: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let mut plane = weight() / arms.len() as f64;
     for _ in 0..STEPS {
@@ -88,8 +83,7 @@ fn balanced_plane(arms: &[Vector3<f64>]) -> Option<Vector3<f64>> {
         let (count, stiffness) = bearing.fold((0, Matrix3::zeros()), |(count, sum), arm| {
             (count + 1, sum + arm * arm.transpose())
         });
-        // A plane that is above 0 below the weight and nowhere else shows that it lies beside all
-        // contacts (Farkas's lemma).
+        // A plane above 0 below the weight alone shows that it lies beside all (Farkas's lemma).
         if count == 0 && plane.dot(&weight()) > 0.0 {
             return None;
         }

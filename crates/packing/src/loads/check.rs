@@ -15,8 +15,8 @@ const PARTIAL_CONTENT: &str =
 
 /// Accepts placements that load no item below with more than it may carry.
 ///
-/// What is not known to lie there carries anything, and an item of unknown mass loads nothing, both
-/// of which the evidence says.
+/// What is not known to lie there carries anything, and an item of unknown mass loads nothing: the
+/// evidence says so.
 #[derive(Debug)]
 pub struct LoadCheck {
     margin: f64,
@@ -37,8 +37,7 @@ impl LoadCheck {
         }
     }
 
-    /// Estimates the load of a solid with `added_kg` more on it, in kilograms: never more than all
-    /// that is above.
+    /// Estimates the load of a solid with `added_kg` more, in kilograms: at most all above it.
     fn estimated_kg(&self, pile: &Pile, solid: usize, added_kg: f64, mass_kg: f64) -> f64 {
         let with_margin_kg = self.margin * (pile.carried_kg(solid) + added_kg);
         with_margin_kg.min(pile.above_kg(solid) + mass_kg)

@@ -24,8 +24,7 @@ pub(super) struct Gap {
     pub(super) on: Option<usize>,
 }
 
-/// Gives the shares of the solids that bear an item with this underside and centre of mass; the
-/// floor bears the rest.
+/// Gives the shares of the solids that bear an item with this underside; the floor bears the rest.
 pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Shares {
     let least_m = gaps
         .iter()
@@ -38,8 +37,8 @@ pub(super) fn shares(gaps: &[Gap], centre_of_mass: &Point2<f64>) -> Shares {
             return by_item(touching.into_iter().zip(parts));
         }
     }
-    // It would tip, or leans on something that is not seen from above: what touches nearest to its
-    // middle takes all.
+    // It would tip, or leans on what is not seen from above: the contact nearest its middle takes
+    // all.
     let touching = gaps.iter().filter(|gap| gap.gap_m <= least_m + WIDEST_M);
     let nearest = touching.min_by(|one, other| {
         let far = |gap: &Gap| (gap.at - centre_of_mass).norm_squared();

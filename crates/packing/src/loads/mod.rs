@@ -88,8 +88,7 @@ pub struct Burden {
     pub name: Arc<str>,
     /// Mass, in kilograms.
     pub mass_kg: f64,
-    /// The greatest mass that may rest on it, in kilograms, where there is a limit; 0 where nothing
-    /// may.
+    /// The greatest mass that may rest on it, in kilograms, where there is a limit.
     pub carries_kg: Option<f64>,
 }
 

@@ -13,9 +13,8 @@ use crate::item::{ABSENT, ItemView};
 use crate::model::raster::Raster;
 use crate::placement::Placement;
 
-/// How far a surface may reach above the underside of what rests on it, in metres: squares know the
-/// lowest and the highest point within them, and bodies of a simulation are not quite where they
-/// touch.
+/// Maximum reach of a surface above the underside of what rests on it, in metres: squares know
+/// their extremes alone, and simulated bodies are not quite where they touch.
 const OVERLAP_M: f32 = 0.005;
 
 /// Content of a container as a pile, with the load of each item.
@@ -84,8 +83,7 @@ impl Pile {
         self.stack.above_kg.get(solid).copied().unwrap_or(0.0)
     }
 
-    /// Gives the load in kilograms that an item of this mass, resting at a placement, adds to each
-    /// solid.
+    /// Gives the load in kilograms that an item, resting at a placement, adds to each solid.
     pub fn added_kg(&self, view: &ItemView, placement: &Placement, mass_kg: f64) -> Vec<f64> {
         let centre = view.placed_centre_of_mass_m(placement, self.resolution.cell_m());
         let shares = shares(&self.gaps_below_view(view, placement), &centre);
@@ -126,7 +124,7 @@ impl Pile {
         shares(&gaps.collect::<Vec<_>>(), &own.centre_of_mass)
     }
 
-    /// Gives the gaps below an item: by the fine samples of its view where it has them, else by its
+    /// Gives the gaps below an item: by the fine samples of its view where it has them, else by
     /// cells.
     fn gaps_below_view(&self, view: &ItemView, placement: &Placement) -> Vec<Gap> {
         let samples = self.resolution.samples_per_cell();

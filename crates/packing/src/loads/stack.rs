@@ -42,8 +42,7 @@ impl Stack {
         stack
     }
 
-    /// Gives the load that a further item of this mass, resting so, adds to each of the others, in
-    /// kilograms.
+    /// Gives the load that a further item, resting so, adds to each of the others, in kilograms.
     pub(super) fn added_kg(&self, mass_kg: f64, shares: &Shares) -> Vec<f64> {
         let mut direct_kg = vec![0.0; self.shares.len()];
         for (on, part) in shares {

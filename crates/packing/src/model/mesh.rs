@@ -5,8 +5,7 @@ use std::ops::Range;
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A triangle mesh, in metres, right-handed, z up; triangles wind counter-clockwise seen from
-/// outside.
+/// A triangle mesh in metres, right-handed, z up; counter-clockwise seen from outside.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Mesh {
     /// Vertex positions, in metres.
@@ -40,8 +39,7 @@ impl Bounds {
         self.highest - self.lowest
     }
 
-    /// Gives the squares of an edge in metres below the box, from the origin up to so many along x
-    /// and y.
+    /// Gives the squares of an edge in metres below the box, from the origin, along x and y.
     pub(crate) fn squares(&self, pitch_m: f64, [nx, ny]: [usize; 2]) -> [Range<usize>; 2] {
         let along = |axis: usize, count: usize| {
             // Casts saturate: what is outside becomes 0 or the count.
@@ -121,8 +119,7 @@ impl Mesh {
         }
     }
 
-    /// The enclosed volume in cubic metres, by the divergence theorem; negative where triangles
-    /// wind inwards.
+    /// The enclosed volume in cubic metres (divergence theorem); negative where wound inwards.
     pub fn signed_volume_m3(&self) -> f64 {
         self.corners()
             .map(|[a, b, c]| a.coords.dot(&b.coords.cross(&c.coords)) / 6.0)

@@ -31,13 +31,11 @@ pub struct MassProperties {
 pub struct RestingPose {
     /// Turns the item frame so that the resting face points down.
     pub rotation: UnitQuaternion<f64>,
-    /// The chance of ending in this pose when tossed: the solid angle of the faces that roll onto
-    /// it, over 4 pi.
+    /// The chance of ending so when tossed: solid angle of the faces that roll onto it, over 4 pi.
     pub probability: f64,
 }
 
-/// The geometry of an object, independent of any grid. The item frame is the mesh's own, in metres,
-/// z up.
+/// The geometry of an object, independent of any grid, in the mesh's own frame, in metres, z up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Unique within its catalogue.

@@ -1,5 +1,5 @@
-//! Exact conservative rasterisation: which squares a triangle passes over, and how high it runs in
-//! each.
+//! Exact conservative rasterisation: the squares that a triangle passes over, and its heights
+//! there.
 
 use std::ops::Range;
 
@@ -10,8 +10,7 @@ use crate::heightmap::Surface;
 
 /// How far a triangle must reach into a square to touch it, in metres.
 ///
-/// A length of a whole number of squares thus covers that many, whatever the last bits of its
-/// coordinates.
+/// A length of a whole number of squares covers that many, whatever its last bits.
 pub const SLACK_M: f64 = 1e-6;
 
 /// The slack never exceeds this share of a square.
@@ -92,8 +91,7 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
     if is_covered(&bounds, &raster, surface) {
         return;
     }
-    // Of a closed mesh what faces down is covered by what faces up, so that once that is drawn
-    // little else is left to clip.
+    // Of a closed mesh what faces up covers the rest: little is then left to clip.
     for is_upper in [true, false] {
         for triangle in posed.corners() {
             if faces_up(&triangle) == is_upper && !is_covered(&around(&triangle), &raster, surface)
@@ -119,8 +117,7 @@ fn faces_up([a, b, c]: &[Point3<f64>; 3]) -> bool {
     (b.xy() - a.xy()).perp(&(c.xy() - a.xy())) > 0.0
 }
 
-/// Whether all squares that what is within these bounds may touch are at least as high as they are,
-/// so that it raises none.
+/// Whether all squares that a box may touch are at least as high, so that it raises none.
 fn is_covered(bounds: &Bounds, raster: &Raster, surface: &Surface) -> bool {
     let Bounds { lowest, highest } = bounds;
     let scale = 1.0 / raster.pitch_m;
@@ -146,8 +143,7 @@ fn touched(from: f64, to: f64, count: usize, slack: f64) -> Range<usize> {
     (from + slack) as usize..ceil(to - slack).min(count)
 }
 
-/// The next whole number, 0 for what is below; the library's is a call where the processor is not
-/// known to have it.
+/// Rounds up, negatives to 0; the library's may be a call.
 fn ceil(value: f64) -> usize {
     let whole = value as usize;
     whole.saturating_add(usize::from((whole as f64) < value))

@@ -39,8 +39,7 @@ pub enum Bar {
         /// Why not.
         bar: Box<Bar>,
     },
-    /// The container is kept for items that have to follow others into it, and the item does not go
-    /// with those.
+    /// The container is kept for items that have to follow others, with which the item does not go.
     #[error("{tie}, and others of them have to follow into this container: {bar}")]
     KeptFor {
         /// Tie of those items.

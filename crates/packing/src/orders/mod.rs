@@ -1,8 +1,6 @@
-//! Orders: which items belong together, and which of the open containers an item may go into,
-//! wherever it would lie there.
+//! Orders: which items belong together, and which open containers an item may go into at all.
 //!
-//! Some rules are never broken; others say what is better, and give way where nothing else could be
-//! packed.
+//! Some rules are never broken; others give way where nothing else could be packed.
 
 mod bar;
 mod ties;
@@ -44,16 +42,14 @@ pub struct ContainerRules {
     pub undivided: bool,
     /// Pairs of groups that never travel in one container.
     pub apart: Vec<(String, String)>,
-    /// Pairs of groups that travel together: all items of an order that are of either lie in one
-    /// container.
+    /// Pairs of groups that travel together: an order's items of either lie in one container.
     pub together: Vec<(String, String)>,
     /// The greatest mass of what one holds, in kilograms.
     pub most_kg: Option<f64>,
 }
 
 impl ContainerRules {
-    /// A pair of groups that would have to travel together and must not, where there is one: none
-    /// of them could be packed.
+    /// A pair of groups that would have to travel together and must not, where there is one.
     pub fn contradiction(&self) -> Option<&(String, String)> {
         let mut together = self.together.iter();
         together.find(|(a, b)| self.are_apart(a, b))
@@ -67,8 +63,7 @@ impl ContainerRules {
         })
     }
 
-    /// Two of these groups that must not travel together, the first of one list and the second of
-    /// the other.
+    /// Two groups, of one list and of the other, that must not travel together.
     fn apart<'a>(
         &self,
         ones: impl IntoIterator<Item = &'a Arc<str>>,
@@ -136,8 +131,7 @@ struct Held {
     mass_kg: f64,
 }
 
-/// The orders of a stream, and what the open containers hold of them. Items of no order have no
-/// rules.
+/// The orders of a stream, and what open containers hold of them. Other items have no rules.
 #[derive(Debug, Clone, Default)]
 pub struct Orders {
     rules: ContainerRules,
@@ -248,8 +242,7 @@ impl Orders {
         self.set_place(arrival, Place::Closed);
     }
 
-    /// The first container that is for one order which is complete: something lies in it, and
-    /// nothing is to come.
+    /// The first container of one order that is complete: something lies in it, nothing is to come.
     pub fn complete(&self) -> Option<usize> {
         if self.rules.sharing != Sharing::OneOrder {
             return None;
@@ -302,8 +295,7 @@ impl Orders {
         attempts
     }
 
-    /// Whether a container may take the item of this arrival, where rules give way that may, or by
-    /// all rules.
+    /// Whether a container may take an item by all rules, or by those that never give way.
     pub fn admits(&self, gives_way: bool, container: usize, arrival: usize) -> bool {
         let bar = self.bar(container, arrival);
         bar.is_none_or(|bar| gives_way && bar.gives_way())
@@ -342,8 +334,7 @@ impl Orders {
         Some(Bar::ChainedElsewhere(line.ties.first()?.clone()))
     }
 
-    /// Refuses the first of items that must travel together, where the container may not take them
-    /// all.
+    /// Refuses the first of items that must travel together where they may not all be taken.
     fn with_others(&self, held: &Held, line: &Line) -> Option<Bar> {
         let unit = self.units.unit_of(line, held)?;
         let orders: BTreeSet<&Arc<str>> = held.orders.iter().chain(&unit.orders).collect();

@@ -112,8 +112,7 @@ fn below(count: usize, random: &mut ChaCha8Rng) -> Option<usize> {
     (count > 0).then(|| random.random_range(0..count as u64) as usize)
 }
 
-/// Adds the possible placements of an item that have these rising numbers in their order by yaw, x
-/// and y.
+/// Adds the possible placements with these rising numbers in their order by yaw, x and y.
 fn place(
     grid: &Grid,
     item: &Item,
@@ -145,8 +144,7 @@ struct Subset {
 }
 
 impl Subset {
-    /// Draws `wanted` of the first `count` numbers, every subset equally likely; all of them where
-    /// they are fewer.
+    /// Draws `wanted` of the first `count` numbers, or all, every subset equally likely.
     ///
     /// One random number for each that is drawn, or for each that is left out where these are fewer
     /// (Floyd's algorithm: Bentley and Floyd, "A sample of brilliance", 1987).

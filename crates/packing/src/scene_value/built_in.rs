@@ -2,9 +2,8 @@
 
 use super::FIGURES;
 
-/// Learned as `ppnpack-experiments experiment value` does it from 201 packings of 96 household
-/// objects on 2.5 mm and 16 yaws, without a value (sequences 1000 to 1199 and 1201 of the test
-/// sequences' file).
+/// Learned by `ppnpack-experiments experiment value` from 201 packings of 96 household objects on
+/// 2.5 mm and 16 yaws, without a value (sequences 1000 to 1199 and 1201 of the tests' file).
 #[rustfmt::skip]
 pub(super) const COEFFICIENTS: [f64; FIGURES] = [
     -0.016907, 0.045459, -0.005003, -0.007437, -0.005139, -0.032349, -0.013268, 0.000641,

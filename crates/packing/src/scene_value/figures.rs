@@ -1,8 +1,7 @@
 //! Figures of a scene from which its value is computed: of the surface, and of the items that wait.
 //!
-//! All are shares, so that they mean the same in containers of other sizes: heights of the rim,
-//! areas of the floor, volumes of the container. What is measured in centimetres is so because
-//! items are.
+//! All are shares, so that they mean the same in other containers: of the rim, the floor, the
+//! volume. Items give the centimetres.
 
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
@@ -22,8 +21,7 @@ const LEVELS: [f32; 8] = [0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 /// Levels, in shares of the rim: the largest rectangle below each.
 const RECTANGLE_LEVELS: [f32; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 
-/// Sides of windows in squares: items of these sizes stand as high as the highest square below
-/// them.
+/// Sides of windows in squares: items of these sizes stand on the highest square below.
 const WINDOWS: [usize; 6] = [2, 4, 6, 8, 12, 16];
 
 /// An item of 30 % of the rim fits where the surface is lower than this.
@@ -167,8 +165,8 @@ fn unevenness(squares: &Squares, figures: &mut Vec<f64>) {
 
 /// The squares of the largest rectangle that is nowhere above a level.
 ///
-/// Source: the largest rectangle under a histogram, for each row's counts of free squares above it,
-/// with a stack.
+/// Source: the largest rectangle under a histogram, of each row's free squares above it, by a
+/// stack.
 fn largest_rectangle(squares: &Squares, level: f32) -> usize {
     let mut free = vec![0_usize; squares.ny];
     let mut open: Vec<(usize, usize)> = Vec::new();
@@ -190,8 +188,8 @@ fn largest_rectangle(squares: &Squares, level: f32) -> usize {
     largest
 }
 
-/// Adds of the greatest heights within windows: mean, minimum, range, mean room for an item, mean
-/// square of the room above.
+/// Adds of greatest heights within windows: mean, minimum, range, mean room, mean square of the
+/// room.
 fn windows(squares: &Squares, figures: &mut Vec<f64>) {
     let mut within = squares.clone();
     let mut side = 1;
@@ -222,8 +220,7 @@ fn windows(squares: &Squares, figures: &mut Vec<f64>) {
     }
 }
 
-/// The greatest heights within windows that are wider by so many squares, from those within
-/// narrower ones.
+/// The greatest heights within windows that are wider by so many squares, from narrower ones.
 fn widened(narrow: &Squares, by: usize) -> Squares {
     let (nx, ny) = (narrow.nx - by, narrow.ny - by);
     let mut heights = Vec::with_capacity(nx * ny);

@@ -1,5 +1,4 @@
-//! The value of a scene: the volume that may still be packed after a placement, as learned from
-//! packings.
+//! The value of a scene: the volume that may still be packed, as learned from packings.
 //!
 //! The value is linear in [`figures`] of the surface with the item on it and of the items that
 //! still wait: `V = C sum(c_i f_i)`, `C` the container's volume. What is the same for all

@@ -15,8 +15,7 @@ const VALUED: usize = 15;
 /// Maximum number looked at to find [`VALUED`]: the others lie next to one of these.
 const LOOKED_AT: usize = 40 * VALUED;
 
-/// Placements at neighbouring yaws that are closer than this along both axes leave much the same,
-/// in metres.
+/// Distance below which placements at neighbouring yaws leave much the same, in metres.
 const APART_M: f64 = 0.01;
 
 /// Litres in a cubic metre.

@@ -8,8 +8,7 @@ use super::prepared::{Ranking, ViewState};
 use crate::item::ItemView;
 use crate::kernel::{TOGETHER, resting_heights_at};
 
-/// Enters a view of the ranking; gives how many placements are proposed and how many of them are
-/// known to fit.
+/// Enters a view of the ranking; gives the numbers of its proposals and of those known to fit.
 pub(super) struct Enter<'a> {
     pub(super) ranking: Ranking<'a>,
     /// Nodes to enter.

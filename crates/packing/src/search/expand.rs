@@ -122,8 +122,7 @@ impl Expand<'_> {
         }
     }
 
-    /// Evaluates the placements of the least node, a level; with a pool those of the next levels
-    /// too, so that there is work for it.
+    /// Evaluates the least node, a level; with a pool the next levels too, so that it has work.
     #[inline(always)]
     fn evaluate_levels(&mut self) -> Result<(), Stopped> {
         let batch = if self.pool.is_some() {

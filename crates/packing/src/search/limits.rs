@@ -8,8 +8,7 @@ use crate::item::ItemView;
 use crate::layout::DISTANCE_LEVELS;
 use crate::objective::Heuristic;
 
-/// Cells of footprints that are gone through between two looks at the clock: some tens of
-/// microseconds.
+/// Cells of footprints between two looks at the clock: some tens of microseconds.
 const CELLS_BETWEEN_LOOKS: usize = 1 << 16;
 
 /// Note on a ranking whose time is over.
@@ -90,8 +89,7 @@ pub(super) fn container_bytes(grid: &Grid, heuristic: Heuristic, windows: usize)
     own + windows * (1 + levels) * map_bytes(grid)
 }
 
-/// Bytes that a view takes before anything is opened; `is_whole` where the resting height of every
-/// placement is computed.
+/// Bytes that a view takes at first; `is_whole` where every resting height is computed.
 pub(super) fn view_bytes(grid: &Grid, view: &ItemView, is_whole: bool) -> usize {
     if is_whole {
         map_bytes(grid)

@@ -1,5 +1,4 @@
-//! The local evaluator: a best-first search over placements that computes an objective only where
-//! it may matter.
+//! The local evaluator: a best-first search that computes an objective only where it may matter.
 //!
 //! One open list holds what is left of a ranking, the least bound first. Placements enter it as
 //! levels, one per view and resting height, or, in the bounded search, as blocks, squares of `2^e`
@@ -8,9 +7,8 @@
 //! expensive terms are computed for the few placements near the best alone, and the order of
 //! values, ties included, is that of a full sort.
 //!
-//! Only blocks come down to single placements in the list. Where the resting heights are known, of
-//! all placements or of those proposed, entering each singly was measured to take 10 to 50 % longer
-//! a step than passes over them do.
+//! Only blocks come down to single placements in the list. Where resting heights are known,
+//! entering each singly was measured to take 10 to 50 % longer a step than passes over them do.
 
 mod enter;
 mod expand;
@@ -72,15 +70,13 @@ pub struct Search {
 pub struct SearchSettings {
     /// Objective.
     pub heuristic: Heuristic,
-    /// Whether the items of the buffer compete together: the Balance order adds its term to the
-    /// objective.
+    /// Whether the items of the buffer compete together, with the objective's balance term.
     pub order: Order,
     /// The weights of the objective's terms.
     pub weights: Weights,
     /// Drives [`Heuristic::Random`].
     pub seed: u64,
-    /// How far above the rim an item may reach where it is placed, in metres: of placements that
-    /// sink below it when they are tried.
+    /// Reach of an item above the rim where it is placed, in metres: it may sink when tried.
     pub above_rim_m: f64,
 }
 
@@ -206,9 +202,8 @@ impl Search {
         }
     }
 
-    /// The heightmap where something of it reaches the rim and items may reach above it: that is
-    /// then as high as they may reach, so that nothing comes to lie over it. So high are cells that
-    /// are blocked or not seen.
+    /// The heightmap with what reaches the rim, such as blocked or unseen cells, as high as items
+    /// may reach, so that nothing comes to lie over it; `None` where it is that already.
     fn walled(&self, heightmap: &Heightmap) -> Option<Heightmap> {
         let rim = self.grid.rim();
         if self.above_rim == 0 || heightmap.max() < rim {
@@ -234,8 +229,7 @@ impl Search {
         }
     }
 
-    /// Enters the proposed placements of a candidate that do not reach too high; says what kept it
-    /// from that.
+    /// Enters the placements of a candidate that do not reach too high, or says what stopped it.
     fn enter(
         &mut self,
         input: &StepInput<'_>,

@@ -179,8 +179,7 @@ impl<'a> Ranking<'a> {
     /// The placement with its value.
     #[inline(always)]
     pub(super) fn valued(&self, node: Node) -> Node {
-        // No closure here nor where placements are collected: it would not be compiled for the
-        // processor's features.
+        // No closure here: it would not be compiled for the processor's features.
         let value = if let Some((state, held, view)) = self.view(node.view as usize) {
             let seed = random::mix(self.seed, held.stream());
             let valuation = self.prepared.valuation();

@@ -1,5 +1,4 @@
-//! The views of which only some placements are proposed: work in proportion to the proposals, not
-//! to the container.
+//! Views of which some placements are proposed: work in proportion to these, not to the container.
 
 use pulp::{Simd, WithSimd};
 
@@ -23,8 +22,7 @@ pub(super) struct Proposed {
     ny: usize,
     /// Proposals by index of the ranking's view.
     pub(super) views: Vec<ProposedView>,
-    /// Per cell of the container: the last view that had a placement there, which tells repeated
-    /// proposals.
+    /// Per cell: the last view with a placement there, which tells repeated proposals.
     seen: Vec<u64>,
     stamp: u64,
 }

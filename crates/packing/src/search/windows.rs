@@ -1,12 +1,9 @@
-//! Extremes of a container's maps over square windows, which bound what blocks of placements can
-//! reach.
+//! Extremes of a container's maps over square windows, which bound what blocks can reach.
 //!
-//! Under the placements of a block, a square of `2^e` a side named by its first corner, the
-//! container is at least as high as the least cell of the window of `2^e` cells that starts at each
-//! cell under the first corner's. So the resting height of the first corner on the container's
-//! windowed minimum is a bound for the whole block; likewise its distances to content on the
-//! windowed maximum of the distance levels. Both come from the loops that evaluate single
-//! placements.
+//! Under a block, a square of `2^e` placements a side named by its first corner, the container is
+//! at least as high as the least cell of the window of `2^e` cells at each cell under that corner.
+//! So the first corner's resting height on the windowed minimum bounds the block; likewise its
+//! distances on the windowed maximum of the levels. Both come from the loops of single placements.
 
 use crate::distance::DistanceLevels;
 use crate::grid::{Grid, Units};
@@ -14,8 +11,7 @@ use crate::kernel::PaddedMap;
 use crate::layout::DISTANCE_LEVELS;
 use crate::objective::Heuristic;
 
-/// The largest blocks are this share of the container's longer side: larger ones are always cut, of
-/// smaller ones there are many.
+/// Largest blocks as a share of the longer side: larger ones are always cut, of smaller are many.
 const LARGEST_SHARE: usize = 8;
 
 /// The windowed maps of a container.
@@ -25,8 +21,7 @@ pub(super) struct Windows {
     pub(super) largest_exponent: u8,
     /// The container's least heights in windows of `2^(entry + 1)` cells a side.
     lowest: Vec<PaddedMap>,
-    /// The distance levels' greatest heights in the same windows; none where the objective knows no
-    /// distance.
+    /// The distance levels' greatest heights in these windows, where the objective knows distance.
     distance: Vec<[PaddedMap; DISTANCE_LEVELS]>,
     row: Vec<Units>,
 }

@@ -44,8 +44,7 @@ impl Default for PhysicalStabilitySettings {
 pub struct PhysicalStability {
     settings: PhysicalStabilitySettings,
     arch: Arch,
-    /// Per row of samples: how far the content reaches above the underside, in metres, before the
-    /// item is lifted.
+    /// Per row of samples: reach of the content above the underside as it is let down, in metres.
     overlaps_m: Vec<f32>,
     polygon: SupportPolygon,
 }
@@ -116,8 +115,7 @@ impl PhysicalStability {
             .depth(view.centre_of_mass_m(resolution.cell_m()))
     }
 
-    /// Lowers the underside, of `nx` rows, onto the content and collects the contacts; samples lie
-    /// `pitch_m` apart.
+    /// Lowers the underside, of `nx` rows, onto the content; collects contacts `pitch_m` apart.
     fn find_contacts<B, L, F>(&mut self, nx: usize, pitch_m: f64, lowering: Lowering<'_, B, L, F>)
     where
         B: Copy,
@@ -149,8 +147,7 @@ impl PhysicalStability {
 struct Lowering<'a, B, L, F> {
     content: Rows<'a, B>,
     underside: Rows<'a, L>,
-    /// How far content reaches above the underside, in metres; minus infinity where there is no
-    /// material.
+    /// Reach of content above the underside, in metres; minus infinity without material.
     overlap_m: F,
 }
 

@@ -39,8 +39,7 @@ impl SupportPolygon {
         }
     }
 
-    /// How far `point` lies inside the hull of the contacts: its distance to the nearest edge,
-    /// negative outside.
+    /// Depth of a point inside the hull: the distance to the nearest edge, negative outside.
     ///
     /// Minus infinity where the hull has no area.
     pub(super) fn depth(&mut self, point: Point2<f64>) -> f64 {

@@ -8,8 +8,7 @@ use ppnpack_packing::proposals::possible_count;
 
 use crate::support::*;
 
-/// Whether no other coarse corner along a side has a footprint centre nearer to that of a fine one;
-/// corners with footprints, in cells.
+/// Whether no other coarse corner along a side has a nearer footprint centre; all in cells.
 fn is_nearest(
     cells: usize,
     fine: (usize, usize),

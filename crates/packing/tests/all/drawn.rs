@@ -1,5 +1,4 @@
-//! Proposals: those drawn at random against all that they are drawn from, and the exhaustive search
-//! in place of those that fail.
+//! Proposals: those drawn at random, and the exhaustive search in place of those that fail.
 
 use std::collections::BTreeMap;
 
@@ -74,8 +73,7 @@ fn every_subset_of_the_possible_placements_is_equally_likely() {
     let (grid, item) = six_placements();
     let possible: Vec<Placement> = possible_placements(&grid, &item).collect();
     assert_eq!(possible.len(), 6);
-    // Of twelve placements with those that leave the container; few are drawn, and of many those
-    // that are left out.
+    // Of twelve placements, some outside; few are drawn, or of many those that are left out.
     for (percent, size) in [(8.0, 1), (16.0, 2), (25.0, 3), (33.0, 4), (41.0, 5)] {
         let mut proposer = ProposeRandom::new(Percent::new(percent).unwrap(), 7);
         let all = subsets(&possible, size).into_iter();

@@ -1,5 +1,4 @@
-//! Every fast kernel against its slow, plain reference, on random containers, items, grids and
-//! yaws.
+//! Every fast kernel against its slow, plain reference, on random containers, items and grids.
 
 use ppnpack_packing::grid::MAX_UNITS;
 use ppnpack_packing::stability::{PhysicalStability, PhysicalStabilitySettings};
@@ -96,8 +95,7 @@ proptest! {
     }
 }
 
-/// Whether two depths in a hull are the same. Outside of it the two measure different distances,
-/// but both are negative.
+/// Whether two depths in a hull are the same, or both negative: outside they measure differently.
 fn agree(depth: f64, expected: f64) -> bool {
     if expected < -1e-9 {
         depth < 0.0

@@ -9,8 +9,7 @@ use crate::support::*;
 /// How much later than its deadline a search may end where other tests run beside.
 const LATE: Duration = Duration::from_millis(500);
 
-/// A square container of so many cells of 1 mm a side, and steps in it, so that no two places are
-/// quite alike.
+/// A square container of so many cells of 1 mm a side, with steps: no two places are quite alike.
 fn rough(cells: usize, yaws: usize) -> (Grid, Scene) {
     let grid = grid_of([cells; 2], 0.001, 150, yaws);
     let heights = (0..grid.nx() * grid.ny()).map(|cell| (cell * 7919 % 31) as Units);

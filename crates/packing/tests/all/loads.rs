@@ -98,8 +98,7 @@ proptest! {
         }
     }
 
-    /// However boxes lie, the floor bears what the boxes do not: no weight is lost, and none
-    /// carries more than is above it.
+    /// However boxes lie, no weight is lost, and none carries more than is above it.
     #[test]
     fn no_item_carries_more_than_all_that_is_above(
         boxes in prop::collection::vec((0.0..0.2_f64, 0.0..0.2_f64, 0.03..0.1_f64, 0.1..2.0_f64), 1..9),

@@ -1,5 +1,4 @@
-//! Random orders with all rules at once, against a slow and plain recomputation from what lies
-//! where.
+//! Random orders with all rules at once, against a plain recomputation from what lies where.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -299,8 +298,7 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Whether a container may take an item without breaking what is never broken, as things lie
-    /// now.
+    /// Whether a container may take an item without breaking what is never broken.
     fn breaks_nothing(&self, container: usize, arrival: usize) -> bool {
         let with = [self.held(container), vec![arrival]].concat();
         let mut others = self.in_others(container);
@@ -368,8 +366,7 @@ impl<'a> Game<'a> {
         Scene::from_heightmap(heightmap).with_leaving(leaving)
     }
 
-    /// Plans a step as a stream does: the container, what lies there then, and whether rules that
-    /// give way did so.
+    /// Plans a step as a stream does: the container, what lies there then, whether rules gave way.
     fn plan(&mut self, waiting: &[Candidate]) -> Option<(usize, Lying, bool)> {
         let open = self.world.open.iter();
         let scenes: Vec<Scene> = open.map(|held| self.scene(held)).collect();
@@ -395,8 +392,7 @@ impl<'a> Game<'a> {
         Some((container, lying, gave_way))
     }
 
-    /// What of these could be packed, by brute force: by all rules, or by those that never give
-    /// way.
+    /// What of these could be packed, by brute force, by all rules or those that never give way.
     fn placeable(&self, arrivals: &[usize], gives_way: bool) -> Vec<usize> {
         let may = |arrival: &&usize| {
             (0..self.planners.len()).any(|container| {
@@ -552,8 +548,7 @@ fn begun(rules: ContainerRules, items: &[OrderItem], containers: usize) -> Order
     orders
 }
 
-/// Asserts why containers may not take items as things are, by rules that never give way:
-/// container, arrival, why.
+/// Asserts which rules that never give way keep which arrivals out: container, arrival, why.
 fn assert_barred(orders: &mut Orders, cases: &[(usize, usize, Option<&str>)]) {
     orders.begin(&[]);
     for (container, arrival, why) in cases {

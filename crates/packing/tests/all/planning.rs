@@ -1,5 +1,4 @@
-//! Plans over checks that refuse, give up, work ahead or know a last resort: what an arm and a
-//! simulation do, without either.
+//! Plans over checks that refuse, give up, work ahead or know a last resort, as arm and simulation.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -43,8 +42,7 @@ struct Stub {
     resort: Option<usize>,
     /// Where it is given, refused placements stand for all others of the same x but this.
     open_row: Option<usize>,
-    /// Where it looks into placements together: all but the first of those that it was told of last.
-    /// The time of the step is over then.
+    /// Placements looked into together: all told of last but the first; the time is over then.
     known: Option<Vec<RestingPlacement>>,
     /// What it finds out about a placement.
     evidence: fn(&RestingPlacement) -> Evidence,
@@ -227,8 +225,7 @@ fn was_told_before(log: &Log) -> bool {
     })
 }
 
-/// Counts what is asked of a search, and goes on to give the placements of candidates that it
-/// should leave out.
+/// Counts what is asked of a search, and does not leave out what it should.
 struct Watched(Search, Arc<[AtomicUsize; 2]>);
 
 impl Evaluator for Watched {
@@ -571,8 +568,7 @@ fn the_refusals_of_a_widened_step_are_those_of_both_searches() {
     assert!(episode.refusals.total() > 1);
 }
 
-/// A planner that refuses the first placements, and takes its time for each; and what was asked:
-/// rankings, placements.
+/// A planner that refuses the first placements, slowly; and counts of rankings and placements.
 fn reluctant(refusals: u64, takes: Duration, log: &Log) -> (Planner, Arc<[AtomicUsize; 2]>) {
     let mut left = refusals;
     let stub = Stub::new(log, move |_, _| {
@@ -682,8 +678,7 @@ fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
         let (other_choice, other_report, asked) = step(foresight, Some(accepted.x));
         assert_eq!(other_choice, choice);
         assert_eq!(other_report.refusals, report.refusals);
-        // The first of each other row, as many more as are looked at ahead, and the row of the one
-        // that is accepted.
+        // The first of each other row, what is looked at ahead, and the row of the accepted one.
         let most = (SIDE - 1) * foresight + SIDE;
         assert!((2 * SIDE - 1..=most).contains(&asked), "{asked}");
     }

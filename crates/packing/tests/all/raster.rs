@@ -1,5 +1,4 @@
-//! Conservative rasterisation against the extremes of each triangle over each square, by hand and
-//! by brute force.
+//! Conservative rasterisation against each triangle's extremes over each square, by brute force.
 
 use std::collections::{HashMap, HashSet};
 
@@ -32,8 +31,7 @@ fn triangles(range: f64) -> impl Strategy<Value = [Point3<f64>; 3]> {
         .prop_map(|corners| corners.map(|[x, y, z]| Point3::new(x + 0.05, y + 0.05, z)))
 }
 
-/// The range of z of a triangle over a rectangle, from every point where an extreme can lie; `None`
-/// where they do not meet.
+/// The range of z of a triangle over a rectangle, where it meets it, from every possible extreme.
 fn range_over(
     triangle: &[Point3<f64>; 3],
     low: Point2<f64>,

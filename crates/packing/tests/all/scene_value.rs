@@ -1,5 +1,4 @@
-//! The value of a scene: its figures as their definitions read, and the ranking that follows from
-//! it.
+//! The value of a scene: its figures by their definitions, and the ranking that follows.
 
 use ppnpack_packing::scene_value::{FIGURES, Farsighted, SceneValue, Squares, figures};
 
@@ -61,8 +60,7 @@ fn without_value_the_ranking_is_the_objectives_but_for_nothing() {
 #[test]
 fn a_placement_that_leaves_more_goes_first_as_far_as_its_weight_goes() {
     let grid = grid(0.02, 1);
-    // A wall of half the rim along one side: what lies beside it leaves the largest rectangle of
-    // floor.
+    // A wall of half the rim along one side: beside it the largest rectangle is left.
     let candidates = Candidate::sequence([block(&grid, [2, 2], 20)]);
     let mut heightmap = Heightmap::empty(&grid);
     (0..grid.ny()).for_each(|y| heightmap.raise(9, y, 75));

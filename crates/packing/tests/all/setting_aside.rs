@@ -28,8 +28,7 @@ fn packed(sequence: Vec<Candidate>, buffer: usize, set_aside: usize) -> Episode 
     play(&grid, &mut planner, &mut cell, sequence, how, &mut ()).unwrap()
 }
 
-/// Asserts which arrivals were packed, which were set aside before which steps, and which nothing
-/// fits for at the end.
+/// Asserts which arrivals were packed, set aside before which steps, and fit nowhere at the end.
 fn assert_came_of(episode: &Episode, packed: &[usize], aside: &[(usize, u64)], unplaced: &[usize]) {
     let steps = episode.steps.iter().map(|step| step.candidate.arrival);
     assert_eq!(steps.collect::<Vec<_>>(), packed);

@@ -1,5 +1,4 @@
-//! Streams into several open containers: which item goes where, and when containers are closed,
-//! recomputed from all that happened.
+//! Streams into several open containers, recomputed from all that happened.
 
 use ppnpack_packing::closing::{Closing, ClosingError, ClosingRules, Fill, fullest};
 use ppnpack_packing::episode::{IdealCell, PackingCell};
@@ -25,8 +24,7 @@ struct Slow {
     items_m3: f64,
 }
 
-/// Which containers were closed, with what, and why; then those that were open at the end; and what
-/// fits nowhere.
+/// Containers closed, with what and why; then those open at the end; and what fits nowhere.
 type Told = (Vec<(usize, Vec<usize>, Option<Closing>)>, Vec<usize>);
 
 /// Packs a stream without orders, and looks at everything anew in each step.

@@ -1,5 +1,4 @@
-//! Forty evaluations of one object on one container by an independent implementation, on the
-//! reference grid.
+//! Forty evaluations of one object on one container by an independent implementation.
 //!
 //! `cases.npz` holds the arrays of all cases end to end, row-major.
 #![allow(dead_code, reason = "each test uses some of these")]

@@ -1,5 +1,4 @@
-//! What the tests share: the names of the crate, random grids, containers and items, and plain
-//! ones.
+//! Shared by the tests: the crate's names, random grids, containers and items, and plain ones.
 
 pub(crate) mod oracle;
 
@@ -64,8 +63,7 @@ pub(crate) fn block(grid: &Grid, cells: [usize; 2], height: Units) -> Arc<Item> 
     Arc::new(Item::new("block", views, volume_m3).unwrap())
 }
 
-/// The blocks of [`blocks`] may be at so many places along each side of the container of
-/// [`small_grid`].
+/// Places of the [`blocks`] along each side of the container of [`small_grid`].
 pub(crate) const SIDE: usize = 13;
 
 /// Their placements there.
@@ -122,8 +120,7 @@ pub(crate) fn ranking(
     rest(evaluator, input).collect()
 }
 
-/// A planner over all placements by the bounded search, which accepts what passes the published
-/// test.
+/// A planner over all placements by the bounded search, with these checks.
 pub(crate) fn planner(grid: &Grid, checks: Vec<BoxedCheck>) -> Planner {
     let search = searching(grid, Heuristic::Sdfm, Order::Balance, true);
     Planner::new(
@@ -229,8 +226,7 @@ pub(crate) fn items(yaws: usize) -> impl Strategy<Value = Arc<Item>> {
         .prop_map(|views| Arc::new(Item::new("random", views, 0.0).unwrap()))
 }
 
-/// The published weights, the dense ones, and some under which the height of the item's top counts
-/// more or less.
+/// The published weights, the dense ones, and some with other weights of the top's height.
 pub(crate) fn weights() -> impl Strategy<Value = Weights> {
     let topped = |(top_height, distance): (f64, f64)| Weights {
         top_height,
@@ -255,8 +251,7 @@ pub(crate) fn scenes(
     })
 }
 
-/// The same content and item with fine surfaces that lie up to 5 mm below and above those of the
-/// cells.
+/// The same content and item with fine surfaces up to 5 mm off those of the cells.
 pub(crate) fn finely_sampled(
     grid: &Grid,
     heightmap: &Heightmap,

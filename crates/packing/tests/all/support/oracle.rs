@@ -1,5 +1,4 @@
-//! Slow, plain references for the fast kernels: voxels and brute force, as the definitions are
-//! written.
+//! Slow, plain references for the fast kernels: brute force, as the definitions are written.
 
 use nalgebra::Point2;
 use ppnpack_packing::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
@@ -41,8 +40,7 @@ impl Oracle<'_> {
         height.map_or(i32::MAX, i32::from)
     }
 
-    /// Resting height: the lowest from which the item can be lifted straight up without touching
-    /// content.
+    /// Resting height: the lowest from which the item can be lifted straight up freely.
     ///
     /// `None` where the footprint leaves the container.
     pub(crate) fn resting_height(&self, placement: Placement) -> Option<Units> {
@@ -156,8 +154,7 @@ impl Oracle<'_> {
         highest.unwrap() - i32::from(at.resting_height)
     }
 
-    /// The area of the item's faces that touch content, walls or floor, in square centimetres,
-    /// voxel by voxel.
+    /// The area of the item's faces that touch something, in square centimetres, by voxels.
     fn touching_area_cm2(&self, at: &RestingPlacement) -> f64 {
         let cell_cm = self.grid.resolution().cell_m() * 100.0;
         let unit_cm = self.grid.resolution().height_unit_m() * 100.0;
@@ -211,8 +208,7 @@ impl Oracle<'_> {
     ) -> f64 {
         let resolution = self.grid.resolution();
         let cell_m = resolution.cell_m();
-        // The middle of each sample, and how far content reaches above the item there if that
-        // stands on the floor.
+        // The middle of each sample, and the content's reach above the item on the floor.
         let mut overlaps: Vec<(Point2<f64>, f32)> = Vec::new();
         let mut add = |pitch_m: f64, x: usize, y: usize, overlap_m: f32| {
             let middle = Point2::new(x as f64 + 0.5, y as f64 + 0.5) * pitch_m;
@@ -244,9 +240,8 @@ impl Oracle<'_> {
     }
 }
 
-/// The least distance of a point to a line through two contacts that has all contacts on one side;
-/// negative where it is on the other side of one, minus infinity where the contacts' hull has no
-/// area.
+/// The least distance of a point to a line through two contacts with all contacts on one side;
+/// negative beyond one, minus infinity where the hull has no area.
 fn depth_in_hull(contacts: &[Point2<f64>], point: Point2<f64>) -> f64 {
     let mut depth = f64::INFINITY;
     let mut has_area = false;
