@@ -1,5 +1,7 @@
 //! Heightmaps of a container: in grid units, and the finer surface in metres they are made from.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::content::Content;
@@ -264,20 +266,15 @@ impl Surface {
 
     /// The greatest height of a sample and the eight around it, in metres.
     pub(crate) fn highest_around(&self, sample: usize) -> f32 {
-        let first = |at: usize| (at.saturating_sub(1), if at == 0 { 2 } else { 3 });
-        let ((x, along_x), (y, along_y)) = (first(sample / self.ny), first(sample % self.ny));
-        self.highest(x, along_x, y, along_y)
+        let around = |at: usize| at.saturating_sub(1)..at + 2;
+        self.highest_in(around(sample / self.ny), around(sample % self.ny))
     }
 
-    /// The greatest height of a square of samples from a corner, in metres.
-    pub(crate) fn highest_in(&self, x: usize, y: usize, width: usize) -> f32 {
-        self.highest(x, width, y, width)
-    }
-
-    fn highest(&self, x: usize, along_x: usize, y: usize, along_y: usize) -> f32 {
+    /// The greatest height of some rows and columns of samples, in metres.
+    pub(crate) fn highest_in(&self, xs: Range<usize>, ys: Range<usize>) -> f32 {
         let rows = self.heights_m.chunks_exact(self.ny.max(1));
-        let rows = rows.skip(x).take(along_x);
-        let samples = rows.flat_map(|row| row.iter().skip(y).take(along_y));
+        let rows = rows.skip(xs.start).take(xs.len());
+        let samples = rows.flat_map(|row| row.iter().skip(ys.start).take(ys.len()));
         samples.copied().fold(0.0, f32::max)
     }
 

@@ -123,7 +123,8 @@ fn changed(
             sample % surface.ny() / samples,
         );
         let height = || {
-            let height_m = completed.highest_in(x * samples, y * samples, samples);
+            let within = |cell: usize| cell * samples..(cell + 1) * samples;
+            let height_m = completed.highest_in(within(x), within(y));
             grid.resolution().units_above(f64::from(height_m))
         };
         if after_m < before_m {

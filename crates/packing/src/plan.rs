@@ -286,12 +286,11 @@ impl Planner {
     /// Searches the candidates, all together or in their order, until one has a valid placement.
     fn search_all(&mut self, input: &StepInput<'_>) -> Result<(), PlanError> {
         let count = self.sequence.len();
-        let together = if self.order == Order::Balance {
-            count
-        } else {
-            1
+        let together = match self.order {
+            Order::Balance => count.max(1),
+            _ => 1,
         };
-        for start in (0..count).step_by(together.max(1)) {
+        for start in (0..count).step_by(together) {
             self.search_group(input, start..start + together)?;
             if self.plan.choice().is_some() || self.plan.is_cut() {
                 break;

@@ -182,25 +182,19 @@ impl ValidSearch {
                 None => break,
             }
         }
-        if foresight > 1 && !self.shortfall.is_cut {
-            self.foresee(input)?;
+        if let Some(last) = self.checks.last_mut().filter(|_| foresight > 1)
+            && !self.shortfall.is_cut
+        {
+            let started = Instant::now();
+            let next = self.upcoming.iter().filter_map(|(placement, _)| {
+                let candidate = input.candidates.get(placement.candidate)?;
+                Some((candidate, placement.resting))
+            });
+            let foreseen = last.foresee(input, &next.collect::<Vec<_>>());
+            self.timings.check += started.elapsed();
+            foreseen.map_err(SearchError::Check)?;
         }
         Ok(())
-    }
-
-    fn foresee(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
-        let started = Instant::now();
-        let next = self.upcoming.iter().filter_map(|(placement, _)| {
-            let candidate = input.candidates.get(placement.candidate)?;
-            Some((candidate, placement.resting))
-        });
-        let next: Vec<_> = next.collect();
-        let foreseen = self
-            .checks
-            .last_mut()
-            .map(|last| last.foresee(input, &next));
-        self.timings.check += started.elapsed();
-        foreseen.unwrap_or(Ok(())).map_err(SearchError::Check)
     }
 
     /// Keeps a placement that a simulation refused: one of these few may be the last resort.

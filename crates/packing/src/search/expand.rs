@@ -125,11 +125,7 @@ impl Expand<'_> {
     /// Evaluates the least node, a level; with a pool the next levels too, so that it has work.
     #[inline(always)]
     fn evaluate_levels(&mut self) -> Result<(), Stopped> {
-        let batch = if self.pool.is_some() {
-            PARALLEL_BATCH
-        } else {
-            1
-        };
+        let batch = self.pool.map_or(1, |_| PARALLEL_BATCH);
         while self.fresh.len() < batch
             && let Some(least) = self.open.peek().copied()
             && least.extent == Extent::Level

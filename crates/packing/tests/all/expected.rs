@@ -74,12 +74,23 @@ fn scene(surface: Surface) -> Scene {
     Scene::from_surface(&Grid::reference(), surface).unwrap()
 }
 
-fn contradiction(
-    expected: &mut Expected,
-    surface: Surface,
-    content: &Content,
-) -> Option<Contradiction> {
-    expected.contradiction(&Grid::reference(), &scene(surface), content)
+/// The contradictions of pictures that follow one another, with what is believed to lie there.
+struct Watch(Expected);
+
+impl Watch {
+    fn new() -> Self {
+        Self(Expected::default())
+    }
+
+    fn see(&mut self, surface: Surface, content: &Content) -> Option<Contradiction> {
+        self.0
+            .contradiction(&Grid::reference(), &scene(surface), content)
+    }
+}
+
+/// The contradiction of a first picture.
+fn first(surface: Surface, content: &Content) -> Option<Contradiction> {
+    Watch::new().see(surface, content)
 }
 
 fn known(solids: &[LyingSolid]) -> Content {
@@ -153,10 +164,9 @@ fn what_lies_where_it_should_is_never_doubted_and_each_that_is_taken_out_is_noti
         let solids = piles(&mut random);
         let all = picture(&solids);
         for content in [known(&solids), assumed(&solids)] {
-            let mut expected = Expected::default();
+            let mut watch = Watch::new();
             for _ in 0..2 {
-                let shown = noisy(&all, &mut random);
-                assert_eq!(contradiction(&mut expected, shown, &content), None);
+                assert_eq!(watch.see(noisy(&all, &mut random), &content), None);
             }
         }
         for taken in solids.iter().filter(|solid| is_visible(solid, &all)) {
@@ -164,7 +174,7 @@ fn what_lies_where_it_should_is_never_doubted_and_each_that_is_taken_out_is_noti
             let left = solids.iter().filter(|solid| **solid != *taken).cloned();
             let shown = noisy(&picture(&left.collect::<Vec<_>>()), &mut random);
             for content in [known(&solids), assumed(&solids)] {
-                let found = contradiction(&mut Expected::default(), shown.clone(), &content);
+                let found = first(shown.clone(), &content);
                 assert!(is_gone(found.as_ref(), &name), "{seed} {name}: {found:?}");
                 noticed += 1;
             }
@@ -187,8 +197,7 @@ fn what_settled_and_slid_a_little_is_where_it_should_be() {
         });
         let slid: Vec<LyingSolid> = slid.collect();
         let shown = noisy(&picture(&slid), &mut random);
-        let found = contradiction(&mut Expected::default(), shown, &assumed(&solids));
-        assert_eq!(found, None, "{seed}");
+        assert_eq!(first(shown, &assumed(&solids)), None, "{seed}");
     }
 }
 
@@ -196,8 +205,7 @@ fn what_settled_and_slid_a_little_is_where_it_should_be() {
 fn a_thin_rim_tells_of_an_item_wherever_it_slid() {
     let at = |x_m: f64| tray("tray", [x_m, 0.1, 0.0], [0.12, 0.1, 0.07]);
     let content = assumed(&[at(0.02)]);
-    let shown =
-        |solids: &[LyingSolid]| contradiction(&mut Expected::default(), picture(solids), &content);
+    let shown = |solids: &[LyingSolid]| first(picture(solids), &content);
     for x_m in [0.02, 0.03, 0.04, 0.15] {
         assert_eq!(shown(&[at(x_m)]), None, "{x_m}");
     }
@@ -209,21 +217,14 @@ fn what_fell_over_or_rolled_away_is_not_gone() {
     let post = lying("post", [0.1, 0.1, 0.0], [0.06, 0.06, 0.25]);
     let fell = lying("post", [0.16, 0.1, 0.0], [0.15, 0.06, 0.06]);
     let content = known(&[post]);
-    let mut expected = Expected::default();
-    assert_eq!(
-        contradiction(&mut expected, picture(&[fell]), &content),
-        None
-    );
+    let mut watch = Watch::new();
+    assert_eq!(watch.see(picture(&[fell]), &content), None);
     // Something small elsewhere is none of it.
     let crumb = lying("crumb", [0.25, 0.25, 0.0], [0.03, 0.03, 0.03]);
-    let found = contradiction(&mut expected, picture(&[crumb]), &content);
+    let found = watch.see(picture(&[crumb]), &content);
     assert!(is_gone(found.as_ref(), "post"), "{found:?}");
-    assert!(
-        found
-            .unwrap()
-            .to_string()
-            .contains("item post is not to be seen")
-    );
+    let told = found.unwrap().to_string();
+    assert!(told.contains("item post is not to be seen"));
 }
 
 #[test]
@@ -234,20 +235,14 @@ fn a_picture_from_before_a_placement_does_not_show_it() {
     ];
     let mut after = before.clone();
     after.push(lying("c", [0.0, 0.0, 0.1], [0.08, 0.08, 0.05]));
-    let mut expected = Expected::default();
+    let mut watch = Watch::new();
     let old = picture(&before);
-    assert_eq!(
-        contradiction(&mut expected, old.clone(), &known(&before)),
-        None
-    );
-    let found = contradiction(&mut expected, old.clone(), &assumed(&after));
+    assert_eq!(watch.see(old.clone(), &known(&before)), None);
+    let found = watch.see(old.clone(), &assumed(&after));
     assert!(is_gone(found.as_ref(), "c"), "{found:?}");
     // It was found elsewhere since, or taken out.
-    assert_eq!(contradiction(&mut expected, old, &known(&before)), None);
-    assert_eq!(
-        contradiction(&mut expected, picture(&after), &known(&after)),
-        None
-    );
+    assert_eq!(watch.see(old, &known(&before)), None);
+    assert_eq!(watch.see(picture(&after), &known(&after)), None);
 }
 
 #[test]
@@ -256,11 +251,7 @@ fn flat_things_and_hidden_ones_tell_nothing() {
     let hidden = lying("hidden", [0.13, 0.1, 0.0], [0.03, 0.03, 0.1]);
     let content = known(&[flat, hidden]);
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let empty = noisy(&picture(&[]), &mut random);
-    assert_eq!(
-        contradiction(&mut Expected::default(), empty, &content),
-        None
-    );
+    assert_eq!(first(noisy(&picture(&[]), &mut random), &content), None);
 }
 
 #[test]
@@ -269,12 +260,9 @@ fn what_comes_up_where_nothing_is_known_to_lie_is_noticed_until_somebody_has_loo
     let hand = lying("hand", [0.15, 0.1, 0.0], [0.08, 0.06, 0.2]);
     let content = known(&solids);
     let reaching = picture(&[solids.clone(), vec![hand]].concat());
-    let mut expected = Expected::default();
-    assert_eq!(
-        contradiction(&mut expected, picture(&solids), &content),
-        None
-    );
-    let found = contradiction(&mut expected, reaching.clone(), &content);
+    let mut watch = Watch::new();
+    assert_eq!(watch.see(picture(&solids), &content), None);
+    let found = watch.see(reaching.clone(), &content);
     let is_foreign = |found: &Option<Contradiction>| {
         matches!(found, Some(Contradiction::Foreign { area_m2, higher_m })
             if (0.0045..0.0055).contains(area_m2) && (higher_m - 0.2).abs() < 1e-6)
@@ -284,40 +272,30 @@ fn what_comes_up_where_nothing_is_known_to_lie_is_noticed_until_somebody_has_loo
     // Where not all that lies there is known, it may be that.
     let body = LyingBody::Known(solids[0].clone());
     let partly: Content = [body, LyingBody::Unknown].into_iter().collect();
-    let mut other = Expected::default();
+    let mut other = Watch::new();
     for shown in [picture(&solids), reaching.clone()] {
-        assert_eq!(contradiction(&mut other, shown, &partly), None);
+        assert_eq!(other.see(shown, &partly), None);
     }
     // What was there from the beginning, and what somebody left there, stays.
-    expected.forget();
+    watch.0.forget();
     for _ in 0..2 {
-        assert_eq!(
-            contradiction(&mut expected, reaching.clone(), &content),
-            None
-        );
+        assert_eq!(watch.see(reaching.clone(), &content), None);
     }
 }
 
 #[test]
 fn a_heightmap_without_a_surface_is_compared_by_its_cells() {
-    let solids = vec![lying("a", [0.1, 0.1, 0.0], [0.1, 0.1, 0.1])];
+    let solids = vec![lying("a", [0.1, 0.1, 0.0], [0.1; 3])];
     let grid = Grid::reference();
-    let of = |solids: &[LyingSolid]| {
-        let heightmap = scene(picture(solids)).heightmap().clone();
-        let shown = Scene::from_heightmap(heightmap);
-        Expected::default().contradiction(
-            &grid,
-            &shown,
-            &known(&[lying("a", [0.1, 0.1, 0.0], [0.1, 0.1, 0.1])]),
-        )
+    let seen = |shown: &[LyingSolid], believed: &[LyingSolid]| {
+        let shown = Scene::from_heightmap(scene(picture(shown)).heightmap().clone());
+        Expected::default().contradiction(&grid, &shown, &known(believed))
     };
-    assert_eq!(of(&solids), None);
-    assert!(is_gone(of(&[]).as_ref(), "a"));
-    let turned = Isometry3::translation(5.0, 5.0, 0.0);
+    assert_eq!(seen(&solids, &solids), None);
+    assert!(is_gone(seen(&[], &solids).as_ref(), "a"));
     let mut beside = solids;
-    beside[0].container_from_item = turned;
-    let shown = Scene::from_heightmap(Heightmap::empty(&grid));
-    let found = Expected::default().contradiction(&grid, &shown, &known(&beside));
+    beside[0].container_from_item = Isometry3::translation(5.0, 5.0, 0.0);
+    let found = seen(&[], &beside);
     assert_eq!(
         found, None,
         "what lies beside the container is not looked for"
