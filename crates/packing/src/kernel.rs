@@ -153,7 +153,7 @@ fn raise(
     }
 }
 
-/// The sum of `D` over the item's voxels, for the placement at cell `base` resting at `height`.
+/// `d V` of SDFM: the sum of `D` over the item's voxels, at cell `base` resting at `height`.
 ///
 /// A voxel at height `z` has `D = 1 + #{d : z >= H_d}`, so a column from `z0` to `z1` adds its
 /// length and, for each level, `clamp(z1 - H_d, 0, z1 - z0)`.
@@ -202,7 +202,8 @@ fn lanes<const N: usize>(cells: &[Units], start: usize) -> &[Units; N] {
     }
 }
 
-/// Sum of the heightmap after placing over the footprint's bounding rectangle, in units.
+/// `s` of HM: the sum over the footprint's bounding rectangle of the heightmap after placing, in
+/// units.
 #[inline(always)]
 pub(crate) fn columns_after(
     container: &PaddedMap,
@@ -234,7 +235,7 @@ pub(crate) fn columns_after(
     total
 }
 
-/// Faces of an item's voxels that touch content, walls or floor.
+/// `a` of MTA: faces of an item's voxels that touch content, walls or floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Contact {
     /// Faces that lie on something.

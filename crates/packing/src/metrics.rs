@@ -36,7 +36,8 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// The metrics of a container with this heightmap and content.
+    /// Gives `V / (X Y h)`, `V / (x y h)` and `V / (X Y Z)`: `V` the packed volume, `X Y Z` the
+    /// container, `h` the greatest height, `x y` the rectangle around the content.
     pub fn new(grid: &Grid, heightmap: &Heightmap, packed: PackedVolume) -> Self {
         let container = grid.container();
         let floor_m2 = container.x_m * container.y_m;

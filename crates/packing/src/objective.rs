@@ -202,7 +202,8 @@ impl Objective {
         }
     }
 
-    /// The terms that depend on the item and yaw alone.
+    /// Gives the terms that depend on the item and yaw alone: the balance term `80 (1 - cbrt(V / C))`
+    /// and of SDFM `10 (1 - cbrt(V / B))`, both of Pan et al. (2023), and the price of its height.
     pub(crate) fn constant(&self, view: &ItemView) -> f64 {
         let voxels = view.voxel_count() as f64;
         let balance = self.balance * (1.0 - (voxels / self.container_voxels).cbrt());
@@ -251,22 +252,22 @@ impl Objective {
         }
     }
 
-    /// `k + 2.5 d + constant`; the constant holds `10 (1 - cbrt(V / B))` and the balance term.
+    /// SDFM: `k + 2.5 d + constant` (Pan et al., 2023).
     pub(crate) fn sdfm(&self, height: Units, mean_distance: f64, constant: f64) -> f64 {
         self.per_unit * f64::from(height) + self.distance * mean_distance + constant
     }
 
-    /// `k + x + y + constant`.
+    /// DBL: `k + x + y + constant` (Karabulut and İnceoğlu, 2004).
     pub(crate) fn dbl(&self, height: Units, x: usize, y: usize, constant: f64) -> f64 {
         self.per_unit * f64::from(height) + self.per_cell * (x + y) as f64 + constant
     }
 
-    /// `s + x + y + constant`; `columns` is `s` in cells times units.
+    /// HM: `s + x + y + constant`, `columns` being `s` in cells times units (Wang and Hauser, 2019).
     pub(crate) fn hm(&self, columns: i64, x: usize, y: usize, constant: f64) -> f64 {
         self.per_column_unit * columns as f64 + self.per_cell * (x + y) as f64 + constant
     }
 
-    /// `constant - a`.
+    /// MTA: `constant - a`.
     pub(crate) fn mta(&self, contact: Contact, constant: f64) -> f64 {
         let area = self.per_floor_face * contact.floor_faces as f64
             + self.per_side_face * contact.side_faces as f64;

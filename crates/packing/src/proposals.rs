@@ -204,13 +204,13 @@ impl Percent {
         Self((self.0 * factor).min(100.0))
     }
 
-    /// The share of a number of placements, rounded up.
+    /// Gives `ceil(K / 100 |P|)`, the number of placements that the paper keeps of `|P|`.
     pub fn of(self, placements: u64) -> u64 {
         (placements as f64 * self.0 / 100.0).ceil() as u64
     }
 }
 
-/// All placements `|P|` of an item: its yaws times the container's cells.
+/// Counts all placements of an item as the paper does: `|P|` is yaws times the container's cells.
 pub fn all_count(grid: &Grid, item: &Item) -> u64 {
     (item.views().len() * grid.nx() * grid.ny()) as u64
 }

@@ -38,7 +38,9 @@ impl PublishedStability {
         self.depth_cells(grid, heightmap, view, resting) > MARGIN_CELLS
     }
 
-    /// How far the item's centre lies inside the support polygon, in cells.
+    /// Gives the depth of the item's centre inside the hull of the contact cells, in cells. With `k`
+    /// the resting height, `c` 5 units of 0.2 cm, `t` and `b` the item's surfaces and `h` the heightmap,
+    /// contact is `b < c` for `k <= c`, else `b < min(c, t)` and `h > k - c - 1 + b`.
     pub fn depth_cells(
         &mut self,
         grid: &Grid,
