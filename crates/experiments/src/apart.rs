@@ -18,7 +18,6 @@ pub(crate) struct Apart {
     pub(crate) pose_error: PoseError,
 }
 
-/// Physics of the cell that is packed in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Physics {
     /// The planner's own
@@ -58,7 +57,6 @@ impl Apart {
         }
     }
 
-    /// The real cell.
     pub(crate) fn cell(&self, mut known: CellSettings) -> CellSettings {
         let mut random = ChaCha8Rng::seed_from_u64(known.seed);
         let mut factor = || factor_within(self.friction, random.random());

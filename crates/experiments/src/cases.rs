@@ -28,26 +28,22 @@ pub(crate) struct SequenceOptions<const FIRST: u32, const CASES: u32> {
 }
 
 impl<const FIRST: u32, const CASES: u32> SequenceOptions<FIRST, CASES> {
-    /// The sequences, of a catalogue's objects.
     pub(crate) fn read(&self, catalogue: &Catalogue) -> Outcome<Vec<Case>> {
         let file = SequenceFile::read(&self.sequences, catalogue)?;
         cases(&file, self.first, self.cases)
     }
 
-    /// Gives the entries of results.
     pub(crate) fn said(&self) -> Value {
         json!({ "first_case": self.first, "cases": self.cases })
     }
 }
 
-/// A sequence, by its number in the file.
 pub(crate) struct Case {
     pub(crate) number: u32,
     pub(crate) sequence: Sequence,
 }
 
 impl Case {
-    /// Names the file of its run.
     pub(crate) fn name(&self) -> String {
         format!("{:05}", self.number)
     }

@@ -82,7 +82,6 @@ impl GridOption {
     }
 }
 
-/// A comparison that is set up: on one grid, in one cell.
 #[derive(Clone)]
 pub(crate) struct Comparison<'a> {
     pub(crate) options: &'a ComparisonOptions,
@@ -91,9 +90,7 @@ pub(crate) struct Comparison<'a> {
     grid: Grid,
     simulated: Simulated,
     pub(crate) catalogue: Arc<Catalogue>,
-    /// The items that the network is told of ahead of time.
     items: Vec<Arc<Item>>,
-    /// The network that proposes.
     network: NetworkOptions,
     /// Its model, or why none can be used here.
     model: Result<Model, String>,
@@ -136,7 +133,6 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// SDF minimisation by a source of proposals.
     pub(crate) fn way(&self, name: String, proposals: ProposalSource) -> Way {
         let (options, buffer) = (self.options, self.options.buffer as usize);
         Way {
@@ -171,7 +167,6 @@ impl<'a> Comparison<'a> {
         packer.pack_all(cases, *seed, runs, experiment)
     }
 
-    /// Publishes results, with how sequences were packed.
     pub(crate) fn publish(&self, name: &str, results: Value) -> Outcome {
         let ComparisonOptions { buffer, seed, .. } = self.options;
         let told = json!({

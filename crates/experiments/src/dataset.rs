@@ -29,7 +29,6 @@ use ppnpack_cli::sequence::{Sequence, SequenceFile};
 /// The stability test that placements must pass.
 const STABILITY: Stability = Stability::Published;
 
-/// The classes of shapes by name.
 const SHAPES: [Choice<ShapeClass>; 2] = [
     (
         "regular",
@@ -233,7 +232,6 @@ fn objects(drawn: &Drawn) -> Vec<usize> {
     objects.map(|object| *object as usize).collect()
 }
 
-/// Plays a sequence as the expert does.
 fn play(sequence: u32, packer: &Packer<'_>, settings: &Settings) -> Outcome<SequenceRecord> {
     let drawn = drawn(settings, sequence);
     let played = Sequence {

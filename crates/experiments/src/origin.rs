@@ -7,15 +7,12 @@ use serde::Serialize;
 
 use crate::runs::program;
 
-/// Origin of results: they differ with any of it.
 #[derive(Debug, Serialize)]
 pub(crate) struct Origin {
-    /// Command as a shell reads it.
     command: String,
     version: &'static str,
     /// The hash of the program, in hexadecimal digits.
     program_blake3: String,
-    /// The processor and its cores.
     machine: String,
     /// The time in UTC, as in RFC 3339.
     made: String,

@@ -23,7 +23,6 @@ use crate::cases::Case;
 use crate::runs::RunsOptions;
 use crate::way::Way;
 
-/// SDF minimisation over all items of the buffer together.
 pub(crate) fn sdfm(
     proposals: ProposalSource,
     stability: Stability,
@@ -39,7 +38,6 @@ pub(crate) fn sdfm(
     }
 }
 
-/// Packs sequences by a way.
 pub(crate) struct Packer<'a> {
     pub(crate) way: Way,
     pub(crate) grid: Grid,
@@ -50,7 +48,6 @@ pub(crate) struct Packer<'a> {
     pub(crate) network: Option<Network<'a>>,
 }
 
-/// A packed sequence: a row of an experiment's runs.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Run {
     pub(crate) objects: Vec<usize>,
@@ -125,7 +122,6 @@ impl Packer<'_> {
         Ok((planner, cell.with_pose_error(self.apart.pose_error)))
     }
 
-    /// Gives the settings of episodes.
     pub(crate) fn how(&self) -> Play {
         Play {
             set_aside: self.way.set_aside,
@@ -153,7 +149,6 @@ impl Packer<'_> {
         Ok((episode.or_run()?, cell))
     }
 
-    /// Packs a sequence, whose steps the observer sees.
     pub(crate) fn pack(
         &self,
         sequence: &Sequence,

@@ -63,7 +63,6 @@ pub(crate) fn run(arguments: &ParetoArguments, backend: &dyn Backend) -> Outcome
     comparison.publish("pareto", with(results, arguments.sequences.said()))
 }
 
-/// The exhaustive search first.
 fn ways(arguments: &ParetoArguments, comparison: &Comparison<'_>) -> Vec<Way> {
     let percents = || arguments.percents.iter().copied();
     let mut sources = vec![ProposalSource::All, ProposalSource::Bounded];

@@ -23,7 +23,6 @@ pub(crate) struct OutOptions {
 }
 
 impl OutOptions {
-    /// The folder of an experiment's results.
     pub(crate) fn folder(&self, name: &str) -> PathBuf {
         self.out
             .clone()
@@ -45,7 +44,6 @@ impl OutOptions {
     }
 }
 
-/// Results with others beside them.
 pub(crate) fn with(results: Value, others: Value) -> Value {
     match (results, others) {
         (Value::Object(mut results), Value::Object(others)) => {

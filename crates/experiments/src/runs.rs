@@ -30,7 +30,6 @@ pub(crate) struct RunsOptions {
 }
 
 impl RunsOptions {
-    /// How many are made at once.
     fn workers(&self) -> usize {
         let cores = workers::default_count();
         self.workers.unwrap_or(cores).clamp(1, cores)
@@ -55,15 +54,12 @@ impl RunsOptions {
     }
 }
 
-/// A folder of finished runs by the same settings and program.
 #[derive(Debug)]
 pub(crate) struct Runs {
     folder: PathBuf,
-    /// How many are made at once.
     workers: usize,
 }
 
-/// Key that names a folder of runs.
 #[derive(Serialize)]
 struct Key<'a, S> {
     /// The hash of the program: what another build decides is not mixed in.
@@ -85,7 +81,6 @@ impl Runs {
         Ok(Self { folder, workers })
     }
 
-    /// The name of their folder.
     pub(crate) fn name(&self) -> String {
         let name = self.folder.file_name().unwrap_or_default();
         name.to_string_lossy().into_owned()
@@ -131,7 +126,6 @@ pub(crate) fn hash(bytes: &[u8], letters: usize) -> String {
     hash
 }
 
-/// The hash of this program.
 pub(crate) fn program() -> std::io::Result<String> {
     let program = std::fs::File::open(std::env::current_exe()?)?;
     let mut hasher = blake3::Hasher::new();

@@ -103,7 +103,6 @@ pub(crate) struct Table4Arguments {
     table: TableOptions,
 }
 
-/// A row of the paper's tables.
 struct Row {
     /// Name in options.
     key: &'static str,
@@ -113,14 +112,10 @@ struct Row {
     proposals: RowProposals,
 }
 
-/// Source of the proposals of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum RowProposals {
-    /// All placements are searched.
     All,
-    /// The network proposes.
     Network,
-    /// A few are tried.
     Tries,
 }
 
@@ -177,11 +172,9 @@ static ROWS: [Row; 8] = {
     ]
 };
 
-/// Methods of Table II and of Table IV.
 const OF_TABLE_2: [&str; 2] = ["ppn", SEARCH];
 const OF_TABLE_4: [&str; 4] = ["random-published", "random", "ppn", SEARCH];
 
-/// The methods as they are asked for.
 fn methods() -> PossibleValuesParser {
     PossibleValuesParser::new(
         ROWS.iter()
@@ -190,7 +183,6 @@ fn methods() -> PossibleValuesParser {
 }
 
 impl TableOptions {
-    /// The comparison in the paper's conditions.
     fn comparison<'a>(&'a self, backend: &'a dyn Backend) -> Outcome<Comparison<'a>> {
         let grid = self.grid.settings(Conditions::Reference);
         Comparison::new(&self.comparison, backend, grid)

@@ -44,15 +44,12 @@ pub(crate) struct ValueArguments {
     runs: RunsOptions,
 }
 
-/// Record of a packed sequence.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Seen {
     objects: Vec<usize>,
-    /// Figures of what each placement left.
     figures: Vec<Vec<f64>>,
     /// Mesh volume of the item of each step and of all before it.
     packed_m3: Vec<f64>,
-    /// The mesh volume in the container at the end.
     meshes_m3: f64,
 }
 
@@ -106,7 +103,6 @@ pub(crate) fn run(arguments: &ValueArguments) -> Outcome {
     arguments.runs.publish("value", results, "value")
 }
 
-/// Makes the way of `ppnpack pack`.
 fn way(arguments: &ValueArguments) -> Way {
     let poses = arguments.catalogue.settings().poses;
     let mut way = Way {

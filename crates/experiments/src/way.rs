@@ -19,9 +19,7 @@ pub(crate) struct Way {
     pub(crate) grid: GridSettings,
     /// In how many poses an object is offered at most.
     pub(crate) poses: usize,
-    /// How many items may be set aside.
     pub(crate) set_aside: usize,
-    /// Threads that try placements.
     pub(crate) threads: usize,
     pub(crate) method: Method,
     /// The cameras that see the container; without, it is scanned exactly.
@@ -58,7 +56,6 @@ impl Way {
         }
     }
 
-    /// Checks that it is possible, before others are run for long.
     fn validate(&self) -> Result<(), String> {
         if !(1..=MOST_POSES).contains(&self.poses) {
             return Err(format!(
@@ -74,7 +71,6 @@ impl Way {
     }
 }
 
-/// The ways of a file.
 fn read(path: &Path) -> Outcome<Vec<Way>> {
     let wrong = |error: &dyn std::fmt::Display| {
         Failure::input(format_args!("--methods {}: {error}", path.display()))

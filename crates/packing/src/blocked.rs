@@ -17,7 +17,6 @@ pub struct BlockedRegion {
 }
 
 impl BlockedRegion {
-    /// The cells of a grid that it meets, by their indices along x and y.
     pub(crate) fn cells_of(&self, grid: &Grid) -> impl Iterator<Item = (usize, usize)> {
         let cell_m = grid.resolution().cell_m();
         let along_x = Self::cells(self.x_min_m, self.x_max_m, cell_m, grid.nx());
@@ -25,7 +24,6 @@ impl BlockedRegion {
         along_x.flat_map(move |x| along_y.clone().map(move |y| (x, y)))
     }
 
-    /// The cells that it meets along one side of the grid.
     fn cells(min_m: f64, max_m: f64, cell_m: f64, count: usize) -> std::ops::Range<usize> {
         // Conversions saturate, so a region beyond the container is cut to it.
         let first = (min_m / cell_m).floor().max(0.0) as usize;

@@ -67,7 +67,6 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Makes evidence of no more than a shortcut.
     pub(crate) fn noting(shortcut: &str) -> Self {
         Self {
             degraded: vec![shortcut.to_owned()],
@@ -191,12 +190,9 @@ pub type BoxedCheck = Box<dyn ValidityCheck>;
 
 /// A check that asks one question, to which there always is an answer.
 pub(crate) trait Condition: Send {
-    /// How long one answer takes.
     const COST: Cost;
-    /// Condition that a refused placement does not meet.
     const CAUSE: Cause;
 
-    /// Whether the candidate, in this view, may be placed there.
     fn is_met(
         &mut self,
         input: &StepInput<'_>,

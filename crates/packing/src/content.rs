@@ -58,7 +58,6 @@ impl LyingBody {
 pub struct Content {
     /// Solids that lie there, then those that are assumed to.
     solids: Arc<[LyingSolid]>,
-    /// How many of them lie there.
     lying: usize,
     has_seen: bool,
     has_unknown: bool,

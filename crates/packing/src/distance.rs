@@ -59,14 +59,12 @@ impl DistanceLevels {
     }
 }
 
-/// A heightmap that is dilated step by step.
 #[derive(Debug, Clone)]
 struct Dilation {
     nx: usize,
     ny: usize,
     /// Right where all squares so far lie within the container; else 0 to the greatest height.
     heights: Vec<Units>,
-    /// Room for a copy of some rows.
     band: Vec<Units>,
 }
 

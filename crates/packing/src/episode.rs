@@ -70,7 +70,6 @@ pub struct Step {
 }
 
 impl Step {
-    /// An item that a plan chose, in a step of this number.
     pub(crate) fn new(step: u64, candidate: Candidate, choice: Evaluated, plan: &Plan) -> Self {
         Self {
             step,
@@ -148,7 +147,6 @@ pub trait Observer {
     fn on_step(&mut self, step: &Step, input: &StepInput<'_>);
 }
 
-/// Watches nothing.
 impl Observer for () {
     fn on_step(&mut self, _step: &Step, _input: &StepInput<'_>) {}
 }

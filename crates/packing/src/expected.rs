@@ -105,7 +105,6 @@ struct Comparison<'a> {
     shown: Vec<Shown>,
 }
 
-/// A solid whose place is empty.
 struct Missing {
     solid: usize,
     percent: f64,
@@ -369,7 +368,6 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Reads a heightmap as a picture of one sample a cell.
 fn of_cells(grid: &Grid, heightmap: &Heightmap) -> Option<Surface> {
     let resolution = grid.resolution();
     let unit_m = resolution.height_unit_m();

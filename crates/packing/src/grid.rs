@@ -311,7 +311,6 @@ impl Grid {
     }
 }
 
-/// A whole number as units, brought into their range.
 fn whole_units(units: f64) -> Units {
     units.clamp(0.0, f64::from(MAX_UNITS)) as Units
 }

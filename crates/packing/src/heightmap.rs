@@ -112,7 +112,6 @@ impl Heightmap {
         }
     }
 
-    /// Lowers a cell to at most `height` units; nothing happens outside the grid.
     pub(crate) fn lower(&mut self, x: usize, y: usize, height: Units) {
         if let Some(cell) = self.cell_mut(x, y) {
             *cell = (*cell).min(height);
@@ -253,7 +252,6 @@ impl Surface {
         self.support_m.is_some()
     }
 
-    /// Whether it has as many samples as another.
     pub(crate) fn has_size_of(&self, other: &Self) -> bool {
         (self.nx, self.ny) == (other.nx, other.ny)
     }
@@ -411,14 +409,12 @@ impl Scene {
         self
     }
 
-    /// The same scene with another heightmap of its size; all else stays.
     #[must_use]
     pub(crate) fn with_heightmap(mut self, heightmap: Heightmap) -> Self {
         self.heightmap = heightmap;
         self
     }
 
-    /// The same scene with another surface; all else stays.
     #[must_use]
     pub(crate) fn with_surface(mut self, surface: Surface) -> Self {
         self.surface = Some(surface);

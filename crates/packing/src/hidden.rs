@@ -171,7 +171,6 @@ pub(crate) fn is_in_place(one: &LyingSolid, other: &LyingSolid) -> bool {
         && from.rotation.angle_to(&to.rotation) <= TURNED_RAD
 }
 
-/// The box around a solid in the container's frame.
 pub(crate) fn bounds(solid: &LyingSolid) -> Option<Bounds> {
     solid
         .model

@@ -143,9 +143,7 @@ pub struct ItemView {
 /// Sums over the footprint cells with material.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Columns {
-    /// How many there are.
     pub(crate) cells: u64,
-    /// The sum of their upper surfaces, in units.
     pub(crate) top_sum: i64,
 }
 

@@ -43,7 +43,6 @@ impl PaddedMap {
         }
     }
 
-    /// The index of a cell.
     #[inline(always)]
     pub(crate) fn index(&self, x: usize, y: usize) -> usize {
         x * self.stride + y
@@ -91,7 +90,6 @@ pub(crate) struct BlockOffsets {
 }
 
 impl BlockOffsets {
-    /// Bytes that it holds.
     pub(crate) fn bytes(&self) -> usize {
         self.offsets.capacity() * size_of::<u32>()
     }
@@ -238,9 +236,7 @@ pub(crate) fn columns_after(
 /// `a` of MTA: faces of an item's voxels that touch content, walls or floor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Contact {
-    /// Faces that lie on something.
     pub(crate) floor_faces: u64,
-    /// Faces with something beside them.
     pub(crate) side_faces: u64,
 }
 

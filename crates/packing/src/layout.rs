@@ -15,7 +15,6 @@ pub(crate) const DISTANCE_LEVELS: usize = 4;
 /// Stands for a missing lower surface in padded rows: a height on which nothing can rest.
 const NOTHING_BELOW: Units = 32_000;
 
-/// A footprint cell with material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cell {
     pub(crate) x: u16,
@@ -30,7 +29,6 @@ pub(crate) struct Block {
     pub(crate) y: u16,
 }
 
-/// The columns over a block's cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BlockColumns {
     /// Upper surface (0 where absent).
@@ -39,7 +37,6 @@ pub(crate) struct BlockColumns {
     pub(crate) thickness: [Units; ROW_LANES],
 }
 
-/// An item's view laid out for the loops.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ViewLayout {
     /// For many placements at once: the cells with material.
@@ -48,7 +45,6 @@ pub(crate) struct ViewLayout {
     pub(crate) blocks: Vec<Block>,
     /// Per block the lower surface ([`NOTHING_BELOW`] where absent), which resting heights need.
     pub(crate) bottoms: Vec<[Units; ROW_LANES]>,
-    /// Per block.
     pub(crate) columns: Vec<BlockColumns>,
     /// Blocks whose clamped sums are sure to fit an `i16` lane together.
     pub(crate) blocks_per_flush: usize,

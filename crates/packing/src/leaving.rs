@@ -29,7 +29,6 @@ impl Stop {
         (self != Self::LAST).then_some(self.0)
     }
 
-    /// In words.
     fn said(self) -> String {
         match self {
             Self::LAST => "no stop".to_owned(),
@@ -107,7 +106,6 @@ impl Leaving {
     }
 }
 
-/// The indices of the cells with material of an item that is placed so.
 fn cells(view: &ItemView, at: &RestingPlacement, ny: usize) -> impl Iterator<Item = usize> {
     let (first_x, first_y) = (at.placement.x, at.placement.y);
     let cells = view.cells();

@@ -364,7 +364,6 @@ impl Method {
     }
 }
 
-/// An error and all that led to it.
 fn with_causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(error.source(), |cause| cause.source());
     causes.fold(error.to_string(), |text, cause| format!("{text}: {cause}"))

@@ -177,7 +177,6 @@ pub(crate) struct Objective {
 }
 
 impl Objective {
-    /// `balanced` adds the size-balancing term.
     pub(crate) fn new(
         grid: &Grid,
         heuristic: Heuristic,

@@ -77,7 +77,6 @@ pub struct CandidateReport {
 }
 
 impl CandidateReport {
-    /// Forgets all, keeping the memory.
     fn clear(&mut self) {
         self.counts = PlacementCounts::default();
         self.refusals.clear();

@@ -22,7 +22,6 @@ pub enum CandidateProposals<P> {
 /// The proposals of a step, per candidate; a candidate that nothing was said of has none.
 #[derive(Debug, Clone, Default)]
 pub struct Proposals {
-    /// Placements of all candidates, one after another.
     placements: Vec<Placement>,
     entries: Vec<CandidateProposals<Range<usize>>>,
     /// Why these are not the proposals that were wanted.
@@ -45,7 +44,6 @@ impl Proposals {
         self.is_final = true;
     }
 
-    /// Whether nothing else may be placed.
     pub(crate) fn is_final(&self) -> bool {
         self.is_final
     }
@@ -78,7 +76,6 @@ impl Proposals {
         !self.is_final && self.entries.iter().any(|of| *of != CandidateProposals::All)
     }
 
-    /// Proposes everything for all candidates.
     pub(crate) fn widen(&mut self) {
         self.placements.clear();
         self.entries.fill(CandidateProposals::All);
@@ -139,7 +136,6 @@ impl OrExhaustive {
         }
     }
 
-    /// Logs a reason when it is new.
     fn note(&mut self, reason: Option<String>) {
         if self.reason != reason {
             match &reason {

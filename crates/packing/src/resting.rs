@@ -17,7 +17,6 @@ const SPARE_SHAPES: usize = 4;
 /// The resting height of every placement of one view; row-major, rows padded to whole blocks.
 #[derive(Debug, Clone)]
 pub struct RestingMap {
-    /// Placements along x and y.
     nx: usize,
     ny: usize,
     stride: usize,
@@ -81,7 +80,6 @@ struct ShapeMaps {
 pub struct RestingHeights {
     grid: Grid,
     arch: Arch,
-    /// The content that the heights are of.
     pub(crate) container: PaddedMap,
     version: u64,
     change: Option<Change>,
@@ -203,7 +201,6 @@ impl RestingHeights {
         }
     }
 
-    /// Bytes that the maps hold.
     pub(crate) fn held_bytes(&self) -> usize {
         let maps = self.shapes.iter().flat_map(|shape| &shape.views);
         maps.map(|map| map.heights.capacity() * size_of::<Units>())

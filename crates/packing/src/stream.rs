@@ -55,13 +55,11 @@ impl<C: PackingCell> Filled<C> {
         })
     }
 
-    /// The volume of the items that were placed in it, in cubic metres.
     fn placed_m3(&self) -> f64 {
         let items = self.steps.iter().map(|step| &step.candidate.item);
         items.map(|item| item.mesh_volume_m3()).sum()
     }
 
-    /// Gives its filled volume.
     fn fill(&self) -> Fill {
         Fill::of(self.placed_m3(), self.grid.container())
     }
@@ -285,7 +283,6 @@ where
         Some(candidates.iter().position(may_take).unwrap_or(0))
     }
 
-    /// Finds the fullest container; of equal ones that which was opened first.
     fn fullest(&self) -> Option<usize> {
         closing::fullest(&self.fills().collect::<Vec<_>>())
     }

@@ -172,7 +172,6 @@ mod tests {
         disturbance_m: 0.03,
     };
 
-    /// Makes an item that came to rest.
     fn settling(tilt_rad: f64, slide_m: f64, disturbance_m: f64) -> Settling {
         Settling {
             tilt_rad,

@@ -49,7 +49,6 @@ pub struct Tally {
     pub refusals: Refusals,
 }
 
-/// The candidate of a placement, as a range.
 fn only(placement: &Evaluated) -> Range<usize> {
     placement.candidate..placement.candidate + 1
 }
@@ -60,11 +59,9 @@ fn only(placement: &Evaluated) -> Range<usize> {
 /// Like the evaluator's ranking, the search goes on where it stopped.
 pub struct ValidSearch {
     evaluator: Box<dyn Evaluator>,
-    /// The cheap ones first.
     checks: Vec<BoxedCheck>,
     /// The next placements by value that all checks but the last accept, with their findings.
     upcoming: VecDeque<(Evaluated, Evidence)>,
-    /// Refusals by candidate of the input.
     refusals: Vec<Refusals>,
     /// Placements that a simulation refused since the step began.
     refused_last: Vec<Evaluated>,
@@ -311,7 +308,6 @@ impl ValidSearch {
         is_late
     }
 
-    /// Whether the last check can answer about a placement at once.
     fn is_known(&self, input: &StepInput<'_>, placement: &Evaluated) -> bool {
         let candidate = input.candidates.get(placement.candidate);
         let last = candidate.zip(self.checks.last());

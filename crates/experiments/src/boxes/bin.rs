@@ -7,7 +7,6 @@ use super::rules::Setting;
 use super::support::{SupportArea, touching};
 use super::surface::{CELLS, Placed, SIDE, Surface, index};
 
-/// A box in the bin, with what it rests on.
 #[derive(Debug, Clone)]
 struct Resting {
     placed: Placed,
@@ -16,12 +15,10 @@ struct Resting {
     contacts: Vec<Contact>,
 }
 
-/// A cell where a box touches the one below.
 #[derive(Debug, Clone, Copy)]
 struct Contact {
     x: u8,
     y: u8,
-    /// The index of the box below.
     below: usize,
 }
 
@@ -51,7 +48,6 @@ impl Load {
     }
 }
 
-/// A bin that boxes are placed in from above.
 #[derive(Debug, Clone)]
 pub(super) struct Bin {
     setting: Setting,
@@ -79,7 +75,6 @@ impl Bin {
         &self.surface
     }
 
-    /// The boxes in it, as they were placed.
     pub(super) fn boxes(&self) -> impl ExactSizeIterator<Item = &Placed> {
         self.boxes.iter().map(|resting| &resting.placed)
     }
@@ -97,7 +92,6 @@ impl Bin {
         is_inside && is_below_rim && (!asks || self.is_stable_with(placed))
     }
 
-    /// Places a box.
     pub(super) fn place(&mut self, placed: &Placed) {
         let resting = self.resting(placed);
         for (x, y) in placed.cells() {

@@ -25,11 +25,9 @@ const CELL_M: f64 = 0.01;
 /// A box is placed as it comes, or turned by a quarter.
 const YAWS: usize = 2;
 
-/// A heuristic of the engine.
 pub(super) struct Engine {
     grid: Grid,
     search: Search,
-    /// Items met so far, by their sides.
     items: HashMap<Sides, Arc<Item>>,
 }
 
@@ -90,7 +88,6 @@ impl Engine {
         }
     }
 
-    /// A box of these sides as an item of the engine.
     fn item(&mut self, sides: Sides) -> Result<Arc<Item>, ItemError> {
         if let Some(item) = self.items.get(&sides) {
             return Ok(Arc::clone(item));
@@ -113,7 +110,6 @@ fn heightmap(surface: &Surface) -> Outcome<Heightmap> {
     Heightmap::from_units(side, side, heights).or_run()
 }
 
-/// A placement of the engine in the bin's terms.
 fn placed(poses: &[Sides], found: &Evaluated) -> Option<Placed> {
     let pose = poses.get(found.candidate)?;
     let at = found.resting.placement;

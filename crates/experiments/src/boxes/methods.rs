@@ -15,7 +15,6 @@ use super::snug::Snug;
 use super::source::{Boxes, Instance};
 use super::surface::{Placed, Sides};
 
-/// A method by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Method {
@@ -38,7 +37,6 @@ pub(super) enum Method {
 pub(super) type Player = Box<dyn FnMut(&Bin, Sides, &mut Boxes) -> Outcome<Option<Placed>>>;
 
 impl Method {
-    /// Makes its player.
     pub(super) fn player(self, setting: Setting, rollouts: usize) -> Outcome<Player> {
         let policy = Snug::new(setting);
         let heuristic = match self {
@@ -65,16 +63,13 @@ impl Method {
     }
 }
 
-/// Packed instance.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Run {
-    /// The boxes, as they were placed.
     pub(super) placed: Vec<Placed>,
     /// The time of each decision that placed a box, in seconds.
     pub(super) decision_s: Vec<f64>,
 }
 
-/// Packs an instance until the first box that fits nowhere.
 pub(super) fn play(player: &mut Player, setting: Setting, instance: &Instance) -> Outcome<Run> {
     let mut bin = Bin::empty(setting);
     let mut futures = instance.futures();
@@ -101,7 +96,6 @@ mod tests {
     use super::super::surface::SIDE;
     use super::*;
 
-    /// The bin as its single cells, filled or not.
     #[derive(Default)]
     struct Voxels(std::collections::HashSet<(u8, u8, u8)>);
 
@@ -129,7 +123,6 @@ mod tests {
         }
     }
 
-    /// Every way to lower a box into the bin, by trying all.
     fn ways(voxels: &Voxels, setting: Setting, arriving: Sides) -> Vec<Placed> {
         let Sides { x, y, z } = arriving;
         let upright = [(x, y, z), (y, x, z)];

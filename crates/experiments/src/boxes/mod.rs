@@ -90,13 +90,11 @@ pub(crate) fn run(arguments: &BoxesArguments) -> Outcome {
     arguments.runs.publish("boxes", results, "boxes")
 }
 
-/// Names the file that keeps instances together.
 fn name(together: &&[Instance]) -> String {
     let first = together.first().map_or(0, |instance| instance.number);
     format!("{first:06}-{}", together.len())
 }
 
-/// Packs all instances by a method, and gives the name of the folder of its runs.
 fn pack(
     arguments: &BoxesArguments,
     setting: Setting,

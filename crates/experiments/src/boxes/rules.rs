@@ -5,7 +5,6 @@ use serde::{Deserialize, Serialize};
 
 use super::surface::Sides;
 
-/// A setting of the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub(super) enum Setting {
     /// Boxes have to be stable, and are turned about the vertical alone.
@@ -19,7 +18,6 @@ pub(super) enum Setting {
 }
 
 impl Setting {
-    /// Whether boxes have to be stable.
     pub(super) fn asks_for_stability(self) -> bool {
         self == Self::Stable
     }

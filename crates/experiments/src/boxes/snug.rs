@@ -84,7 +84,6 @@ impl Snug {
         ranked.into_iter().map(|(_, placed)| placed).collect()
     }
 
-    /// The best placement that the bin accepts.
     pub(super) fn best(&self, bin: &Bin, arriving: Sides) -> Option<Placed> {
         let mut ranked = self.ranked(bin.surface(), arriving).into_iter();
         ranked.find(|placed| bin.accepts(placed))
@@ -144,7 +143,6 @@ impl Snug {
     }
 }
 
-/// Surroundings of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Beside {
     /// The faces of its cells that touch boxes or walls at its sides.

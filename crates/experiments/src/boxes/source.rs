@@ -13,7 +13,6 @@ pub(super) struct Instance {
 }
 
 impl Instance {
-    /// Its boxes, without an end.
     pub(super) fn boxes(&self) -> Boxes {
         Boxes(self.random(0))
     }

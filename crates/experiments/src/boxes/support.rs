@@ -70,7 +70,6 @@ impl SupportArea {
     }
 }
 
-/// The cells that a box touches with its bottom.
 pub(super) fn touching(surface: &Surface, placed: &Placed) -> impl Iterator<Item = (u8, u8)> {
     let is_touched = move |(x, y): &(u8, u8)| surface.height(*x, *y) == placed.z;
     placed.cells().filter(is_touched)

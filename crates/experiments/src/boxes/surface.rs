@@ -14,7 +14,6 @@ pub(super) const LONGEST: u8 = 5;
 /// Cells of the floor.
 pub(super) const CELLS: usize = (SIDE as usize).pow(2);
 
-/// The sides of a box as it lies, in cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub(super) struct Sides {
     pub(super) x: u8,
@@ -23,12 +22,10 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Its volume, in cells cubed.
     pub(super) fn volume(self) -> u32 {
         self.floor_cells() * u32::from(self.z)
     }
 
-    /// The same box after a quarter turn about the vertical.
     pub(super) fn turned(self) -> Self {
         Self {
             x: self.y,
@@ -37,7 +34,6 @@ impl Sides {
         }
     }
 
-    /// The cells of its bottom.
     pub(super) fn floor_cells(self) -> u32 {
         u32::from(self.x) * u32::from(self.y)
     }
@@ -53,12 +49,10 @@ pub(super) struct Placed {
 }
 
 impl Placed {
-    /// The height of its top, in cells.
     pub(super) fn top(&self) -> u8 {
         self.z + self.sides.z
     }
 
-    /// The cells of the floor that it lies above.
     pub(super) fn cells(&self) -> impl Iterator<Item = (u8, u8)> + use<> {
         let Self { sides, x, y, .. } = *self;
         (x..x + sides.x).flat_map(move |x| (y..y + sides.y).map(move |y| (x, y)))
@@ -77,7 +71,6 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Makes an empty bin.
     pub(super) fn empty() -> Self {
         Self {
             heights: [0; CELLS],
@@ -89,12 +82,10 @@ impl Surface {
         self.heights.get(index(x, y)).copied().unwrap_or(0)
     }
 
-    /// The heights of all cells, row-major.
     pub(super) fn heights(&self) -> impl Iterator<Item = u8> {
         self.heights.iter().copied()
     }
 
-    /// Raises the cells that a box covers to its top.
     pub(super) fn place(&mut self, placed: &Placed) {
         let Placed { sides, x, y, .. } = *placed;
         for row in x..x + sides.x {

@@ -17,7 +17,6 @@ use crate::packer::{Packer, unsteady};
 /// Minimum load that is kept, in kilograms.
 const LEAST_KG: f64 = 1e-4;
 
-/// Load of an item.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Reading {
     pub(super) arrival: usize,
@@ -29,14 +28,12 @@ pub(super) struct Reading {
     pub(super) unbalanced_kg: f64,
 }
 
-/// Loads of the items of a container after a placement.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct State {
     pub(super) is_still: bool,
     pub(super) readings: Vec<Reading>,
 }
 
-/// A packed sequence.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Run {
     pub(super) number: u32,
@@ -47,11 +44,9 @@ pub(super) struct Run {
     pub(super) unsteady: usize,
     /// Placements that were looked at and refused by their load.
     pub(super) refused: u64,
-    /// One a placement.
     pub(super) states: Vec<State>,
 }
 
-/// Packs a sequence, and measures after every placement.
 pub(super) fn pack(packer: &Packer<'_>, case: &Case) -> Outcome<Run> {
     let (mut planner, cell) = packer.bench(case.seed(0))?;
     let grid = &packer.grid;

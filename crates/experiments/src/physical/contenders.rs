@@ -7,7 +7,6 @@ use ppnpack_packing::trial::TrialSettings;
 
 use crate::packer::sdfm;
 
-/// A way to plan, by its name.
 pub(super) type Contender = (String, Method);
 
 /// Names the files of a contender: `tried-network` for `tried, network, K = 20 %`.

@@ -49,7 +49,6 @@ fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
     possible / all.max(f64::MIN_POSITIVE)
 }
 
-/// Whether an item fits into the empty container at some yaw.
 fn fits(item: &Item, grid: &Grid) -> bool {
     item.views()
         .iter()

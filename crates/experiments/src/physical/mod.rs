@@ -178,27 +178,23 @@ fn pools(
     Ok((unseen, others))
 }
 
-/// Setting of the runs.
 struct World<'a> {
     grid: &'a Grid,
     settings: &'a Settings,
     catalogue: &'a Catalogue,
     /// Objects that can be recognised.
     library: Arc<Library>,
-    /// The objects that runs draw from, by index.
     unseen: Vec<usize>,
     others: Vec<usize>,
     network: Option<Network<'a>>,
 }
 
 impl World<'_> {
-    /// The index of an object that can be recognised.
     fn known(&self, name: &str) -> Option<usize> {
         let mut objects = self.library.objects.iter();
         objects.position(|object| object.model.name == name)
     }
 
-    /// All runs of a contender: those on disk, and the others.
     fn runs(
         &self,
         arguments: &PhysicalArguments,
@@ -304,7 +300,6 @@ impl World<'_> {
         Ok(())
     }
 
-    /// The objects of a run, the same for every contender.
     fn case(&self, number: u32) -> Case {
         let settings = self.settings;
         let mut random = ChaCha8Rng::seed_from_u64(settings.seed);

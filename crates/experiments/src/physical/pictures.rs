@@ -56,7 +56,6 @@ fn tray(message: &v1::PointCloud) -> anyhow::Result<Vec<u8>> {
     Ok(heightmap(title, &field)?.to_png()?)
 }
 
-/// The last heightmap; what is unknown is grey.
 fn heights(message: &v1::Heightmap, grid: &Grid) -> anyhow::Result<Vec<u8>> {
     let (_, scene) = scene::read(message.scene.as_ref().context("no scene")?)?;
     let title = "Heightmap at the end (grey: unknown)";

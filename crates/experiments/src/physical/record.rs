@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// A run: one container, and the objects that came to the tray.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct RunRecord {
-    /// Items in their order of arrival.
     pub(super) items: Vec<ItemRecord>,
     pub(super) decisions: Vec<DecisionRecord>,
     /// How long the cell took for what, in seconds, once for each time:
@@ -40,11 +38,9 @@ pub(super) struct DecisionRecord {
     pub(super) is_widened: bool,
 }
 
-/// Outcome of an object.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct ItemRecord {
     pub(super) object: String,
-    /// Whether it could be recognised.
     pub(super) is_known: bool,
     pub(super) seen_as: SeenAs,
     /// How often the arm tried to place it.
@@ -53,7 +49,6 @@ pub(super) struct ItemRecord {
     pub(super) found: Option<Found>,
 }
 
-/// Result of an inspection.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Found {
     /// Kind of the result, in the words of [`InspectionKind`](ppnpack_wire::v1::InspectionKind).
@@ -64,13 +59,10 @@ pub(super) struct Found {
     pub(super) reason: String,
 }
 
-/// Recognition of an item on the tray.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum SeenAs {
-    /// It was not found.
     Nothing,
-    /// No object of the catalogue.
     Unknown,
     Object {
         name: String,
@@ -83,7 +75,6 @@ pub(super) enum SeenAs {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum End {
-    /// It has not come to it.
     Waiting,
     /// In the container, as its outcome says.
     Placed {
@@ -93,8 +84,10 @@ pub(super) enum End {
         /// How far an item that lay there before was moved at most, in metres.
         disturbance_m: f64,
     },
-    /// Not placed, and why.
-    Refused { reason: String },
-    /// It fell beside the container.
-    Lost { failure: String },
+    Refused {
+        reason: String,
+    },
+    Lost {
+        failure: String,
+    },
 }

@@ -38,7 +38,6 @@ const POLL: Duration = Duration::from_millis(2);
 /// Maximum distance from an object's centre of mass of what is seen of it, from above, in metres.
 const SAME_M: f64 = 0.06;
 
-/// Objects that come to the tray in a run.
 pub(super) struct Case {
     pub(super) session_id: String,
     pub(super) seeds: Seeds,
@@ -46,7 +45,6 @@ pub(super) struct Case {
     pub(super) objects: Vec<usize>,
 }
 
-/// The seeds of what is random in a run.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seeds {
     /// Seed of how objects come to lie on the tray, and of the noise of its camera.
@@ -59,17 +57,13 @@ pub(super) struct Seeds {
     pub(super) faults: u64,
 }
 
-/// A run, and what pictures of its end need.
 pub(super) struct Done {
     pub(super) record: RunRecord,
-    /// Final content of the container.
     pub(super) state: v1::CellState,
     pub(super) heightmap: v1::Heightmap,
-    /// The first cloud of the tray.
     pub(super) tray_cloud: v1::PointCloud,
 }
 
-/// A run under way.
 struct Run<'a> {
     world: &'a World<'a>,
     stack: &'a Stack,
@@ -84,7 +78,6 @@ struct Run<'a> {
     tray_cloud: v1::PointCloud,
 }
 
-/// Makes a run, in an empty container.
 pub(super) fn run(world: &World<'_>, stack: &Stack, case: &Case) -> Outcome<Done> {
     let controller = Controller::new(stack.client(), super::cell()?);
     controller.renew()?;
@@ -409,7 +402,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Nothing is planned any more.
     fn give_up(&mut self, doubt: &str) {
         self.record.doubt = Some(doubt.to_owned());
         for item in &mut self.record.items {
@@ -419,7 +411,6 @@ impl Run<'_> {
         }
     }
 
-    /// An object is no longer on the tray.
     fn leave(&mut self, arrival: usize, end: End) {
         self.tray.take(arrival);
         self.seen.remove(&arrival);

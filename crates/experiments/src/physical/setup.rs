@@ -23,16 +23,13 @@ const CONTAINER: ContainerSize = ContainerSize {
     z_m: 0.16,
 };
 
-/// How many objects a run has beside the unseen ones.
 pub(super) const KNOWN_COUNT: u32 = 1;
 
-/// How many items wait on the tray.
 const BUFFER: usize = 2;
 
 /// Standard deviation of release along each axis; in yaw as much as moves a point 10 cm away by it.
 const PLACEMENT_NOISE_M: f64 = 0.002;
 
-/// Common settings of all runs; with others they begin anew.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Settings {
     pub(super) grid: GridSettings,

@@ -36,7 +36,6 @@ const EYE_M: Point3<f64> = Point3::new(0.02, -0.38, 0.95);
 /// Places that are tried for an object.
 const TRIALS: usize = 400;
 
-/// Gives perception's settings of the tray.
 pub(super) fn settings() -> TraySettings {
     TraySettings {
         segmentation: SegmentationSettings::of(REGION),
@@ -44,10 +43,8 @@ pub(super) fn settings() -> TraySettings {
     }
 }
 
-/// An object on the tray.
 #[derive(Debug, Clone)]
 pub(super) struct Lying {
-    /// Its place in the order of arrivals.
     pub(super) arrival: usize,
     pub(super) model: Arc<Model>,
     pub(super) container_from_object: Isometry3<f64>,
@@ -162,7 +159,6 @@ fn body(mesh: &Mesh, world_from_body: Isometry3<f64>) -> Body<'_> {
     }
 }
 
-/// A random number of an interval.
 fn between(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }

@@ -70,7 +70,6 @@ pub(crate) struct StreamArguments {
     runs: RunsOptions,
 }
 
-/// Setting of a line of the table.
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Setting {
     open: u8,

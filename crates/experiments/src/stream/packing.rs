@@ -15,26 +15,20 @@ use serde::{Deserialize, Serialize};
 use super::source::Arrivals;
 use crate::packer::{Packer, unsteady};
 
-/// A packed stream.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Run {
     pub(super) objects: Vec<usize>,
-    /// Containers that were closed, in order.
     pub(super) closed: Vec<Container>,
-    /// Containers that were open at the end.
     pub(super) open: Vec<Container>,
     /// Items that fit into no empty container.
     pub(super) unplaceable: usize,
-    /// In how many containers each order is.
     pub(super) containers_of_orders: Vec<usize>,
     /// Orders of which every item was packed; not those of which some never came.
     pub(super) complete_orders: usize,
     pub(super) orders: usize,
-    /// Decision times of the steps.
     pub(super) decision_s: Vec<f64>,
 }
 
-/// Final figures of a container.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Container {
     pub(super) items: usize,
@@ -43,13 +37,10 @@ pub(super) struct Container {
     /// Its inner volume.
     pub(super) volume_m3: f64,
     pub(super) unsteady: usize,
-    /// Searched exhaustively, as none of their proposals was valid.
     pub(super) steps_widened: usize,
-    /// The rule by which it was closed, where it was.
     pub(super) closed_by: Option<String>,
 }
 
-/// Packs streams.
 pub(super) struct Packing<'a> {
     pub(super) packer: &'a Packer<'a>,
     pub(super) rules: ContainerRules,

@@ -41,26 +41,21 @@ pub(super) struct SourceOptions {
     draw_orders: Option<u32>,
 }
 
-/// Items that arrive, one after another.
 #[derive(Default)]
 pub(super) struct Arrivals {
     pub(super) number: u32,
     pub(super) objects: Vec<usize>,
-    /// Orders of the items, where they have them.
     pub(super) orders: Vec<OrderItem>,
     /// At which stops they leave, where they are of orders.
     pub(super) stops: Vec<Stop>,
-    /// How many items each order has altogether.
     pub(super) expected: Vec<(Arc<str>, usize)>,
 }
 
 impl SourceOptions {
-    /// Whether what arrives is of orders.
     pub(super) fn has_orders(&self) -> bool {
         self.sequences.is_none()
     }
 
-    /// Names the source, in words.
     pub(super) fn said(&self, items: u32) -> String {
         match (&self.orders, self.draw_orders) {
             (Some(path), _) => format!("the orders of {}", path.display()),
@@ -97,7 +92,6 @@ impl SourceOptions {
 }
 
 impl Arrivals {
-    /// Names the file of its run.
     pub(super) fn name(&self) -> String {
         // What is known of the items decides, too.
         let known = format!("{:?}", (&self.orders, &self.stops, &self.expected));

@@ -97,7 +97,6 @@ fn summary(card: &ModelCard) -> Vec<String> {
     [head, fitting].into_iter().chain(answers).collect()
 }
 
-/// Names the placements among which an optimum is looked for.
 fn ranked(question: Question) -> &'static str {
     match question {
         Question::Proposed => "among the best-scored that fit, as many as K % of all placements",

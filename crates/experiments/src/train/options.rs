@@ -116,7 +116,6 @@ impl TrainingOptions {
         self.threads.unwrap_or_else(workers::default_count)
     }
 
-    /// Makes the settings of a training.
     pub(super) fn settings(&self, network: &NetworkOptions) -> Outcome<TrainingSettings> {
         if self.misfit_weight.is_some() && self.loss_over == LossOver::Fitting {
             let what = "--misfit-weight is for --loss-over all: a loss over what fits leaves the others out";
@@ -141,7 +140,6 @@ impl TrainingOptions {
     }
 }
 
-/// Parses what a placement that does not fit counts.
 fn misfit_weight(text: &str) -> Result<f64, String> {
     match positive(text) {
         Ok(weight) if weight <= 1.0 => Ok(weight),

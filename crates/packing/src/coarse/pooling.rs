@@ -31,7 +31,6 @@ impl CoarseGrid {
         pooled
     }
 
-    /// The fine cells of a coarse one along a side of so many.
     fn fine_cells(&self, cell: usize, coarse: usize, fine: usize) -> Range<usize> {
         let first = cell * self.coarsening.cells;
         let end = first + self.coarsening.cells;
@@ -52,12 +51,10 @@ impl CoarseGrid {
     }
 }
 
-/// Column of an item in a coarse cell.
 #[derive(Debug, Clone, Copy)]
 struct Column {
     top: Units,
     bottom: Units,
-    /// Fine cells with material.
     covered: usize,
 }
 

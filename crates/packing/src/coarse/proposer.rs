@@ -32,7 +32,6 @@ pub struct CoarseToFine {
     search: Search,
     share: Percent,
     is_shared: bool,
-    /// Coarse views of items, by the shape of the fine ones.
     items: HashMap<ShapeId, Arc<Item>>,
     proposals: Proposals,
     /// The best coarse placements of each candidate.
@@ -75,7 +74,6 @@ impl CoarseToFine {
         self
     }
 
-    /// The coarse views of an item, always the same as long as they are kept.
     fn coarse(&mut self, item: &Item) -> Result<Arc<Item>, ItemError> {
         if let Some(kept) = self.items.get(&item.shape()) {
             return Ok(Arc::clone(kept));

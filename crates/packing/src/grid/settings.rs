@@ -49,7 +49,6 @@ impl GridSettings {
 }
 
 impl From<&Grid> for GridSettings {
-    /// Reads the settings off a grid whose yaws lie evenly over half a turn.
     fn from(grid: &Grid) -> Self {
         let resolution = grid.resolution();
         Self {

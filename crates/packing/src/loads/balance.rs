@@ -14,7 +14,6 @@ use crate::step::{Candidate, StageResult, StepInput};
 #[derive(Debug, Clone)]
 pub struct BalanceCheck {
     most_kg_m: f64,
-    /// Moment of the content about the container's middle.
     moment_kg_m: Vector2<f64>,
 }
 
@@ -28,7 +27,6 @@ impl BalanceCheck {
     }
 }
 
-/// Gives the container's middle, in metres in its frame.
 fn middle_m(input: &StepInput<'_>) -> Vector2<f64> {
     let size = input.grid.container();
     Vector2::new(size.x_m, size.y_m) / 2.0

@@ -59,7 +59,6 @@ fn weight() -> Vector3<f64> {
     Vector3::new(1.0, 0.0, 0.0)
 }
 
-/// Gives the force and moments that are left unbalanced.
 fn unbalanced(plane: &Vector3<f64>, arms: &[Vector3<f64>]) -> Vector3<f64> {
     let borne: Vector3<f64> = arms.iter().map(|arm| arm * pressure(plane, arm)).sum();
     weight() - borne

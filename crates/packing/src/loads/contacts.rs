@@ -13,12 +13,10 @@ const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, WIDEST_M];
 /// Maximum gap of a contact, in metres.
 const WIDEST_M: f32 = 0.032;
 
-/// A square of an underside, and the surface below it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Gap {
     /// How far the one is above the other, in metres; only differences count.
     pub(super) gap_m: f32,
-    /// The square's middle, in metres in the container frame.
     pub(super) at: Point2<f64>,
     /// Solid below; `None` for the floor.
     pub(super) on: Option<usize>,

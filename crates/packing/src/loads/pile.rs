@@ -99,7 +99,6 @@ impl Pile {
         self.ground.get(index).copied()
     }
 
-    /// Gives the shares of the solids that bear one that lies there.
     fn shares_of(&self, index: usize, own: &Sides) -> Shares {
         let others = self.sides.iter().enumerate();
         let others = others.filter(|(other, sides)| *other != index && sides.may_meet(own));

@@ -19,11 +19,9 @@ pub(super) struct Sides {
     ys: Range<usize>,
     /// Row-major; the lowest above the highest where there is no material.
     heights_m: Vec<Heights>,
-    /// Centre of mass from above, in metres in the container frame.
     pub(super) centre_of_mass: Point2<f64>,
 }
 
-/// The lowest and the highest point of a solid within a square, in metres.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Heights {
     pub(super) lowest_m: f32,
@@ -72,18 +70,15 @@ impl Sides {
         is_inside.then(|| (x - self.xs.start) * self.ys.len() + y - self.ys.start)
     }
 
-    /// Whether it is the solid, where it lies.
     pub(super) fn is_of(&self, solid: &LyingSolid) -> bool {
         Arc::ptr_eq(&self.model, &solid.model)
             && self.container_from_item == solid.container_from_item
     }
 
-    /// Gives its heights in a square, where it has material there.
     pub(super) fn at(&self, x: usize, y: usize) -> Option<Heights> {
         self.heights_m.get(self.index(x, y)?)?.of_material()
     }
 
-    /// Gives the squares in which it has material, by their indices along x and y.
     pub(super) fn squares(&self) -> impl Iterator<Item = (usize, usize, Heights)> + '_ {
         let squares = self.heights_m.iter().enumerate();
         squares.filter_map(|(index, heights)| {

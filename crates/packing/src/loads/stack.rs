@@ -12,12 +12,9 @@ const SETTLED_KG: f64 = 1e-9;
 /// Parts of an item's weight by the indices of those that bear them; the floor bears the rest.
 pub(super) type Shares = BTreeMap<usize, f64>;
 
-/// A pile of items, each of which rests on others or on the floor.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stack {
-    /// Shares of those that bear each item.
     shares: Vec<Shares>,
-    /// Load of each item, in kilograms.
     pub(super) carried_kg: Vec<f64>,
     /// Mass of all that rests on each item, wholly or in part, directly or not, in kilograms: no
     /// way to spread the weight loads it with more.
@@ -25,7 +22,6 @@ pub(super) struct Stack {
 }
 
 impl Stack {
-    /// A pile of items with these masses, by who bears each.
     pub(super) fn new(masses_kg: &[f64], shares: Vec<Shares>) -> Self {
         let mut stack = Self {
             above_kg: vec![0.0; shares.len()],

@@ -104,7 +104,6 @@ pub fn raise_surface(mesh: &Mesh, pose: &Isometry3<f64>, surface: &mut Surface) 
     }
 }
 
-/// The box around a triangle.
 fn around([a, b, c]: &[Point3<f64>; 3]) -> Bounds {
     Bounds {
         lowest: a.inf(b).inf(c),
@@ -169,7 +168,6 @@ impl Side {
         }
     }
 
-    /// The y and z of the point at an x between those of the ends.
     fn at(&self, x: f64) -> (f64, f64) {
         let along = x - self.from.x;
         (
@@ -178,7 +176,6 @@ impl Side {
         )
     }
 
-    /// The part between two x.
     fn between(&self, low: f64, high: f64) -> Segment {
         if self.from.x > high || self.to.x < low {
             return Segment::NONE;
@@ -259,7 +256,6 @@ impl Strip {
         ])
     }
 
-    /// The least and the greatest y.
     fn range(&self) -> (f64, f64) {
         self.0.iter().fold(
             (f64::INFINITY, f64::NEG_INFINITY),
@@ -267,7 +263,6 @@ impl Strip {
         )
     }
 
-    /// The least and the greatest z between two y.
     fn heights(&self, low: f64, high: f64) -> (f64, f64) {
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);
         for segment in &self.0 {

@@ -99,7 +99,6 @@ impl OrderItem {
     }
 }
 
-/// An item with what ties it to others.
 #[derive(Debug, Clone)]
 struct Line {
     item: OrderItem,
@@ -107,20 +106,16 @@ struct Line {
     place: Place,
 }
 
-/// Place of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
-    /// It is to be packed.
     ToCome,
     /// In the open container with this number, in the order in which they were opened.
     In(usize),
-    /// In a container that was closed.
     Closed,
     /// It will not come: nothing waits for it.
     Gone,
 }
 
-/// Content of a container, as far as rules are concerned.
 #[derive(Debug, Clone, Default)]
 struct Held {
     orders: BTreeSet<Arc<str>>,
@@ -135,11 +130,9 @@ struct Held {
 #[derive(Debug, Clone, Default)]
 pub struct Orders {
     rules: ContainerRules,
-    /// Lines by arrival.
     lines: BTreeMap<usize, Line>,
     /// How many items an order is said to have, where that is said.
     expected: BTreeMap<Arc<str>, usize>,
-    /// The numbers of the open containers.
     open: Vec<usize>,
     opened: usize,
     /// Content of each open container, as the step began.
@@ -408,7 +401,6 @@ impl Orders {
         is_barred.then(|| Bar::EarlierOrder(Arc::clone(next)))
     }
 
-    /// Whether an open container holds something of an order.
     fn is_begun(&self, order: &Arc<str>) -> bool {
         self.held.iter().any(|held| held.orders.contains(order))
     }

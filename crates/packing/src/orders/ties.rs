@@ -41,7 +41,6 @@ impl fmt::Display for Tie {
 }
 
 impl ContainerRules {
-    /// Gives the ties of an item.
     pub(super) fn ties(&self, item: &OrderItem) -> BTreeSet<Tie> {
         let order = || Arc::clone(&item.order);
         // What is of no order is no order that could be divided.
@@ -58,10 +57,8 @@ impl ContainerRules {
     }
 }
 
-/// How many items there are of each group.
 pub(super) type Counts = BTreeMap<Arc<str>, usize>;
 
-/// Counts an item in its group.
 pub(super) fn count(groups: &mut Counts, item: &OrderItem) {
     if let Some(group) = &item.group {
         *groups.entry(Arc::clone(group)).or_default() += 1;
@@ -78,7 +75,6 @@ pub(super) struct Unit {
     pub(super) tie: Option<Tie>,
 }
 
-/// Groups of tied items.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Units {
     number_of_tie: BTreeMap<Tie, usize>,
@@ -110,7 +106,6 @@ impl Units {
         found
     }
 
-    /// The number of an item's unit; `None` of one without ties.
     pub(super) fn number_of(&self, line: &Line) -> Option<usize> {
         self.number_of_tie.get(line.ties.first()?).copied()
     }
@@ -123,7 +118,6 @@ impl Units {
             .filter(|_| !held.units.contains(&number))
     }
 
-    /// Counts an item that is to be packed.
     pub(super) fn add(&mut self, line: &Line) {
         let number = self.number_of(line);
         if let Some(unit) = number.and_then(|number| self.units.get_mut(number)) {

@@ -137,9 +137,7 @@ fn place(
 /// A subset of the first whole numbers.
 #[derive(Debug, Clone, Default)]
 struct Subset {
-    /// A bit for each number.
     words: Vec<u64>,
-    /// How many numbers there are.
     count: usize,
 }
 
@@ -177,7 +175,6 @@ impl Subset {
         is_new
     }
 
-    /// Its numbers, rising.
     fn numbers(&self) -> impl Iterator<Item = usize> {
         let words = self.words.iter().enumerate();
         let numbers = words.flat_map(|(at, word)| ones(*word).map(move |one| at * 64 + one));

@@ -239,7 +239,6 @@ fn widened(narrow: &Squares, by: usize) -> Squares {
     }
 }
 
-/// The mean height along the walls.
 fn walls(squares: &Squares) -> f64 {
     let last_row = squares.row(squares.nx - 1);
     let ends = (0..squares.nx).flat_map(|x| {

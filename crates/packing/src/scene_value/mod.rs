@@ -76,7 +76,6 @@ impl SceneValue {
         coefficients.try_for_each(|it| coefficient("a coefficient of the scene's value", *it))
     }
 
-    /// The coefficients that count.
     fn in_use(&self) -> Vec<f64> {
         match self.coefficients.is_empty() {
             true => built_in::COEFFICIENTS.to_vec(),

@@ -18,7 +18,6 @@ const LOOKED_AT: usize = 40 * VALUED;
 /// Distance below which placements at neighbouring yaws leave much the same, in metres.
 const APART_M: f64 = 0.01;
 
-/// Litres in a cubic metre.
 const LITRES: f64 = 1e3;
 
 /// Gives the best placements of another evaluator in the order of objective and
@@ -29,7 +28,6 @@ pub struct Farsighted {
     inner: Box<dyn Evaluator>,
     weight: f64,
     coefficients: Vec<f64>,
-    /// The best ones, in their order.
     first: VecDeque<Evaluated>,
     /// Members of `first` that were given.
     given: Vec<(usize, Placement)>,

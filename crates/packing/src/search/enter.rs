@@ -11,9 +11,7 @@ use crate::kernel::{TOGETHER, resting_heights_at};
 /// Enters a view of the ranking; gives the numbers of its proposals and of those known to fit.
 pub(super) struct Enter<'a> {
     pub(super) ranking: Ranking<'a>,
-    /// Nodes to enter.
     pub(super) fresh: &'a mut Vec<Node>,
-    /// Index of the view.
     pub(super) index: usize,
 }
 
@@ -44,7 +42,6 @@ impl WithSimd for Enter<'_> {
 }
 
 impl Enter<'_> {
-    /// Enters the level of the least resting height.
     #[inline(always)]
     fn levels(
         self,
@@ -65,7 +62,6 @@ impl Enter<'_> {
         (placements.count(), fitting)
     }
 
-    /// Enters the largest blocks.
     #[inline(always)]
     fn blocks(self, all: Node, view: &ItemView) -> (u64, u64) {
         let prepared = self.ranking.prepared;

@@ -18,7 +18,6 @@ const PARALLEL_BATCH: usize = 1024;
 /// Why a ranking does not go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stopped {
-    /// The time is over.
     Late,
     /// More is open than may be.
     Full,

@@ -52,7 +52,6 @@ impl Clock {
         self.is_over
     }
 
-    /// Whether the time is over now.
     pub(crate) fn is_over_now(&mut self) -> bool {
         self.look();
         self.is_over
@@ -67,12 +66,10 @@ impl Clock {
     }
 }
 
-/// Bytes of nodes.
 pub(super) fn nodes_bytes(count: usize) -> usize {
     count.saturating_mul(size_of::<Node>())
 }
 
-/// Bytes of one map of a container.
 fn map_bytes(grid: &Grid) -> usize {
     let cells = grid.nx() * grid.ny();
     cells * size_of::<Units>()

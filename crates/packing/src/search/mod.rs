@@ -138,7 +138,6 @@ impl Search {
         self
     }
 
-    /// Bytes that a ranking takes before anything is opened.
     fn entered_bytes(
         &self,
         input: &StepInput<'_>,
@@ -156,7 +155,6 @@ impl Search {
         self.container_bytes() + group.iter().filter_map(of_candidate).sum::<usize>()
     }
 
-    /// Bytes of the maps of the container.
     fn container_bytes(&self) -> usize {
         let windows = self.prepared.windows.as_ref();
         let windows = windows.map_or(0, |windows| usize::from(windows.largest_exponent));
@@ -187,7 +185,6 @@ impl Search {
         self
     }
 
-    /// Makes everything that depends on the container alone current.
     fn update_scene(&mut self, input: &StepInput<'_>) {
         let heightmap = input.scene.heightmap();
         let walled = self.walled(heightmap);
@@ -295,7 +292,6 @@ impl Search {
         Ok(())
     }
 
-    /// Ends a ranking before its end.
     fn stop(&mut self, stopped: Stopped) -> StageResult {
         // Memory of its own is given back: it may be all that there is.
         self.open = OpenList::new();
@@ -315,7 +311,6 @@ impl Search {
         }
     }
 
-    /// Computes the resting heights of a view's proposals.
     fn lower(&mut self, index: usize, view: &ItemView) {
         let Prepared {
             resting,

@@ -20,7 +20,6 @@ pub(super) struct Node {
     pub(super) distance_sum: u64,
     /// Index of the ranking's view.
     pub(super) view: u32,
-    /// Cell of the first placement.
     pub(super) x: u16,
     pub(super) y: u16,
     /// None of the placements rests lower.

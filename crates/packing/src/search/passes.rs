@@ -5,7 +5,6 @@ use super::proposed::ProposedView;
 use crate::grid::Units;
 use crate::resting::RestingMap;
 
-/// The placements of a view that enter as levels.
 #[derive(Clone, Copy)]
 pub(super) enum Placements<'a> {
     All(&'a RestingMap),

@@ -26,7 +26,6 @@ pub(super) struct Prepared {
     pub(super) resting: RestingHeights,
     pub(super) proposed: Proposed,
     pub(super) distance: Option<DistanceLevels>,
-    /// Windowed maps of the bounded search.
     pub(super) windows: Option<Windows>,
     pub(super) views: Vec<ViewState>,
     /// Offsets of the views whose resting heights are not computed by rows, by index of the view.
@@ -42,7 +41,6 @@ pub(super) struct ViewState {
     pub(super) constant: f64,
     /// The greatest resting height at which it does not reach too high.
     pub(super) limit: Units,
-    /// Cells of the footprint.
     pub(super) footprint: usize,
     pub(super) entrance: Entrance,
 }
@@ -52,7 +50,6 @@ pub(super) struct ViewState {
 pub(super) enum Entrance {
     /// All, as levels: the resting height of every placement is computed.
     All,
-    /// All, as blocks.
     Blocks,
     /// Proposed ones alone, as levels.
     Proposed,
@@ -120,7 +117,6 @@ impl WithSimd for UpdateScene<'_> {
 pub(super) struct Ranking<'a> {
     pub(super) prepared: &'a Prepared,
     candidates: &'a [Candidate],
-    /// Seed of the step.
     seed: u64,
 }
 
@@ -143,7 +139,6 @@ impl<'a> Ranking<'a> {
         Some((state, held, held.item.views().get(state.yaw)?))
     }
 
-    /// How many cells the footprint of a node's view has.
     #[inline(always)]
     pub(super) fn footprint(&self, node: &Node) -> usize {
         let state = self.prepared.views.get(node.view as usize);

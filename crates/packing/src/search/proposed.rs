@@ -20,7 +20,6 @@ pub(super) struct ProposedView {
 pub(super) struct Proposed {
     nx: usize,
     ny: usize,
-    /// Proposals by index of the ranking's view.
     pub(super) views: Vec<ProposedView>,
     /// Per cell: the last view with a placement there, which tells repeated proposals.
     seen: Vec<u64>,

@@ -14,7 +14,6 @@ use crate::objective::Heuristic;
 /// Largest blocks as a share of the longer side: larger ones are always cut, of smaller are many.
 const LARGEST_SHARE: usize = 8;
 
-/// The windowed maps of a container.
 #[derive(Debug)]
 pub(super) struct Windows {
     /// The largest blocks have `2^largest_exponent` placements a side.
@@ -64,7 +63,6 @@ impl Windows {
         self.distance.get(usize::from(exponent).checked_sub(1)?)
     }
 
-    /// Recomputes all maps.
     #[inline(always)]
     pub(super) fn update(&mut self, container: &PaddedMap, distance: Option<&DistanceLevels>) {
         let mut finer = container;

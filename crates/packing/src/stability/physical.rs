@@ -151,7 +151,6 @@ struct Lowering<'a, B, L, F> {
     overlap_m: F,
 }
 
-/// The part of a map below a footprint.
 #[derive(Clone, Copy)]
 struct Rows<'a, T> {
     heights: &'a [T],
@@ -206,7 +205,6 @@ fn greater(a: f32, b: f32) -> f32 {
     if b > a { b } else { a }
 }
 
-/// Finds the greatest overlap of each row.
 struct LowerRows<'a, B, L, F> {
     lowering: Lowering<'a, B, L, F>,
     overlaps_m: &'a mut [f32],

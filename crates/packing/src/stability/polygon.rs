@@ -15,7 +15,6 @@ pub(super) struct SupportPolygon {
 }
 
 impl SupportPolygon {
-    /// Forgets all contacts.
     pub(super) fn clear(&mut self) {
         self.contacts.clear();
     }
