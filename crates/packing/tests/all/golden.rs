@@ -86,13 +86,10 @@ fn stability_is_that_of_the_golden_cases() {
             if *height < 0 {
                 continue;
             }
-            let resting = RestingPlacement {
-                placement: Placement { yaw: 0, x, y },
-                resting_height: *height,
-            };
-            let depth = stability.depth_cells(&grid, &heightmap, view, &resting);
+            let at = resting([x, y], *height);
+            let depth = stability.depth_cells(&grid, &heightmap, view, &at);
             if (depth - 0.5).abs() > 1e-6 {
-                let is_stable = stability.is_stable(&grid, &heightmap, view, &resting);
+                let is_stable = stability.is_stable(&grid, &heightmap, view, &at);
                 let place = format!("{} at {x}, {y}: depth {depth}", case.name);
                 assert_eq!(is_stable, case.stable[[x, y]] == 1, "{place}");
             }

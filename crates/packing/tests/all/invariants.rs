@@ -15,11 +15,8 @@ fn a_placement_at_a_yaw_that_its_item_lacks_fails_every_check_and_is_not_made() 
     let grid = small_grid();
     let (scene, held) = (empty(&grid), blocks(1));
     let input = StepInput::new(&grid, &scene, &held);
-    let placement = Placement { yaw: 1, x: 0, y: 0 };
-    let at = RestingPlacement {
-        placement,
-        resting_height: 0,
-    };
+    let mut at = resting([0, 0], 0);
+    at.placement.yaw = 1;
     let is_named = |error: StageError| {
         let error = error.to_string();
         error.contains("\"a placement's yaw is one of its item's\": block has 1 yaws, not yaw 1")
@@ -52,13 +49,9 @@ impl Evaluator for Stranger {
     }
 
     fn next_best(&mut self, _: &StepInput<'_>) -> StageResult<Option<Evaluated>> {
-        let placement = Placement { yaw: 0, x: 0, y: 0 };
         Ok(Some(Evaluated {
             candidate: 7,
-            resting: RestingPlacement {
-                placement,
-                resting_height: 0,
-            },
+            resting: resting([0, 0], 0),
             value: 0.0,
         }))
     }
@@ -93,15 +86,7 @@ fn an_item_of_unknown_mass_is_left_out_of_loads_and_balance_and_the_evidence_say
     let scene = empty(&grid).with_content(vec![lies(glass, [0.1, 0.1, 0.0])].into());
     let held = [Candidate::new(0, block(&grid, [4, 4], 10))];
     let input = StepInput::new(&grid, &scene, &held);
-    let placement = Placement {
-        yaw: 0,
-        x: 12,
-        y: 12,
-    };
-    let at = RestingPlacement {
-        placement,
-        resting_height: 50,
-    };
+    let at = resting([12, 12], 50);
     let checks: [BoxedCheck; 2] = [
         Box::new(LoadCheck::new(1.0)),
         Box::new(BalanceCheck::new(1e-9)),

@@ -7,25 +7,20 @@ use ppnpack_packing::survey::{Surveyed, survey};
 use crate::support::oracle::Oracle;
 use crate::support::*;
 
-fn resting(found: &Surveyed) -> RestingPlacement {
-    let Surveyed { x, y, .. } = *found;
-    RestingPlacement {
-        placement: Placement { yaw: 0, x, y },
-        resting_height: found.resting_height,
-    }
+fn surveyed(found: &Surveyed) -> RestingPlacement {
+    resting([found.x, found.y], found.resting_height)
 }
 
 /// Every placement of a view, as DBL surveys it.
 fn everywhere(oracle: &Oracle<'_>) -> Vec<RestingPlacement> {
     let weights = Weights::default();
-    let surveyed = survey(
-        oracle.grid,
-        oracle.heightmap,
-        oracle.view,
-        Heuristic::Dbl,
-        &weights,
-    );
-    surveyed.unwrap().iter().map(resting).collect()
+    let Oracle {
+        grid,
+        heightmap,
+        view,
+    } = *oracle;
+    let found = survey(grid, heightmap, view, Heuristic::Dbl, &weights);
+    found.unwrap().iter().map(surveyed).collect()
 }
 
 proptest! {
@@ -39,9 +34,9 @@ proptest! {
         for view in items[0].views() {
             let oracle = Oracle { grid: &grid, heightmap: &heightmap, view };
             for heuristic in &HEURISTICS[..4] {
-                let surveyed = survey(&grid, &heightmap, view, *heuristic, &weights).unwrap();
-                for found in surveyed.iter().step_by(3) {
-                    let at = resting(found);
+                let all = survey(&grid, &heightmap, view, *heuristic, &weights).unwrap();
+                for found in all.iter().step_by(3) {
+                    let at = surveyed(found);
                     let height = oracle.resting_height(at.placement);
                     prop_assert_eq!(height, Some(found.resting_height));
                     let expected = oracle.value(&at, *heuristic, &weights, true);
@@ -120,7 +115,7 @@ fn the_largest_heights_do_not_overflow() {
             view,
         };
         for found in found.iter().step_by(97) {
-            let expected = oracle.mean_distance(&resting(found));
+            let expected = oracle.mean_distance(&surveyed(found));
             let constant = found.value - f64::from(found.resting_height) - 2.5 * expected;
             let share = 1.0 - (view.voxel_count() as f64 / grid.voxel_count()).cbrt();
             assert!((constant - 80.0 * share).abs() < 1e-6, "{constant}");

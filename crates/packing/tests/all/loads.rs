@@ -146,12 +146,9 @@ fn judged(
     let scene = empty(&grid).with_content(content.into());
     let candidates = [held];
     let input = StepInput::new(&grid, &scene, &candidates);
-    let resting = RestingPlacement {
-        placement: Placement { yaw: 0, x, y },
-        resting_height,
-    };
+    let at = resting([x, y], resting_height);
     check.begin(&input).unwrap();
-    check.judge(&input, &candidates[0], &resting).unwrap()
+    check.judge(&input, &candidates[0], &at).unwrap()
 }
 
 #[test]

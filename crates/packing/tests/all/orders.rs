@@ -244,10 +244,7 @@ impl<'a> World<'a> {
         let corners = (0..=grid.nx() - nx).flat_map(|x| (0..=grid.ny() - ny).map(move |y| (x, y)));
         let mut corners = corners;
         corners.any(|(x, y)| {
-            let at = RestingPlacement {
-                placement: Placement { yaw: 0, x, y },
-                resting_height: 0,
-            };
+            let at = resting([x, y], 0);
             let below = self.open[container].iter();
             let below = below.filter(|below| self.overlap(Lying { arrival, at }, **below));
             let mut resting_height = 0;

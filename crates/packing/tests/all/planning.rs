@@ -20,8 +20,6 @@ type Place = (usize, RestingPlacement);
 #[derive(Debug, Clone, PartialEq)]
 enum Event {
     Begun,
-    /// Whether it rules an item out.
-    AskedOf(usize),
     Told(Vec<Place>),
     Asked(Place),
     Widened,
@@ -106,7 +104,6 @@ impl ValidityCheck for Stub {
     }
 
     fn rules_out(&mut self, _: &StepInput<'_>, held: &Candidate) -> StageResult<Option<Refusal>> {
-        self.note(Event::AskedOf(held.arrival));
         Ok(self.ruled_out.contains(&held.arrival).then(why))
     }
 
@@ -221,7 +218,7 @@ fn was_told_before(log: &Log) -> bool {
         }
         // Those before it are passed by.
         Event::Asked(place) => told.any(|next| next == place),
-        Event::Begun | Event::AskedOf(_) | Event::Widened => true,
+        Event::Begun | Event::Widened => true,
     })
 }
 

@@ -200,10 +200,7 @@ proptest! {
         let grid = grid(0.0025, 1);
         let mut heightmap = Heightmap::from_units(80, 64, heights).unwrap();
         let item = block(&grid, [10, 10], 20);
-        let at = RestingPlacement {
-            placement: Placement { yaw: 0, x, y },
-            resting_height: 45,
-        };
+        let at = resting([x, y], 45);
         let with = Squares::of(&grid, &heightmap).with(&item.views()[0], &at);
         for (x, y) in (x..x + 10).flat_map(|x| (y..y + 10).map(move |y| (x, y))) {
             heightmap.raise(x, y, 45 + 20);

@@ -49,6 +49,14 @@ pub(crate) fn empty(grid: &Grid) -> Scene {
     Scene::from_heightmap(Heightmap::empty(grid))
 }
 
+/// A placement at the first yaw, and its height in units.
+pub(crate) fn resting([x, y]: [usize; 2], resting_height: Units) -> RestingPlacement {
+    RestingPlacement {
+        placement: Placement { yaw: 0, x, y },
+        resting_height,
+    }
+}
+
 /// A block of so many cells and units.
 pub(crate) fn block_view([nx, ny]: [usize; 2], height: Units) -> ViewSurfaces {
     ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
