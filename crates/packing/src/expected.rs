@@ -287,7 +287,7 @@ impl<'a> Comparison<'a> {
             let shown = self.shown.get(sample);
             shown.is_some_and(|shown| shown.solid == solid)
         };
-        let open = || samples().filter(|(sample, _)| is_highest(*sample));
+        let open = || samples().filter(move |(sample, _)| is_highest(*sample));
         let count = samples().count() as f64;
         // What is there is lower nowhere, and needs no close look.
         let is_lower = |(sample, top_m): (usize, f32)| {
