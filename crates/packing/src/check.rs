@@ -188,18 +188,20 @@ pub struct LastResort {
 /// A check of any kind.
 pub type BoxedCheck = Box<dyn ValidityCheck>;
 
+/// May a candidate, in this view, be placed there?
+pub(crate) struct Question<'a> {
+    pub(crate) input: &'a StepInput<'a>,
+    pub(crate) held: &'a Candidate,
+    pub(crate) view: &'a ItemView,
+    pub(crate) at: &'a RestingPlacement,
+}
+
 /// A check that asks one question, to which there always is an answer.
 pub(crate) trait Condition: Send {
     const COST: Cost;
     const CAUSE: Cause;
 
-    fn is_met(
-        &mut self,
-        input: &StepInput<'_>,
-        held: &Candidate,
-        view: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool;
+    fn is_met(&mut self, asked: &Question<'_>) -> bool;
 }
 
 impl<C: Condition> ValidityCheck for C {
@@ -213,9 +215,13 @@ impl<C: Condition> ValidityCheck for C {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> StageResult<Verdict> {
-        let view = candidate.item.view(resting.placement.yaw)?;
-        let is_met = self.is_met(input, candidate, view, resting);
-        Ok(Verdict::of(is_met, C::CAUSE))
+        let asked = Question {
+            input,
+            held: candidate,
+            view: candidate.item.view(resting.placement.yaw)?,
+            at: resting,
+        };
+        Ok(Verdict::of(self.is_met(&asked), C::CAUSE))
     }
 }
 
@@ -227,13 +233,9 @@ impl Condition for Fits {
     const COST: Cost = Cost::Lookup;
     const CAUSE: Cause = Cause::AboveRim;
 
-    fn is_met(
-        &mut self,
-        input: &StepInput<'_>,
-        _: &Candidate,
-        view: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool {
-        view.fits_at(input.grid, at.resting_height)
+    fn is_met(&mut self, asked: &Question<'_>) -> bool {
+        asked
+            .view
+            .fits_at(asked.input.grid, asked.at.resting_height)
     }
 }

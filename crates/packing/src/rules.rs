@@ -1,12 +1,9 @@
 //! The rules of items as checks of placements.
 
-use crate::check::{BoxedCheck, Condition, Cost};
-use crate::item::ItemView;
+use crate::check::{BoxedCheck, Condition, Cost, Question};
 use crate::leaving::Sequence;
-use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings};
-use crate::step::{Candidate, StepInput};
 
 /// How far inside its support the centre of mass of an upright item must lie, in metres.
 const UPRIGHT_MARGIN_M: f64 = 0.01;
@@ -28,14 +25,8 @@ impl Condition for OnFloor {
     const COST: Cost = Cost::Lookup;
     const CAUSE: Cause = Cause::NotOnFloor;
 
-    fn is_met(
-        &mut self,
-        _: &StepInput<'_>,
-        held: &Candidate,
-        _: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool {
-        !held.rules.is_bottom_only || at.resting_height == 0
+    fn is_met(&mut self, asked: &Question<'_>) -> bool {
+        !asked.held.rules.is_bottom_only || asked.at.resting_height == 0
     }
 }
 
@@ -56,13 +47,7 @@ impl Condition for Upright {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::CouldFallOver;
 
-    fn is_met(
-        &mut self,
-        input: &StepInput<'_>,
-        held: &Candidate,
-        view: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool {
-        !held.rules.is_upright || self.0.is_stable(input.grid, input.scene, view, at)
+    fn is_met(&mut self, asked: &Question<'_>) -> bool {
+        !asked.held.rules.is_upright || self.0.is_met(asked)
     }
 }

@@ -4,13 +4,13 @@ use pulp::{Arch, Simd, WithSimd};
 use serde::{Deserialize, Serialize};
 
 use super::polygon::SupportPolygon;
-use crate::check::{Condition, Cost};
+use crate::check::{Condition, Cost, Question};
 use crate::grid::{Grid, Units};
 use crate::heightmap::Scene;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StepInput};
+use crate::step::StepInput;
 
 /// Samples compared at once along y.
 const LANES: usize = 8;
@@ -225,13 +225,8 @@ impl Condition for PhysicalStability {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::Unstable;
 
-    fn is_met(
-        &mut self,
-        input: &StepInput<'_>,
-        _: &Candidate,
-        view: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool {
-        self.is_stable(input.grid, input.scene, view, at)
+    fn is_met(&mut self, asked: &Question<'_>) -> bool {
+        let StepInput { grid, scene, .. } = *asked.input;
+        self.is_stable(grid, scene, asked.view, asked.at)
     }
 }

@@ -1,13 +1,13 @@
 //! The published stability test.
 
 use super::polygon::SupportPolygon;
-use crate::check::{Condition, Cost};
+use crate::check::{Condition, Cost, Question};
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::{ABSENT, ItemView};
 use crate::placement::RestingPlacement;
 use crate::refusal::Cause;
-use crate::step::{Candidate, StepInput};
+use crate::step::StepInput;
 
 /// Contact is counted over this height: 5 units of 0.2 cm in the paper.
 const CONTACT_HEIGHT_M: f64 = 0.01;
@@ -80,13 +80,8 @@ impl Condition for PublishedStability {
     const COST: Cost = Cost::Footprint;
     const CAUSE: Cause = Cause::UnstableByPublishedTest;
 
-    fn is_met(
-        &mut self,
-        input: &StepInput<'_>,
-        _: &Candidate,
-        view: &ItemView,
-        at: &RestingPlacement,
-    ) -> bool {
-        self.is_stable(input.grid, input.scene.heightmap(), view, at)
+    fn is_met(&mut self, asked: &Question<'_>) -> bool {
+        let StepInput { grid, scene, .. } = *asked.input;
+        self.is_stable(grid, scene.heightmap(), asked.view, asked.at)
     }
 }
