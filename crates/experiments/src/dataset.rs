@@ -13,7 +13,7 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::method::{Method, ProposalSource, Stability};
 use ppnpack_packing::objective::Weights;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::apart::Apart;
 use crate::packer::{Packer, sdfm};
@@ -143,7 +143,11 @@ pub(crate) fn run(arguments: &DatasetArguments) -> Outcome {
     }
     workers::map("Playing sequences", &missing, workers, add)?;
     if arguments.cases.is_some() {
-        return print_range(arguments, missing.len());
+        let played = missing.len();
+        let words = format!(
+            "{played} sequences were played; the same command without --cases makes the dataset"
+        );
+        return say(arguments, &json!({ "played": played }), &words);
     }
     print(arguments, &writer.finish().or_run()?)
 }
@@ -251,14 +255,13 @@ fn play(sequence: u32, packer: &Packer<'_>, settings: &Settings) -> Outcome<Sequ
         .map_err(|error| Failure::Run(anyhow::anyhow!("sequence {sequence}: {error}")))
 }
 
-fn print_range(arguments: &DatasetArguments, played: usize) -> Outcome {
-    if arguments.json {
-        return Ok(print_json(&json!({ "played": played }))?);
-    }
+/// Prints what came of a folder, as JSON or in words.
+fn say(arguments: &DatasetArguments, figures: &Value, words: &str) -> Outcome {
     let folder = arguments.out.display();
-    Ok(print_line(&format!(
-        "{folder}: {played} sequences were played; the same command without --cases makes the dataset"
-    ))?)
+    match arguments.json {
+        true => Ok(print_json(figures)?),
+        false => Ok(print_line(&format!("{folder}: {words}"))?),
+    }
 }
 
 fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {
@@ -269,16 +272,13 @@ fn print(arguments: &DatasetArguments, dataset: &Dataset) -> Outcome {
         candidates += step.candidates.len();
     }
     let (sequences, hash) = (arguments.sequences, dataset.hash());
-    if arguments.json {
-        return Ok(print_json(&json!({
-            "hash": hash,
-            "sequences": sequences,
-            "steps": steps,
-            "candidates": candidates,
-        }))?);
-    }
-    Ok(print_line(&format!(
-        "{}: {sequences} sequences, {steps} steps, {candidates} candidates, hash {hash}",
-        arguments.out.display(),
-    ))?)
+    let figures = json!({
+        "hash": hash,
+        "sequences": sequences,
+        "steps": steps,
+        "candidates": candidates,
+    });
+    let words =
+        format!("{sequences} sequences, {steps} steps, {candidates} candidates, hash {hash}");
+    say(arguments, &figures, &words)
 }

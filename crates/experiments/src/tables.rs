@@ -92,8 +92,7 @@ pub(crate) struct Table2Arguments {
 }
 
 /// Packs random sequences of unseen objects: at random, with the network's proposals, searching all
-/// placements. Give a
-/// --catalogue that the network was not trained on.
+/// placements. Give a --catalogue that the network was not trained on.
 #[derive(Debug, Args)]
 pub(crate) struct Table4Arguments {
     #[command(flatten)]
