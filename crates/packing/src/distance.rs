@@ -14,7 +14,8 @@ pub const DISTANCE_TRUNCATION: usize = DISTANCE_LEVELS + 1;
 /// Rows that are dilated along y at once: enough for a loop to pay, few enough for the cache.
 const BAND_ROWS: usize = 16;
 
-/// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor.
+/// The heights from which on a voxel is further than 1, 2, ... steps from content, walls and floor:
+/// `D`, the truncated distance of SDF-Pack (Pan et al., 2023).
 ///
 /// The scene below the heightmap is full, so the voxels within `d` steps of content are those below
 /// `H_d` = the heightmap dilated by `d` steps (walls infinite), plus `d` steps. `D` of a voxel at

@@ -8,6 +8,9 @@ use super::ties::Tie;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Bar {
+    /// There is no such container.
+    #[error("broken invariant \"what may take an item is open\": there is no container {0}")]
+    NotOpen(usize),
     /// The container is for one order, and this is another one's.
     #[error("the container is for order {0}")]
     OtherOrder(Arc<str>),

@@ -259,7 +259,9 @@ impl Orders {
     pub fn bar(&self, container: usize, arrival: usize) -> Option<Bar> {
         debug_assert_eq!(self.held.len(), self.open.len(), "no step began");
         let line = self.lines.get(&arrival)?;
-        let held = self.held.get(container)?;
+        let Some(held) = self.held.get(container) else {
+            return Some(Bar::NotOpen(container));
+        };
         let item = &line.item;
         self.other_order(held.orders.iter().filter(|order| **order != item.order))
             .or_else(|| self.rules.apart(&item.group, &held.groups))

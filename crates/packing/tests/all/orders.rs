@@ -680,6 +680,13 @@ fn groups_that_must_not_travel_together_close_a_container() {
     orders.packed(0, 0);
     assert_barred(
         &mut orders,
-        &[(0, 1, Some("chemicals must not travel with food"))],
+        &[
+            (0, 1, Some("chemicals must not travel with food")),
+            (
+                9,
+                1,
+                Some("broken invariant \"what may take an item is open\": there is no container 9"),
+            ),
+        ],
     );
 }
