@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Translation3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
+use ppnpack_packing::proposals::possible_count_below_rim;
 use ppnpack_packing::step::Candidate;
 use ppnpack_recognition::posed::posed_item;
 use ppnpack_robot::station::ArmStation;
@@ -42,15 +42,9 @@ fn chance(model: &Model, grid: &Grid, station: Option<&ArmStation>) -> f64 {
             let candidate = Candidate::new(0, Arc::clone(&item)).with_model(model);
             station.check().lift(&candidate, resolution).is_ok()
         });
-        is_held && fits(&item, grid)
+        is_held && possible_count_below_rim(grid, &item) > 0
     });
     let all: f64 = poses.map(|pose| pose.probability).sum();
     let possible: f64 = possible.map(|pose| pose.probability).sum();
     possible / all.max(f64::MIN_POSITIVE)
-}
-
-fn fits(item: &Item, grid: &Grid) -> bool {
-    item.views()
-        .iter()
-        .any(|view| view.nx() <= grid.nx() && view.ny() <= grid.ny() && view.height() <= grid.rim())
 }

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use nalgebra::{Isometry3, Point2};
 use ppnpack_catalogue::object::Model;
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::pose;
@@ -206,7 +207,7 @@ impl Run<'_> {
         self.tray_sequence += 1;
         let capture = Capture {
             sequence: self.tray_sequence,
-            captured_at_ns: now_ns(),
+            captured_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
             state_number: 0,
             container_from_sensor: self.tray.container_from_camera(),
         };
@@ -467,10 +468,4 @@ fn disturbance_m(before: &v1::CellState, after: &v1::CellState) -> f64 {
         Some((place(now)? - place(body)?).norm())
     });
     moved_m.fold(0.0, f64::max)
-}
-
-fn now_ns() -> i64 {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let since_1970 = since_1970.unwrap_or_default();
-    i64::try_from(since_1970.as_nanos()).unwrap_or(i64::MAX)
 }
