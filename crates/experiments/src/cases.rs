@@ -73,8 +73,7 @@ pub(crate) fn cases(sequences: &SequenceFile, first: u32, count: u32) -> Outcome
 }
 
 /// The first random stream of an experiment's sequences. Those below are a dataset's
-/// ([`ppnpack_dataset::draw`]), so that with one seed for both no network is tried on sequences
-/// that it learnt from.
+/// ([`ppnpack_dataset::draw`]): no network is tried on sequences that it learnt from.
 const FIRST_STREAM: u64 = 1 << 32;
 
 /// Random sequences of these numbers, of objects numbered below `objects`, each as likely as any

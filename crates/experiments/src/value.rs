@@ -1,8 +1,7 @@
 //! `ppnpack experiment value`: the value of what a placement leaves, learned from packings.
 //!
-//! Sequences are packed as usual; at each step the figures of the scene after the placement are
-//! noted, and what was packed until then. `experiments/value.py` learns of these the coefficients
-//! of [`SceneValue`].
+//! Packs sequences as usual; notes the figures after each placement, and what was packed until
+//! then. `experiments/value.py` learns of these the coefficients of [`SceneValue`].
 
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};

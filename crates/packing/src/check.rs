@@ -105,9 +105,8 @@ pub trait ValidityCheck: Send {
         Ok(())
     }
 
-    /// Why it refuses every placement of the candidate, whatever the container holds, where it
-    /// does. Such a candidate is left out of the step before anything is proposed for it. Asked
-    /// once for each candidate as a step begins.
+    /// Why it refuses every placement of the candidate, whatever the container holds. Nothing is
+    /// proposed for such a candidate. Asked once for each as a step begins.
     fn rules_out(
         &mut self,
         _input: &StepInput<'_>,
@@ -116,9 +115,8 @@ pub trait ValidityCheck: Send {
         Ok(None)
     }
 
-    /// Why it refuses a placement by what it found out about others in this step, where it does.
-    /// Every check is asked this before any looks into the placement, and none is asked to
-    /// [`judge`](Self::judge) what one of them refuses so.
+    /// Why it refuses a placement by what it found out about others in this step. Every check is
+    /// asked this first; none [`judges`](Self::judge) what one of them refuses so.
     fn refuses_unseen(
         &self,
         _input: &StepInput<'_>,

@@ -24,9 +24,8 @@ pub struct Found {
     pub is_cut: bool,
 }
 
-/// Plans a step over open containers: what the first attempt that finds a placement finds, in the
-/// first container that can take an item; else the last of all. `None` where there is no container.
-/// `plan_in` plans in a container, by its place in the attempt, for what it may take.
+/// Plans a step over open containers: what the first attempt that finds a placement finds; else the
+/// last plan of all; `None` without containers. `plan_in` plans in a container of an attempt.
 ///
 /// # Errors
 /// What kept `plan_in` from planning.

@@ -175,9 +175,8 @@ impl Play {
 
 /// Plays an episode.
 ///
-/// Neighbours in the sequence with the same arrival are the poses of one item ([`Candidate`]).
-/// Where nothing in the buffer has a valid placement, the largest of its items is set aside, as
-/// many times as may be, and the next one arrives.
+/// Neighbours of one arrival are the poses of one item ([`Candidate`]). Where nothing in the buffer
+/// fits, its largest item is set aside, as often as may be, and the next one arrives.
 ///
 /// # Errors
 /// [`EpisodeError`] where planning or the cell failed; what was packed until then is lost to the caller, but not to

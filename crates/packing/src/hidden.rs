@@ -1,10 +1,9 @@
 //! Hidden samples of a surface: what lies there by what is known beside the picture.
 //!
-//! A sensor bounds what it does not see ([`Surface::has_bounds`]). Where the solids in the
-//! container are known, a hidden sample is as high as they are, with a margin. What was seen
-//! before, and where nothing was placed or moved since, is as it was. Neither ever raises a bound.
-//! Of the edge of a known solid a sample may hold less than a sensor resolves: it is as high as the
-//! solid where the picture shows that beside it.
+//! A sensor bounds what it does not see ([`Surface::has_bounds`]). A hidden sample is as high as
+//! known solids, with a margin; seen before, where nothing was placed or moved since, it is as it
+//! was. Neither raises a bound. A seen sample may hold less of a solid's edge than a sensor
+//! resolves: it is as high as the solid where the picture shows that beside it.
 
 use crate::content::{Content, LyingSolid};
 use crate::grid::Grid;

@@ -1,9 +1,9 @@
 //! The inner loops: resting heights and distance sums over padded maps.
 //!
-//! Maps are padded with [`WALL`] so that a whole block of lanes can be read from any cell of the
-//! container: a placement that leaves the container then rests at wall height and never fits, with
-//! no branch in the loops. Everything here is `inline(always)`, so that one dispatch on the
-//! processor's features, made by the caller, covers the whole loop nest.
+//! Maps are padded with [`WALL`], so that a block of lanes can be read from any cell: a placement
+//! that leaves the container rests at wall height and never fits, with no branch in the loops. All
+//! is `inline(always)`: the caller's dispatch on the processor's features covers the whole loop
+//! nest.
 #![allow(
     clippy::indexing_slicing,
     reason = "a block is read at most LANES cells past a row's last cell, which PaddedMap allocates; \

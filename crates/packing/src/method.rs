@@ -84,9 +84,8 @@ pub enum ProposalSource {
         /// `K`.
         percent: f64,
     },
-    /// Some random yaws of each item, with some random positions each. Where none of these is valid
-    /// for any item of the buffer, nothing is placed, although there may be room: see
-    /// [`ProposalSource::PUBLISHED_TRIES`].
+    /// Some random positions at some random yaws of each item. Where none is valid for any item of
+    /// the buffer, nothing is placed: see [`ProposalSource::PUBLISHED_TRIES`].
     Tries {
         /// How many yaws, each drawn from all.
         yaws: u8,

@@ -18,9 +18,9 @@ pub struct PackedVolume {
 
 /// Compactness and utilisation of a container.
 ///
-/// The paper gives compactness in two ways. Its text divides the volume of the items by that of the
-/// minimum bounding box of what was packed; its published code by the floor times the greatest
-/// height. Both are the same once the content touches all walls.
+/// The paper gives compactness in two ways. Its text divides the items' volume by that of their
+/// minimum bounding box; its published code by floor times greatest height, of the scan before the
+/// last placement. Both are the same once the content touches all walls.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Metrics {
     /// Items inside.

@@ -217,9 +217,9 @@ impl Objective {
         }
     }
 
-    /// A bound that no placement of a block is below: one that starts at the cell `at`, whose
-    /// placements rest at `height` at least and have at least this sum of distances. Of the single
-    /// placement there it is its SDFM or DBL. `constant` is [`Self::constant`] of the view.
+    /// Bounds the values of a block from below: it starts at the cell `at`, rests at `height` at
+    /// least and has at least this sum of distances. Of a single placement it is its SDFM or DBL.
+    /// `constant` is [`Self::constant`] of the view.
     pub(crate) fn block_bound(
         &self,
         view: &ItemView,

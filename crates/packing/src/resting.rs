@@ -73,9 +73,8 @@ struct ShapeMaps {
 
 /// Computes the resting heights of the buffer's items, anew only where a change affects them.
 ///
-/// Most of a buffer stays from one step to the next and a placed item changes a small part of the
-/// container, so only the placements whose footprint meets the changed rectangle are computed
-/// again. Exact: a resting height depends on the cells under the footprint alone.
+/// A placed item changes a small part of the container: only placements whose footprint meets the
+/// changed rectangle are computed again. Exact, as heights depend on cells below alone.
 #[derive(Debug, Clone)]
 pub struct RestingHeights {
     grid: Grid,

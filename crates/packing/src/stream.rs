@@ -1,6 +1,5 @@
-//! Streams: items that arrive one after another, of orders or not, packed into several open
-//! containers. One is closed, and an empty one opened in its place, where nothing in the buffer has
-//! a valid placement in any, or a rule says so.
+//! Streams: items that arrive one by one, packed into several open containers. One is closed, and
+//! an empty one opened, where nothing in the buffer fits into any, or by a rule.
 
 use crate::buffer::Buffer;
 use crate::candidate::Candidate;

@@ -1,11 +1,10 @@
 //! Looking ahead over the known distribution of boxes.
 //!
-//! The best placements by a one-step policy are followed to the end of the episode by roll-outs of
-//! it, all through the same futures (common random numbers), so that their differences scatter less
-//! than their ends. By sequential halving (Karnin, Koren and Somekh, *Almost Optimal Exploration in
-//! Multi-Armed Bandits*, ICML 2013) the worse half is left out after each round, and the next
-//! round's roll-outs are shared by fewer. The policy's own choice stays to the end, and is left
-//! only where another one packs more by a margin of standard errors: of several means the best is
+//! The best placements by a one-step policy are followed to the episode's end by its roll-outs, all
+//! through the same futures (common random numbers), so that differences scatter less. By
+//! sequential halving (Karnin, Koren and Somekh, *Almost Optimal Exploration in Multi-Armed
+//! Bandits*, ICML 2013) each round leaves out the worse half. The policy's own choice stays to the
+//! end, and is left only where another packs more by a margin of standard errors: the best mean is
 //! often the luckiest.
 //!
 //! Where boxes have to be stable, the roll-outs ask of each box whether it stands by itself, but

@@ -1,6 +1,5 @@
-//! Heightmaps and items on a coarser grid, as they are rather than as large as they may be: what is
-//! proposed on the coarse grid need not be safe, as the fine grid decides, and by their greatest
-//! heights items and obstacles would grow by up to a cell, which closes narrow gaps.
+//! Heightmaps and items on a coarser grid, as they are on average: the fine grid decides what is
+//! safe, and by greatest heights all would grow by up to a cell, which closes narrow gaps.
 
 use std::ops::Range;
 
@@ -37,9 +36,8 @@ impl CoarseGrid {
         first..if cell + 1 == coarse { fine } else { end }
     }
 
-    /// An item's views at the coarse yaws: per coarse cell of the footprint the highest upper and
-    /// the lowest lower surface, counted from the footprint's corner. Cells of which the item
-    /// covers less than half are left out, unless that is all of them.
+    /// An item's views at the coarse yaws: per coarse cell the highest upper and the lowest lower
+    /// surface. Cells of which the item covers less than half are left out, unless all are such.
     ///
     /// # Errors
     /// [`ItemError`] where the item has no view at a yaw of the coarse grid.

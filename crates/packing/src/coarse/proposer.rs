@@ -22,10 +22,10 @@ const WIDER: f64 = 4.0;
 /// Proposes, for the fine grid, the regions of those placements of a coarse proposer that the
 /// heuristic ranks best on the coarse grid.
 ///
-/// The heuristic costs little there, and spares evaluating on the fine grid what other candidates
-/// beat. Under [`Order::Balance`], where values of different items compare, the candidates have one
-/// share together. Under other orders each has its own. An item whose footprint does not fit the
-/// coarse container at any yaw has few placements; all are proposed.
+/// The heuristic costs little there, and spares the fine grid what other candidates beat. Under
+/// [`Order::Balance`], where values of items compare, the candidates have one share together, else
+/// each its own. An item that does not fit the coarse container has few placements; all are
+/// proposed.
 pub struct CoarseToFine {
     grids: CoarseGrid,
     wide: Box<dyn Proposer>,

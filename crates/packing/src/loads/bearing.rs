@@ -20,9 +20,8 @@ const STIFFENED: f64 = 1e-8;
 /// The share of the weight that each contact bears; `None` where the item does not stand on them.
 ///
 /// The pressure is that of a stiff item on soft ground (Winkler's foundation): linear across the
-/// contacts, nowhere below 0, in balance. On two narrow supports that is the lever rule; on more
-/// than three, where it could be spread in many ways, the most even one. Positions are along the
-/// floor, in any unit.
+/// contacts, nowhere below 0, in balance: the lever rule on two narrow supports, the most even of
+/// many ways on more than three. Positions are along the floor, in any unit.
 pub fn bearing_shares(contacts: &[Point2<f64>], centre_of_mass: &Point2<f64>) -> Option<Vec<f64>> {
     let size_m = contacts.iter().fold(0.0_f64, |size_m, contact| {
         size_m.max((contact - centre_of_mass).amax())

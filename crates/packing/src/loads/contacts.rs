@@ -5,9 +5,8 @@ use nalgebra::Point2;
 use super::bearing::bearing_shares;
 use super::stack::Shares;
 
-/// Surfaces whose gap is greater than the least by no more than this are in contact, in metres; of
-/// these the first with which the item stands counts. Solids are as their meshes say, but bodies of
-/// a simulation touch by their convex pieces.
+/// Tolerances beyond the least gap, in metres, of which the first counts with which the item
+/// stands: meshes are exact, but simulated bodies touch by their convex pieces.
 const TOLERANCES_M: [f32; 6] = [0.001, 0.002, 0.004, 0.008, 0.016, WIDEST_M];
 
 /// Maximum gap of a contact, in metres.

@@ -1,9 +1,9 @@
 //! Loads: what rests on each item, and what it may carry.
 //!
-//! Who rests on whom follows from the solids of the content as they lie, and how an item's weight
-//! is spread over what is below it from statics (`bearing.rs`). Friction on walls and items that
-//! wedge are left out, and contacts are only known as well as the solids and their poses are: the
-//! estimate is held against limits with a margin, but never counts more than all that is above.
+//! Who rests on whom follows from the solids as they lie, and how weight is spread below from
+//! statics (`bearing.rs`). Friction on walls and wedged items are left out, and contacts are known
+//! only as well as poses: limits are held with a margin, but never against more than all that is
+//! above.
 
 mod balance;
 mod bearing;

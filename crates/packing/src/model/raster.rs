@@ -33,8 +33,7 @@ pub struct Raster {
 /// the least and greatest z of the triangle within that square, in metres.
 ///
 /// Exact: the range is that of the triangle clipped to the square, less [`SLACK_M`] along its
-/// border. Squares outside the raster are left out, as are triangles with a coordinate that is not
-/// finite. Each square is visited at most once.
+/// border. Squares outside and triangles that are not finite are left out; no square comes twice.
 pub fn rasterise(
     triangle: &[Point3<f64>; 3],
     raster: &Raster,

@@ -272,9 +272,8 @@ impl Orders {
             .or_else(|| self.elsewhere(held, item))
     }
 
-    /// The attempts of a step over these containers, until one finds something: by all rules, and
-    /// then, where any gives way, without those. Whatever has a valid placement has one in the last
-    /// of them: where the last finds nothing, nothing can be packed.
+    /// The attempts of a step: by all rules, then, where any gives way, without those. Whatever has
+    /// a valid placement has one in the last: where that finds nothing, nothing can be packed.
     pub fn attempts(&self, containers: &[usize], candidates: &[Candidate]) -> Vec<Attempt> {
         let attempt = |gives_way: bool| -> Attempt {
             let admitted = |container: &usize| {

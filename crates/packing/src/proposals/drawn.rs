@@ -47,9 +47,9 @@ impl Proposer for ProposeRandom {
     }
 }
 
-/// Proposes for each candidate what the published code of the paper's baseline "Random" tries: some
-/// yaws, and some positions at each of them, all drawn independently. Where none of them is valid
-/// for any candidate, the step has no choice.
+/// Proposes for each candidate some yaws, and some positions at each, all drawn independently: the
+/// fitted baseline [`PUBLISHED_TRIES`](crate::method::ProposalSource::PUBLISHED_TRIES). Where none
+/// of them is valid for any candidate, the step has no choice.
 #[derive(Debug, Clone)]
 pub struct ProposeTries {
     yaws: u8,

@@ -1,15 +1,13 @@
 //! The value of a scene: the volume that may still be packed, as learned from packings.
 //!
 //! The value is linear in [`figures`] of the surface with the item on it and of the items that
-//! still wait: `V = C sum(c_i f_i)`, `C` the container's volume. What is the same for all
-//! placements of a step has no influence on it. With `F` the objective and `v` the item's volume,
-//! the best placements are tried by increasing `F - w (v + V)`, `w` the weight per litre
-//! ([`Farsighted`]). `experiments/value.py` learns the coefficients of what `experiment value`
-//! packs; docs/results/value.md says what they are worth.
+//! wait: `V = C sum(c_i f_i)`, `C` the container's volume. What all placements of a step share has
+//! no influence. With `F` the objective and `v` the item's volume, the best are tried by increasing
+//! `F - w (v + V)`, `w` the weight per litre ([`Farsighted`]). `experiments/value.py` learns the
+//! coefficients of what `experiment value` packs; docs/results/value.md has their worth.
 //!
-//! It is a learned value function of reinforcement learning, by Monte Carlo (Sutton and Barto,
-//! *Reinforcement Learning*, 2018, chapter 9), with one step of improvement over the objective that
-//! it was learned under.
+//! It is a value function of reinforcement learning, by Monte Carlo (Sutton and Barto,
+//! *Reinforcement Learning*, 2018, chapter 9), one step of improvement over the objective.
 
 mod figures;
 mod ranking;

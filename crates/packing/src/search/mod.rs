@@ -1,11 +1,10 @@
 //! The local evaluator: a best-first search that computes an objective only where it may matter.
 //!
 //! One open list holds what is left of a ranking, the least bound first. Placements enter it as
-//! levels, one per view and resting height, or, in the bounded search, as blocks, squares of `2^e`
+//! levels, one per view and resting height, or, in the bounded search, as blocks of `2^e`
 //! placements a side. A level is opened by evaluating its placements, a block by cutting it in
-//! four, down to single placements. A value is final once it is below every bound left. So the
-//! expensive terms are computed for the few placements near the best alone, and the order of
-//! values, ties included, is that of a full sort.
+//! four, down to single ones. A value is final once it is below every bound left. So expensive
+//! terms are computed near the best alone, and the order, ties included, is that of a full sort.
 //!
 //! Only blocks come down to single placements in the list. Where resting heights are known,
 //! entering each singly was measured to take 10 to 50 % longer a step than passes over them do.
@@ -173,10 +172,9 @@ impl Search {
         self
     }
 
-    /// Looks only where a bound does not rule out the best placement, for candidates of which all
-    /// placements are proposed. The ranking is the same, bit for bit, but
-    /// [`PlacementCounts::fitting`] counts only what was looked at until the ranking is at its end.
-    /// SDFM, DBL and HM have such bounds; with others this changes nothing.
+    /// Looks only where a bound does not rule out the best, for candidates of which all placements
+    /// are proposed. The ranking is the same, bit for bit, but [`PlacementCounts::fitting`] counts
+    /// what was looked at. SDFM, DBL and HM have such bounds; with others this changes nothing.
     ///
     /// It pays on fine grids; it runs on one thread.
     #[must_use]

@@ -81,9 +81,8 @@ impl Windows {
     }
 }
 
-/// From the extremes over windows of `side` cells a side those over windows of twice as many;
-/// windows that would reach beyond the map's border end there. `choose` gives the greater of two
-/// heights, or the lesser; `row` is room for a row.
+/// Gives the extremes over windows of twice `side` cells, which end at the map's border, from those
+/// over `side`. `choose` gives the greater of two heights, or the lesser; `row` is room for a row.
 #[inline(always)]
 fn widen(
     finer: &PaddedMap,

@@ -36,10 +36,9 @@ impl Default for PhysicalStabilitySettings {
 
 /// A stability test on the real surfaces: in metres, with margins that do not depend on the cell.
 ///
-/// The item is lowered onto what was seen of the content, finely sampled, until it touches; where
-/// its underside is then within the contact tolerance of the content is contact, and its true
-/// centre of mass must lie inside the convex hull of the contacts. Where no fine surface or
-/// underside is known, the cells' heights take their place.
+/// The item is lowered onto what was seen of the content until it touches; contact is where its
+/// underside is then within the tolerance, and its true centre of mass must lie inside the
+/// contacts' hull. Where no fine surface or underside is known, cells' heights take their place.
 #[derive(Debug, Clone)]
 pub struct PhysicalStability {
     settings: PhysicalStabilitySettings,

@@ -19,9 +19,9 @@ impl SupportPolygon {
         self.contacts.clear();
     }
 
-    /// Adds the contacts of a row of cells, in their middles: `x` is the row's index along x, and
-    /// each cell along y says whether it is one. Only the outermost can be corners of the hull. The
-    /// cells' edge gives the unit of length.
+    /// Adds the contacts of row `x` in the middles of cells, which say along y whether they are
+    /// one: the outermost alone can be corners of the hull. The cells' edge gives the unit of
+    /// length.
     #[inline]
     pub(super) fn add_row(
         &mut self,

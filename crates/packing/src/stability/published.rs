@@ -17,10 +17,9 @@ const MARGIN_CELLS: f64 = 0.5;
 
 /// The test of the paper, for comparisons with it.
 ///
-/// Near the floor the contact cells are those with material within the item's lowest centimetre;
-/// higher up those of them where content reaches to within about a centimetre. The mean of the
-/// item's voxels must project inside their convex hull, more than half a cell from its edge. So an
-/// item two cells wide can never pass.
+/// Near the floor the contact cells are those with material in the item's lowest centimetre; higher
+/// up those with content within about a centimetre. The mean of the item's voxels must lie inside
+/// their hull by more than half a cell: an item two cells wide never passes.
 #[derive(Debug, Clone, Default)]
 pub struct PublishedStability {
     polygon: SupportPolygon,

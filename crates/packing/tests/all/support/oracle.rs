@@ -175,9 +175,8 @@ impl Oracle<'_> {
         area
     }
 
-    /// How far the item's centre lies inside the hull of the published test's contacts, in cells:
-    /// the least distance to a line through two contacts that has all contacts on one side. Minus
-    /// infinity where the hull has no area.
+    /// How far the centre lies inside the hull of the published test's contacts, in cells: the
+    /// least distance to a line with all contacts on one side; minus infinity without an area.
     pub(crate) fn published_depth_cells(&self, at: &RestingPlacement) -> f64 {
         let contact = i32::from(self.grid.resolution().units_below(0.01));
         let resting = i32::from(at.resting_height);
@@ -197,9 +196,8 @@ impl Oracle<'_> {
         depth_in_hull(&contacts, self.view.centroid_cells())
     }
 
-    /// How far the item's centre of mass lies inside the hull of the physical test's contacts, in
-    /// metres, as [`published_depth_cells`](Self::published_depth_cells): those of the samples of
-    /// `surface`, or of the cells where none is given.
+    /// As [`published_depth_cells`](Self::published_depth_cells) by the physical test, in metres:
+    /// of the samples of `surface`, or of the cells where none is given.
     pub(crate) fn physical_depth_m(
         &self,
         at: Placement,
