@@ -1,4 +1,5 @@
-//! Generates the code of the messages from `descriptors.binpb`, which a test compiles of the schemas in `proto/`.
+//! Generates the code of the messages from `descriptors.binpb`, which a test compiles of the
+//! schemas in `proto/`.
 //!
 //! The compiler of the schemas would cost each build as much again.
 

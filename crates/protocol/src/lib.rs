@@ -1,9 +1,10 @@
-//! The protocol of a cell, as the pure state machines that planner and bridge are: no network, no disk, no clock.
+//! The protocol of a cell, as pure state machines: no network, no disk, no clock.
 //!
-//! [`session`] is what the planner knows: which items came, what was decided, what became of it. [`ledger`] is what the
-//! bridge knows: what was asked for, how it ended, what lies in the container. [`pursuit`] is what the one makes of the other's
-//! answers. Their services write each change to disk before they acknowledge it. `tests/protocol` goes through all the ways in
-//! which they can meet.
+//! [`session`] is the planner's: the items that came, the decisions on them and the outcomes.
+//! [`ledger`] is the bridge's: the placements that were asked for, their ends, and the content of
+//! the container. [`pursuit`] follows a decision by the bridge's answers. The services write each
+//! change to disk before they acknowledge it. `tests/protocol` explores all the ways in which they
+//! can meet.
 
 pub mod ledger;
 pub mod message;

@@ -1,4 +1,4 @@
-//! From messages to what a robot is asked for, and back.
+//! Placements, outcomes and holds, as messages.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use ppnpack_wire::{WireError, header, limits, v1};
 use crate::ledger::{Hold, Outcome};
 use crate::placing::{Body, Ending, KnownPose, Placement};
 
-/// Reads what a placement request asks for.
+/// Reads the placement of a request.
 pub fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError> {
     let pose = message.container_from_item.as_ref();
     let cycle = message.cycle.as_deref().map(cycle::read);
@@ -22,7 +22,7 @@ pub fn read_placement(message: &v1::PlaceRequest) -> Result<Placement, WireError
     })
 }
 
-/// How far a placement is.
+/// Writes the state of a placement.
 pub fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execution {
     let phase = match outcome {
         Some(_) => v1::ExecutionPhase::Ended,
@@ -35,14 +35,20 @@ pub fn execution(placement: &Placement, outcome: Option<&Outcome>) -> v1::Execut
     }
 }
 
-/// How a placement ended.
+/// Writes the end of a placement.
 pub fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
     let finding = &outcome.finding;
     let pose = finding.container_from_item.as_ref();
+    let kind = match finding.ending {
+        Ending::Placed => v1::OutcomeKind::Placed,
+        Ending::NotPlaced => v1::OutcomeKind::NotPlaced,
+        Ending::Lost => v1::OutcomeKind::Lost,
+        Ending::Unknown => v1::OutcomeKind::Unknown,
+    };
     v1::Outcome {
         placement_id: placement.placement_id.clone(),
         item_id: placement.item_id.clone(),
-        kind: kind(finding.ending).into(),
+        kind: kind.into(),
         failure: header::text(&finding.failure),
         container_from_item: pose.map(KnownPose::isometry).map(pose::write),
         is_inside: finding.is_inside,
@@ -53,22 +59,13 @@ pub fn write_outcome(placement: &Placement, outcome: &Outcome) -> v1::Outcome {
     }
 }
 
-/// Where an item is by what a bridge or a controller says; `None` where it does not say.
+/// Reads an item's pose from a bridge or a controller; `None` where it gives none that is possible.
 pub fn read_pose(container_from_item: Option<&v1::Pose>, is_found: bool) -> Option<KnownPose> {
     let pose = pose::read_required("container_from_item", container_from_item);
     Some(KnownPose::new(pose.ok()?, is_found))
 }
 
-fn kind(ending: Ending) -> v1::OutcomeKind {
-    match ending {
-        Ending::Placed => v1::OutcomeKind::Placed,
-        Ending::NotPlaced => v1::OutcomeKind::NotPlaced,
-        Ending::Lost => v1::OutcomeKind::Lost,
-        Ending::Unknown => v1::OutcomeKind::Unknown,
-    }
-}
-
-/// Something that lies in the container.
+/// Writes something that lies in the container.
 pub fn write_body(body: &Body) -> v1::Body {
     v1::Body {
         item_id: body.item_id.clone(),
@@ -79,7 +76,7 @@ pub fn write_body(body: &Body) -> v1::Body {
     }
 }
 
-/// Something that holds a cell.
+/// Writes a hold.
 pub fn write_hold(hold: &Hold) -> v1::Hold {
     v1::Hold {
         reason: hold.reason.clone(),

@@ -1,4 +1,4 @@
-//! What a robot is asked to place, and what it finds out about that.
+//! Placements that a robot is asked for, and its findings about them.
 
 use std::sync::Arc;
 
@@ -9,24 +9,24 @@ use serde::{Deserialize, Serialize};
 /// A placement that a robot is asked for.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
-    /// Names the placement.
+    /// The name of the placement, its idempotency key.
     pub placement_id: String,
     /// The item.
     pub item_id: String,
-    /// What the item is.
+    /// The kind of the item.
     pub object: String,
-    /// Where the item's own frame shall be.
+    /// The planned pose of the item's own frame.
     pub container_from_item: Isometry3<f64>,
     /// The state of the cell that this was planned on.
     pub state_number: u64,
-    /// The motion that was checked for it, where the cell has an arm. The journal keeps that of the last placement
-    /// apart from the records.
+    /// The motion that was checked for it, where the cell has an arm. The journal keeps that of the
+    /// last placement apart from the records.
     #[serde(skip)]
     pub cycle: Option<Arc<Cycle>>,
 }
 
 impl Placement {
-    /// Whether the same is asked for. Where one has no motion any more, it does not count.
+    /// Says whether the same is asked for. A motion that either has no more does not count.
     pub fn is_same(&self, other: &Self) -> bool {
         let both = self.cycle.as_ref().zip(other.cycle.as_ref());
         let without = |placement: &Self| Self {
@@ -37,7 +37,7 @@ impl Placement {
     }
 }
 
-/// How a placement ended.
+/// The end of a placement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ending {
     /// The item was released in the container.
@@ -46,21 +46,21 @@ pub enum Ending {
     NotPlaced,
     /// The item left the cell.
     Lost,
-    /// It is not known.
+    /// Nobody knows.
     Unknown,
 }
 
-/// Where an item's own frame is, and how that is known.
+/// The pose of an item's own frame, and the way in which it is known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum KnownPose {
-    /// Nobody has looked: it was to be there.
+    /// Nobody has looked: it is as planned.
     Assumed(Isometry3<f64>),
     /// It was seen, measured or simulated after the item was released.
     Found(Isometry3<f64>),
 }
 
 impl KnownPose {
-    /// A pose that was found, or else is assumed.
+    /// Makes a pose that was found, or else is assumed.
     pub fn new(container_from_item: Isometry3<f64>, is_found: bool) -> Self {
         match is_found {
             true => Self::Found(container_from_item),
@@ -68,37 +68,37 @@ impl KnownPose {
         }
     }
 
-    /// Where the frame is, as far as is known.
+    /// Gives the pose, as far as it is known.
     pub fn isometry(&self) -> &Isometry3<f64> {
         let (Self::Assumed(pose) | Self::Found(pose)) = self;
         pose
     }
 
-    /// Whether it was found.
+    /// Says whether it was found.
     pub fn is_found(&self) -> bool {
         matches!(self, Self::Found(_))
     }
 }
 
-/// What a robot found out about a placement.
+/// The finding of a robot about a placement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
-    /// How it ended.
+    /// The end.
     pub ending: Ending,
-    /// What went wrong, for people; empty where the item was placed.
+    /// The failure, for people; empty where the item was placed.
     pub failure: String,
-    /// Where the item's own frame is now, where that is known.
+    /// The pose of the item's own frame, where it is known.
     pub container_from_item: Option<KnownPose>,
     /// Whether the item's centre of mass is inside the container.
     pub is_inside: bool,
     /// Horizontal distance of the item's centre of mass from where it was planned, in metres.
     pub slide_m: f64,
-    /// How far the item tilted, in radians.
+    /// The tilt of the item, in radians.
     pub tilt_rad: f64,
 }
 
 impl Finding {
-    /// An item that is not in the container, and why.
+    /// Makes the finding of an item that is not in the container, and why.
     pub fn failed(ending: Ending, failure: impl Into<String>) -> Self {
         Self {
             ending,
@@ -116,9 +116,9 @@ impl Finding {
 pub struct Body {
     /// The item.
     pub item_id: String,
-    /// What the item is.
+    /// The kind of the item.
     pub object: String,
-    /// Where the item's own frame is.
+    /// The pose of the item's own frame.
     pub container_from_item: KnownPose,
     /// Whether its centre of mass is inside the container.
     pub is_inside: bool,

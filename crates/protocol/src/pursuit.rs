@@ -1,18 +1,20 @@
-//! What the planner makes of what the bridge says about a decision. A controller that carries decisions out does the same.
+//! The pursuit of a decision to its outcome, by the bridge's answers. A controller that carries
+//! decisions out does the same as the planner.
 //!
-//! A decision is settled only as what the bridge knows for certain: as the outcome that it wrote down, as not placed where
-//! the placement can never begin any more, or as unknown.
+//! A decision is settled only by certain knowledge of the bridge: as the outcome that it wrote
+//! down, as not placed where the placement can never begin, or as unknown.
 
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
-/// What comes next about a decision.
+/// The next step of a pursuit.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Next {
     /// The bridge carries it out: its end is waited for.
     Wait,
     /// It has ended in this way.
     Settle(v1::Outcome),
-    /// The bridge has no outcome of it, and never will: it is settled as this, at the state that the cell has now.
+    /// The bridge has no outcome of it, and never will: it is settled as this, at the state that
+    /// the cell has now.
     SettleAs(OutcomeKind),
     /// The placement is sent again.
     PlaceAgain,
@@ -22,14 +24,15 @@ pub enum Next {
     GiveUp,
 }
 
-/// What the bridge answered: how far the placement is, or as what it refused; `None` where no answer came.
+/// The bridge's answer: the state of the placement, or the status of a refusal; `None` where no
+/// answer came.
 pub type Answer<'a> = Result<Option<&'a v1::Execution>, Option<Status>>;
 
-/// After the placement was sent.
+/// Gives the next step after the placement was sent.
 pub fn after_place(answer: Answer<'_>) -> Next {
     match answer {
         Ok(execution) => of_execution(execution),
-        // Nobody knows what is done in the cell until it goes on: then it is seen and planned anew.
+        // The cell may change until it goes on: then it is seen and planned anew.
         Err(Some(Status::Held | Status::Stale)) => Next::SettleAs(OutcomeKind::NotPlaced),
         Err(Some(Status::Forgotten)) => Next::SettleAs(OutcomeKind::Unknown),
         Err(Some(Status::Invalid | Status::NotFound | Status::Conflict)) => Next::GiveUp,
@@ -37,7 +40,7 @@ pub fn after_place(answer: Answer<'_>) -> Next {
     }
 }
 
-/// After the outcome was asked for.
+/// Gives the next step after the outcome was asked for.
 pub fn after_outcome(answer: Answer<'_>) -> Next {
     match answer {
         Ok(execution) => of_execution(execution),
@@ -57,8 +60,9 @@ fn of_execution(execution: Option<&v1::Execution>) -> Next {
     }
 }
 
-/// What a decision is settled as with a bridge in this state: one that does not know all that was done since the decision, or
-/// does not say so, as older ones do not, may have carried it out and forgotten. On state 0 none begins that counts its states.
+/// Gives the kind as which a decision is settled with a bridge in this state. One that does not
+/// know all placements since the decision, or does not say so, as older ones do not, may have
+/// carried it out and forgotten. No bridge that counts its states begins anything on state 0.
 pub fn as_known(kind: OutcomeKind, decision: &v1::Decision, state: &v1::CellState) -> OutcomeKind {
     if decision.state_number == 0 && state.state_number != 0 {
         return OutcomeKind::NotPlaced;
@@ -70,7 +74,7 @@ pub fn as_known(kind: OutcomeKind, decision: &v1::Decision, state: &v1::CellStat
     }
 }
 
-/// The outcome of a decision of which the bridge has none; `state_number` is that of the cell as it is now.
+/// Makes the outcome of a decision of which the bridge has none; `state_number` is the cell's now.
 pub fn settled_as(
     decision: &v1::Decision,
     kind: OutcomeKind,

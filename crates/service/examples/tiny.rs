@@ -1,4 +1,5 @@
-//! The smallest service: it answers for heightmaps that it does not have. The tests run it as a process.
+//! The smallest service: it answers for heightmaps that it does not have. The tests run it as a
+//! process.
 
 use std::process::ExitCode;
 use std::time::Instant;

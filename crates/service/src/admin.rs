@@ -10,7 +10,7 @@
 
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::extract::State;
@@ -22,32 +22,21 @@ use serde_json::{Value, json};
 use tokio::net::TcpListener;
 
 use crate::error::ServiceError;
-use crate::health::Health;
 use crate::http;
 use crate::metrics;
-use crate::process::Identity;
-use crate::supervision::Supervisor;
+use crate::process::Core;
 
-/// How often what was counted is sorted.
+/// Time between two calls of [`metrics::tidy`].
 const TIDY_PERIOD: Duration = Duration::from_secs(5);
 
-/// How long the health check waits.
+/// Maximum time that the health check waits.
 const HEALTHCHECK_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What the admin port tells of.
-#[derive(Clone)]
-pub(crate) struct Told {
-    pub(crate) identity: Arc<Identity>,
-    pub(crate) health: Health,
-    pub(crate) has_started: Arc<AtomicBool>,
-    pub(crate) supervisor: Supervisor,
-}
-
-/// Opens the port and serves it from then on. Returns its address, with the port that the system chose.
+/// Opens the port and serves it from then on; gives its address, with the port that was chosen.
 pub(crate) fn serve(
     runtime: &tokio::runtime::Handle,
     address: SocketAddr,
-    told: Told,
+    core: Arc<Core>,
 ) -> Result<SocketAddr, ServiceError> {
     let failed = |source| ServiceError::Admin { address, source };
     let listener = runtime
@@ -60,7 +49,7 @@ pub(crate) fn serve(
         .route("/startupz", get(started))
         .route("/metrics", get(numbers))
         .route("/info", get(info))
-        .with_state(told);
+        .with_state(core);
     runtime.spawn(async move {
         if let Err(error) = axum::serve(listener, router).await {
             tracing::error!(%error, "the admin port is gone");
@@ -76,32 +65,29 @@ pub(crate) fn serve(
     Ok(address)
 }
 
-async fn live(State(told): State<Told>) -> impl IntoResponse {
-    let fault = told.supervisor.fault();
-    let text = fault
-        .as_ref()
-        .map_or("live\n".to_owned(), |fault| format!("{fault}\n"));
+async fn live(State(core): State<Arc<Core>>) -> impl IntoResponse {
+    let fault = core.supervisor.fault();
+    let text = format!("{}\n", fault.as_deref().unwrap_or("live"));
     (status(fault.is_none()), text)
 }
 
-async fn ready(State(told): State<Told>) -> impl IntoResponse {
-    let is_ready = told.health.is_ready();
-    let checks = told.health.report().into_iter().map(|check| {
-        if check.is_passing {
-            json!({"name": check.name, "passes": true})
-        } else {
-            json!({"name": check.name, "passes": false, "message": check.message})
-        }
+async fn ready(State(core): State<Arc<Core>>) -> impl IntoResponse {
+    let is_ready = core.health.is_ready();
+    let checks = core.health.report().into_iter();
+    let checks = checks.map(|check| match check.is_passing {
+        true => json!({"name": check.name, "passes": true}),
+        false => json!({"name": check.name, "passes": false, "message": check.message}),
     });
     let checks: Vec<Value> = checks.collect();
     let body = json_body(&json!({"ready": is_ready, "checks": checks}));
     (status(is_ready), body)
 }
 
-async fn started(State(told): State<Told>) -> impl IntoResponse {
-    let has_started = told.has_started.load(Ordering::Acquire);
-    let text = has_started.then_some("started\n");
-    (status(has_started), text.unwrap_or("starting\n"))
+async fn started(State(core): State<Arc<Core>>) -> impl IntoResponse {
+    match core.has_started.load(Ordering::Acquire) {
+        true => (status(true), "started\n"),
+        false => (status(false), "starting\n"),
+    }
 }
 
 async fn numbers() -> impl IntoResponse {
@@ -109,11 +95,11 @@ async fn numbers() -> impl IntoResponse {
     (kind, metrics::render())
 }
 
-async fn info(State(told): State<Told>) -> impl IntoResponse {
-    let model = told.identity.model();
-    let versions = told.identity.versions(model.as_deref());
+async fn info(State(core): State<Arc<Core>>) -> impl IntoResponse {
+    let model = core.model();
+    let versions = core.versions(model.as_deref());
     json_body(&json!({
-        "service": told.identity.service.as_str(),
+        "service": core.service.as_str(),
         "instance": versions.instance,
         "version": versions.software,
         "model": model,
@@ -122,10 +108,9 @@ async fn info(State(told): State<Told>) -> impl IntoResponse {
 }
 
 fn status(is_fine: bool) -> StatusCode {
-    if is_fine {
-        StatusCode::OK
-    } else {
-        StatusCode::SERVICE_UNAVAILABLE
+    match is_fine {
+        true => StatusCode::OK,
+        false => StatusCode::SERVICE_UNAVAILABLE,
     }
 }
 
@@ -133,7 +118,8 @@ fn json_body(value: &Value) -> impl IntoResponse + use<> {
     ([(CONTENT_TYPE, "application/json")], format!("{value}\n"))
 }
 
-/// Asks a process's admin port whether it is ready; an address that stands for all, such as 0.0.0.0, is the loopback's.
+/// Asks a process's admin port whether it is ready. An address that stands for all, such as
+/// 0.0.0.0, is the loopback's.
 ///
 /// # Errors
 /// What the process is not ready for, or that nobody answers.
@@ -155,30 +141,22 @@ pub fn ask_ready(listen: SocketAddr) -> Result<(), String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::shutdown::Shutdown;
     use ppnpack_wire::keys::{Instance, Service};
 
     use super::*;
+    use crate::shutdown::Shutdown;
+    use crate::supervision::Supervisor;
 
     #[test]
     fn the_port_tells_of_health() {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(1)
-            .enable_all()
-            .build()
-            .unwrap();
+        let runtime = tokio::runtime::Runtime::new().unwrap();
         let instance = Instance::new("p1").unwrap();
-        let identity = Identity::new(Service::Planner, instance, "c0ffee".to_owned());
-        let told = Told {
-            identity: Arc::new(identity),
-            health: Health::default(),
-            has_started: Arc::default(),
-            supervisor: Supervisor::new(Shutdown::default()),
-        };
-        let store = told.health.check("session_store");
-        let any = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
+        let supervisor = Supervisor::new(Shutdown::default());
+        let core = Core::new(Service::Planner, instance, "c0ffee".to_owned(), supervisor);
+        let core = Arc::new(core);
+        let store = core.health.check("session_store");
         let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-        let address = serve(runtime.handle(), loopback, told.clone()).unwrap();
+        let address = serve(runtime.handle(), loopback, core.clone()).unwrap();
         let ask = |path: &str| {
             let head = format!("GET {path} HTTP/1.1\r\n");
             let answer = http::exchange(&address.to_string(), &head, &[], HEALTHCHECK_TIMEOUT);
@@ -186,14 +164,13 @@ mod tests {
         };
         assert_eq!(ask("/livez").0, 200);
         assert_eq!(ask("/startupz").0, 503);
-        told.has_started.store(true, Ordering::Release);
+        core.has_started.store(true, Ordering::Release);
         assert_eq!(ask("/startupz").0, 200);
         let not_started = r#"{"checks":[{"message":"not started","name":"session_store","passes":false}],"ready":false}"#;
         assert_eq!(ask("/readyz"), (503, format!("{not_started}\n")));
         store.pass();
         assert_eq!(ask("/readyz").0, 200);
-        let mut published = any;
-        published.set_port(address.port());
+        let published = SocketAddr::from((Ipv4Addr::UNSPECIFIED, address.port()));
         assert_eq!(ask_ready(published), Ok(()));
         store.fail("disk full");
         assert_eq!(ask("/readyz").0, 503);
@@ -201,9 +178,9 @@ mod tests {
         assert!(ask("/info").1.contains(r#""configuration":"c0ffee""#));
         assert_eq!(ask("/metrics").0, 200);
         assert_eq!(ask("/other").0, 404);
-        told.supervisor.give_up("a thread is gone".to_owned());
+        core.supervisor.give_up("a thread is gone".to_owned());
         assert_eq!(ask("/livez"), (503, "a thread is gone\n".to_owned()));
-        let error = serve(runtime.handle(), address, told);
+        let error = serve(runtime.handle(), address, core);
         let error = error.unwrap_err().to_string();
         assert!(error.contains("admin.listen"), "{error}");
     }

@@ -1,4 +1,6 @@
-//! Who is there: liveliness tokens and those who watch them.
+//! Liveliness tokens, by which instances of services are seen to come and go.
+//!
+//! All fails with [`ServiceError::Zenoh`] where the session is closed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -12,58 +14,52 @@ use zenoh::sample::{Sample, SampleKind};
 use zenoh::{Session, Wait};
 
 use crate::error::ServiceError;
-use crate::process::{Identity, Process};
+use crate::process::{Core, Process};
 use crate::sync::lock;
 
 /// Says that an instance is there, until it is dropped.
 pub struct Token {
     _token: LivelinessToken,
     cell: Option<Cell>,
-    identity: Arc<Identity>,
+    core: Arc<Core>,
 }
 
 impl Drop for Token {
     fn drop(&mut self) {
         if let Some(cell) = &self.cell {
-            self.identity.remove_cell(cell);
+            self.core.remove_cell(cell);
         }
     }
 }
 
-/// Says that the process is there for a cell; without one, for all.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Announces the process for a cell; without one, for all.
 pub fn announce(process: &Process, cell: Option<&Cell>) -> Result<Token, ServiceError> {
-    announce_start(process, cell, process.identity().start)
+    announce_term(process, cell, 0)
 }
 
-/// As [`announce`], as this start of the process.
-pub(crate) fn announce_start(
+/// Announces the process as one that serves a cell after so many others.
+pub(crate) fn announce_term(
     process: &Process,
     cell: Option<&Cell>,
-    start: Start,
+    term: u32,
 ) -> Result<Token, ServiceError> {
-    let (service, instance) = (process.service(), process.instance().clone());
-    let key = Key::Alive(cell.cloned(), service, instance, start).to_string();
-    let token = process
-        .session()
-        .liveliness()
-        .declare_token(key.clone())
-        .wait()
-        .map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))?;
-    let identity = process.identity().clone();
-    if let Some(cell) = cell {
-        identity.add_cell(cell);
+    let core = process.core().clone();
+    let (cell, instance) = (cell.cloned(), core.instance.clone());
+    let key = Key::Alive(cell.clone(), core.service, instance, core.start(term)).to_string();
+    let liveliness = process.session().liveliness();
+    let token = liveliness.declare_token(key.clone()).wait();
+    let token = token.map_err(|error| ServiceError::zenoh(format!("declaring {key}"), &error))?;
+    if let Some(cell) = &cell {
+        core.add_cell(cell);
     }
     Ok(Token {
         _token: token,
-        cell: cell.cloned(),
-        identity,
+        cell,
+        core,
     })
 }
 
-/// What a token says.
+/// The content of a token.
 #[derive(Debug, Clone)]
 pub(crate) struct Said {
     pub(crate) cell: Option<Cell>,
@@ -87,7 +83,7 @@ impl Said {
     }
 }
 
-/// The tokens of a service, or of all, and whether there are surely no more.
+/// Finds the tokens of a service, or of all, and says whether there are surely no more.
 pub(crate) fn tokens(
     session: &Session,
     service: Option<Service>,
@@ -125,10 +121,7 @@ pub struct Found {
     pub cells: Vec<Cell>,
 }
 
-/// Everything that is there, sorted.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Finds every instance that is there, sorted.
 pub fn find(session: &Session, deadline: Instant) -> Result<Vec<Found>, ServiceError> {
     let mut found: BTreeMap<(Service, Instance), BTreeSet<Cell>> = BTreeMap::new();
     for said in tokens(session, None, deadline)?.0 {
@@ -141,6 +134,21 @@ pub fn find(session: &Session, deadline: Instant) -> Result<Vec<Found>, ServiceE
         cells: cells.into_iter().collect(),
     });
     Ok(found.collect())
+}
+
+/// Watches tokens: those that are there, and those that come and go from now on.
+pub(crate) fn declare(
+    session: &Session,
+    key: &str,
+    on_token: impl Fn(Sample) + Send + Sync + 'static,
+) -> Result<Subscriber<()>, ServiceError> {
+    session
+        .liveliness()
+        .declare_subscriber(key.to_owned())
+        .history(true)
+        .callback(on_token)
+        .wait()
+        .map_err(|error| ServiceError::zenoh(format!("watching {key}"), &error))
 }
 
 /// The instances of a service that are there, kept current.
@@ -157,17 +165,14 @@ struct Seen {
 
 #[derive(Default)]
 struct Known {
-    /// Each with the cell that it is there for, `None` for all, and the nonce of its start.
+    /// Instances, each with the cell that it is there for, `None` for all, and its nonce.
     tokens: BTreeSet<(Instance, Option<Cell>, u64)>,
-    /// When those that went did so last; for as long as a request of theirs may wait.
+    /// The time at which each that went did so last, for as long as its requests may wait.
     left: BTreeMap<Instance, Instant>,
 }
 
 impl Alive {
     /// Watches a service.
-    ///
-    /// # Errors
-    /// [`ServiceError::Zenoh`] where the session is closed.
     pub fn watch(session: &Session, service: Service) -> Result<Self, ServiceError> {
         let seen = Arc::new(Seen::default());
         let key = everything_alive(Some(service));
@@ -175,45 +180,33 @@ impl Alive {
             let seen = seen.clone();
             move |sample: Sample| seen.note(&sample)
         };
-        let subscriber = session
-            .liveliness()
-            .declare_subscriber(key.clone())
-            .history(true)
-            .callback(callback)
-            .wait()
-            .map_err(|error| ServiceError::zenoh(format!("watching {key}"), &error))?;
         Ok(Self {
             seen,
-            _subscriber: subscriber,
+            _subscriber: declare(session, &key, callback)?,
         })
     }
 
-    /// Those that are there, sorted.
+    /// Names the instances that are there, sorted.
     pub fn instances(&self) -> Vec<Instance> {
-        lock(&self.seen.known).instances()
+        lock(&self.seen.known).instances(None)
     }
 
-    /// Those that are there for a cell, sorted.
+    /// Names the instances that are there for a cell, sorted.
     pub fn instances_for(&self, cell: &Cell) -> Vec<Instance> {
-        let known = lock(&self.seen.known);
-        let is_for = |of: &Option<Cell>| of.as_ref().is_none_or(|of| of == cell);
-        let tokens = known.tokens.iter().filter(|(_, of, _)| is_for(of));
-        let mut instances: Vec<Instance> = tokens.map(|(instance, ..)| instance.clone()).collect();
-        instances.dedup();
-        instances
+        lock(&self.seen.known).instances(Some(cell))
     }
 
-    /// Whether an instance has gone since then, even where it came back.
+    /// Says whether an instance has gone since then, even where it came back.
     pub fn has_left_since(&self, instance: &Instance, since: Instant) -> bool {
         let known = lock(&self.seen.known);
         known.left.get(instance).is_some_and(|left| *left >= since)
     }
 
-    /// Waits until those that are there are as wanted; says whether they are.
+    /// Waits until the instances are as wanted; says whether they are.
     pub fn wait(&self, deadline: Instant, is_wanted: impl Fn(&[Instance]) -> bool) -> bool {
         let known = lock(&self.seen.known);
         let left = deadline.saturating_duration_since(Instant::now());
-        let is_other = |known: &mut Known| !is_wanted(&known.instances());
+        let is_other = |known: &mut Known| !is_wanted(&known.instances(None));
         let waited = self.seen.changed.wait_timeout_while(known, left, is_other);
         let timeout = waited.unwrap_or_else(PoisonError::into_inner).1;
         !timeout.timed_out()
@@ -238,21 +231,22 @@ impl Seen {
 }
 
 impl Known {
-    /// Those that are there, sorted.
-    fn instances(&self) -> Vec<Instance> {
-        let tokens = self.tokens.iter();
-        let mut instances: Vec<Instance> = tokens.map(|token| token.0.clone()).collect();
+    /// Names the instances, or those for a cell, sorted.
+    fn instances(&self, cell: Option<&Cell>) -> Vec<Instance> {
+        let is_for = |of: &Option<Cell>| cell.is_none() || of.is_none() || of.as_ref() == cell;
+        let tokens = self.tokens.iter().filter(|(_, of, _)| is_for(of));
+        let mut instances: Vec<Instance> = tokens.map(|(instance, ..)| instance.clone()).collect();
         instances.dedup();
         instances
     }
 
-    /// An instance goes with the last of its tokens.
+    /// Removes a token, with the last of which its instance goes.
     fn remove(&mut self, token: (Instance, Option<Cell>, u64), now: Instant) {
         self.tokens.remove(&token);
         let (instance, ..) = token;
         if self.tokens.iter().all(|(own, ..)| *own != instance) {
-            self.left
-                .retain(|_, left| now.saturating_duration_since(*left) <= MAX_TIME_LIMIT);
+            let is_recent = |left: &Instant| now.saturating_duration_since(*left) <= MAX_TIME_LIMIT;
+            self.left.retain(|_, left| is_recent(left));
             self.left.insert(instance, now);
         }
     }

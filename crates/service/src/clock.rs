@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Nanoseconds since 1970.
+/// Gives the nanoseconds since 1970.
 pub fn now_ns() -> u64 {
     let now = SystemTime::now().duration_since(UNIX_EPOCH);
     now.map_or(0, |now| u64::try_from(now.as_nanos()).unwrap_or(u64::MAX))
@@ -17,23 +17,23 @@ pub fn now_ns() -> u64 {
 pub struct Boottime(Duration);
 
 impl Boottime {
-    /// The time now.
+    /// Gives the time now.
     pub fn now() -> Self {
         let since_start = clock_gettime(ClockId::Boottime);
         Self(Duration::try_from(since_start).unwrap_or_default())
     }
 
-    /// How long ago that was.
+    /// Gives the time that passed since.
     pub fn elapsed(self) -> Duration {
         Self::now().saturating_duration_since(self)
     }
 
-    /// How much later this is; nothing where it is earlier.
+    /// Gives the time from an earlier one to this; zero where that is later.
     pub fn saturating_duration_since(self, earlier: Self) -> Duration {
         self.0.saturating_sub(earlier.0)
     }
 
-    /// A time so much earlier; `None` where the machine had not started yet.
+    /// Gives a time so much earlier; `None` where the machine had not started yet.
     pub fn checked_sub(self, span: Duration) -> Option<Self> {
         self.0.checked_sub(span).map(Self)
     }

@@ -1,7 +1,8 @@
-//! Databases that services keep what they know in, each a file of its own: damage is found, and never taken for what was written.
+//! Databases of services, each a file of its own: damage is found, and never taken for content.
 //!
-//! A service has faults of its own beside those of any database: what it reads may be no part of what it keeps. It says of them
-//! whether the file is damaged ([`OwnFault`]), and puts a damaged one aside ([`put_aside`]), for people to look at.
+//! A service has faults of its own beside those of any database, as where a value cannot be read.
+//! It says of them whether the file is damaged ([`OwnFault`]), and puts a damaged one aside
+//! ([`put_aside`]), for people to look at.
 
 mod file;
 mod mark;
@@ -10,51 +11,52 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use redb::{Builder, Key, ReadTransaction, TableDefinition, TableError, Value};
 
 pub use file::{DatabaseFile, in_memory, open};
 pub use mark::remove as forget_mark;
 
-/// What a file says of itself, in numbers.
+use crate::clock::now_ns;
+
+/// The table of numbers about a file itself.
 pub const FORMAT: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
 
 /// The key of the version in [`FORMAT`].
 pub const VERSION_KEY: &str = "version";
 
-/// The key of how many times the file was written in [`FORMAT`].
+/// The key of the number of writes in [`FORMAT`].
 const REVISION_KEY: &str = "revision";
 
-/// Memory for pages of a database.
+/// Maximum memory for pages of a database.
 const CACHE_BYTES: usize = 16 << 20;
 
-/// Why a database did not do what was asked.
+/// The reason for which a database failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault<Own: OwnFault> {
-    /// The database says so.
+    /// The database failed.
     #[error(transparent)]
     Database(redb::Error),
-    /// The disk says so.
+    /// The disk failed.
     #[error(transparent)]
     Disk(#[from] io::Error),
-    /// It is of another program, which alone knows what it says.
+    /// Another version of the program wrote the file, and alone can read it.
     #[error(
-        "it was written by another version of this program (format {found}, where {known} is read): run that version, put back a \
-         backup of this one's, or move the file away"
+        "it was written by another version of this program (format {found}, where {known} is \
+         read): run that version, put back a backup of this one's, or move the file away"
     )]
     OtherVersion {
         /// The version of the file.
         found: u64,
-        /// That of this program.
+        /// The version of this program.
         known: u64,
     },
-    /// It is not what was written last.
+    /// The file is older than the last one that was written.
     #[error("it holds revision {found}, and revision {written} was written")]
     RolledBack {
-        /// That of the file.
+        /// The revision of the file.
         found: u64,
-        /// That of its mark.
+        /// The revision of its mark.
         written: u64,
     },
     /// The path leads to another file than the one that is open, or to none.
@@ -63,17 +65,17 @@ pub enum Fault<Own: OwnFault> {
          lost, look what the cell holds, and restart this service", .0.display()
     )]
     Moved(PathBuf),
-    /// It gave up.
+    /// The database panicked.
     #[error("the database gave up on its file")]
     Panic,
-    /// The service says so.
+    /// The service has a fault of its own.
     #[error(transparent)]
     Own(Own),
 }
 
-/// What else can be wrong with the file of a service.
+/// A fault of a service's own with its file.
 pub trait OwnFault: std::error::Error + 'static {
-    /// Whether the file is of no use any more.
+    /// Says whether the file is of no use any more.
     fn is_damage(&self) -> bool;
 }
 
@@ -83,7 +85,7 @@ impl<Own: OwnFault> From<Own> for Fault<Own> {
     }
 }
 
-/// What the database's calls fail with.
+/// Makes faults of the errors of the database's calls.
 macro_rules! faults {
     ($($error:ident)*) => {
         $(impl<Own: OwnFault> From<redb::$error> for Fault<Own> {
@@ -97,7 +99,7 @@ macro_rules! faults {
 faults! { CommitError DatabaseError StorageError TableError TransactionError }
 
 impl<Own: OwnFault> Fault<Own> {
-    /// Whether the file is of no use any more. Everything else may pass.
+    /// Says whether the file is of no use any more. Everything else may pass.
     pub fn is_damage(&self) -> bool {
         match self {
             Self::Database(redb::Error::Corrupted(_) | redb::Error::RepairAborted)
@@ -108,7 +110,7 @@ impl<Own: OwnFault> Fault<Own> {
                 let kind = error.kind();
                 matches!(kind, ErrorKind::InvalidData | ErrorKind::UnexpectedEof)
             }
-            // What another version wrote is left as it is.
+            // The file of another version is left as it is.
             Self::Database(_) | Self::Disk(_) | Self::OtherVersion { .. } | Self::Moved(_) => false,
             Self::Own(own) => own.is_damage(),
         }
@@ -131,11 +133,12 @@ pub fn guarded<T, Own: OwnFault>(
     catch_unwind(AssertUnwindSafe(work)).unwrap_or(Err(Fault::Panic))
 }
 
-/// A database that is opened when it is needed, and again after an error, so that a disk that recovered serves again.
+/// A database that is opened when it is needed, and again after an error, so that a disk that
+/// recovered serves again.
 #[derive(Debug)]
 pub struct Kept<Opened> {
     opened: Option<Opened>,
-    /// How often it was opened.
+    /// The number of times that it was opened.
     generation: u64,
 }
 
@@ -149,8 +152,8 @@ impl<Opened> Default for Kept<Opened> {
 }
 
 impl<Opened> Kept<Opened> {
-    /// Works with the database, and the number of times that it was opened. Where that is damaged, it is put aside, and the work done
-    /// with a new one.
+    /// Works with the database, and the number of times that it was opened. A damaged one is put
+    /// aside, and the work done with a new one.
     ///
     /// # Errors
     /// That of opening, of putting aside or of the work.
@@ -204,10 +207,9 @@ impl<Opened> Kept<Opened> {
 /// Gives a damaged file another name, which is returned. Its mark is forgotten.
 ///
 /// # Errors
-/// What the system says.
+/// Those of the system.
 pub fn put_aside(path: &Path) -> io::Result<PathBuf> {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let millis = since_1970.map_or(0, |since_1970| since_1970.as_millis());
+    let millis = now_ns() / 1_000_000;
     let name = |count: u32| {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".damaged-{millis}-{count}"));
@@ -240,10 +242,10 @@ pub fn is_new<Own: OwnFault>(
     }
 }
 
-/// What a table has under a key; `None` where nothing was written to it yet.
+/// Reads the value of a key from a table; `None` where nothing was written to it yet.
 ///
 /// # Errors
-/// [`Fault`] says why that cannot be read.
+/// [`Fault`]
 pub fn read<K: Key + 'static, V: Value + 'static, T, Own: OwnFault>(
     transaction: &ReadTransaction,
     table: TableDefinition<'_, K, V>,

@@ -1,4 +1,4 @@
-//! Several services in one process: a session that listens on a loopback port of the system's choice, and clients of it.
+//! Several services in one process: a router on a loopback port, and clients of it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,23 +9,23 @@ use zenoh::{Session, Wait};
 
 use crate::configuration::{Endpoints, Mode, ZenohSettings};
 use crate::error::ServiceError;
-use crate::health::Health;
-use crate::process::{Identity, Process};
+use crate::process::{Core, Process};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 
-/// How long a router may take to say where it listens, and who is connected.
+/// Maximum time for a router's answer about itself.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A router within this process, on a loopback port of the system's choice. It ends when it is dropped.
+/// A router within this process, on a loopback port of the system's choice. It ends when it is
+/// dropped.
 pub struct Hub {
     session: Session,
     endpoints: Vec<String>,
-    shutdown: Shutdown,
     supervisor: Supervisor,
 }
 
-/// Opens a hub on a loopback port of the system's choice. There is no multicast: only who is told its endpoint finds it.
+/// Opens a hub on a loopback port of the system's choice. There is no multicast: only those who
+/// are told its endpoint find it.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where it cannot listen.
@@ -45,38 +45,40 @@ pub fn hub_at(listen: &[String]) -> Result<Hub, ServiceError> {
     let settings = ZenohSettings {
         mode: Mode::Router,
         listen: Endpoints(listen),
-        ..ZenohSettings::default().with_largest_clouds()
+        ..ZenohSettings::default()
     };
-    let action = "opening the hub";
-    let session = zenoh::open(settings.to_zenoh()?)
-        .wait()
-        .map_err(|error| ServiceError::zenoh(action, &error))?;
-    let endpoints = locators(&session)?;
-    let shutdown = Shutdown::default();
+    let session = open(settings, "opening the hub")?;
+    let locators = told(&session, "locators")?;
+    let endpoints = locators.iter().filter_map(Value::as_str);
     Ok(Hub {
+        endpoints: endpoints.map(str::to_owned).collect(),
         session,
-        endpoints,
-        supervisor: Supervisor::new(shutdown.clone()),
-        shutdown,
+        supervisor: Supervisor::new(Shutdown::default()),
     })
 }
 
+/// Opens a session with room for the largest clouds.
+fn open(settings: ZenohSettings, action: &str) -> Result<Session, ServiceError> {
+    let config = settings.with_largest_clouds().to_zenoh()?;
+    let session = zenoh::open(config).wait();
+    session.map_err(|error| ServiceError::zenoh(action, &error))
+}
+
 impl Hub {
-    /// Where it listens, such as `tcp/127.0.0.1:40123`: for others on this machine.
+    /// Gives its endpoint for others on this machine, such as `tcp/127.0.0.1:40123`.
     pub fn endpoint(&self) -> &str {
         let is_loopback = |endpoint: &&String| endpoint.contains("/127.0.0.1:");
         let loopback = self.endpoints.iter().find(is_loopback);
-        loopback
-            .or(self.endpoints.first())
-            .map_or("", String::as_str)
+        let endpoint = loopback.or(self.endpoints.first());
+        endpoint.map_or("", String::as_str)
     }
 
     /// The wish that all processes on it end.
     pub fn shutdown(&self) -> &Shutdown {
-        &self.shutdown
+        self.supervisor.shutdown()
     }
 
-    /// Why all processes on it end, where they do not as they were asked to.
+    /// Gives the reason for which all processes on it fail, if they do.
     pub fn fault(&self) -> Option<String> {
         self.supervisor.fault()
     }
@@ -90,36 +92,28 @@ impl Drop for Hub {
     }
 }
 
-/// A client session on a hub, for a program that is no service.
+/// Opens a client's session on a hub, for a program that is no service.
 ///
 /// # Errors
 /// [`ServiceError::Zenoh`] where there is no hub any more.
 pub fn session(hub: &Hub) -> Result<Session, ServiceError> {
     let settings = ZenohSettings {
         connect: Some(Endpoints(vec![hub.endpoint().to_owned()])),
-        ..ZenohSettings::default().with_largest_clouds()
+        ..ZenohSettings::default()
     };
-    zenoh::open(settings.to_zenoh()?)
-        .wait()
-        .map_err(|error| ServiceError::zenoh("connecting to the hub", &error))
+    open(settings, "connecting to the hub")
 }
 
-/// What a service runs on, in this process: a client of the hub, with the hub's wish to end and a health of its own.
+/// Makes the process of a service within this one: a client of the hub, which ends with it and has
+/// a health of its own.
 ///
 /// # Errors
 /// [`ServiceError`] where the instance's name is not possible, or there is no hub any more.
 pub fn process(hub: &Hub, service: Service, instance: &str) -> Result<Process, ServiceError> {
-    let identity = Identity::new(service, Instance::new(instance)?, String::new());
-    Process::new(
-        session(hub)?,
-        ZenohSettings::default()
-            .with_largest_clouds()
-            .max_message_bytes,
-        Arc::new(identity),
-        Health::default(),
-        hub.shutdown.clone(),
-        hub.supervisor.clone(),
-    )
+    let (instance, supervisor) = (Instance::new(instance)?, hub.supervisor.clone());
+    let core = Core::new(service, instance, String::new(), supervisor);
+    let settings = ZenohSettings::default().with_largest_clouds();
+    Process::new(session(hub)?, settings.max_message_bytes, Arc::new(core))
 }
 
 /// Counts the sessions of a router with others, at the router's own.
@@ -130,14 +124,7 @@ pub fn sessions(session: &Session) -> Result<usize, ServiceError> {
     told(session, "sessions").map(|sessions| sessions.len())
 }
 
-/// Where a router listens.
-fn locators(session: &Session) -> Result<Vec<String>, ServiceError> {
-    let locators = told(session, "locators")?;
-    let locators = locators.iter().filter_map(Value::as_str);
-    Ok(locators.map(str::to_owned).collect())
-}
-
-/// Asks a router for a list that its admin space has.
+/// Asks a router for a list in its admin space.
 fn told(session: &Session, what: &str) -> Result<Vec<Value>, ServiceError> {
     let action = format!("asking the router for its {what}");
     let failed = |reason: &str| ServiceError::Zenoh {

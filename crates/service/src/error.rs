@@ -1,19 +1,19 @@
-//! Why something of the process did not work.
+//! Errors of a process.
 
 use std::net::SocketAddr;
 
 use ppnpack_wire::keys::KeyError;
 
-/// What went wrong in running a process.
+/// An error in running a process.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ServiceError {
-    /// Zenoh refused something.
+    /// Zenoh refused something, as it does where the session is closed.
     #[error("{action}: {reason}")]
     Zenoh {
-        /// What was tried.
+        /// The action that was tried.
         action: String,
-        /// What Zenoh says.
+        /// The reason, by Zenoh.
         reason: String,
     },
     /// A name is not possible.
@@ -29,47 +29,33 @@ pub enum ServiceError {
     Admin {
         /// The address.
         address: SocketAddr,
-        /// What the system says.
+        /// The reason, by the system.
         source: std::io::Error,
     },
-    /// Logs or traces cannot be set up.
-    #[error("{what} cannot be set up: {reason}")]
-    Observability {
-        /// Logs, traces or metrics.
-        what: &'static str,
-        /// Why.
-        reason: String,
-    },
-    /// The service cannot start as it is set, or with what it was given: says why.
+    /// The service cannot start as it is set, or with what it was given.
     #[error("{0}")]
     Start(String),
     /// The system gives no thread, or none of its means.
     #[error("{what}: {source}")]
     System {
-        /// What was asked of it.
+        /// The action that was tried.
         what: &'static str,
-        /// What it says.
+        /// The reason.
         source: std::io::Error,
     },
 }
 
 impl ServiceError {
-    /// What keeps a service from its start.
+    /// Makes an error that keeps a service from its start.
     pub fn start(reason: impl std::fmt::Display) -> Self {
         Self::Start(reason.to_string())
     }
 
-    /// What Zenoh refused.
+    /// Makes an error of Zenoh's.
     pub(crate) fn zenoh(action: impl Into<String>, error: &zenoh::Error) -> Self {
         Self::Zenoh {
             action: action.into(),
             reason: error.to_string(),
         }
-    }
-
-    /// Logs or traces that cannot be set up.
-    pub(crate) fn observability(what: &'static str, error: &dyn std::fmt::Display) -> Self {
-        let reason = error.to_string();
-        Self::Observability { what, reason }
     }
 }

@@ -1,4 +1,4 @@
-//! What a process needs, and whether it has it.
+//! The health of a process: the conditions under which it is ready.
 
 use std::sync::{Arc, Mutex};
 
@@ -23,7 +23,7 @@ struct State {
 #[derive(Debug)]
 struct Check {
     name: &'static str,
-    /// What is wrong; `None` where it passes.
+    /// The fault; `None` where it passes.
     trouble: Option<String>,
 }
 
@@ -43,20 +43,16 @@ impl Health {
     /// Registers a condition, which fails until it is said to hold.
     pub fn check(&self, name: &'static str) -> HealthLatch {
         let mut state = lock(&self.state);
+        let (health, index) = (self.clone(), state.checks.len());
         state.checks.push(Check {
             name,
             trouble: Some("not started".to_owned()),
         });
-        let registered = Registered {
-            health: self.clone(),
-            index: state.checks.len() - 1,
-        };
-        HealthLatch {
-            registered: Arc::new(registered),
-        }
+        let registered = Arc::new(Registered { health, index });
+        HealthLatch { registered }
     }
 
-    /// All conditions, in the order in which they were registered.
+    /// Gives all conditions, in the order in which they were registered.
     pub fn report(&self) -> Vec<v1::HealthCheck> {
         let state = lock(&self.state);
         let report = state.checks.iter().map(|check| v1::HealthCheck {
@@ -67,12 +63,12 @@ impl Health {
         report.collect()
     }
 
-    /// Whether all conditions hold.
+    /// Says whether all conditions hold.
     pub fn is_ready(&self) -> bool {
         lock(&self.state).is_ready()
     }
 
-    /// What fails from now on is not worth a word, because the service ends.
+    /// Has conditions fail without a word from now on, because the service ends.
     pub fn end_quietly(&self) {
         lock(&self.state).is_ending = true;
     }
@@ -80,11 +76,8 @@ impl Health {
     fn set(&self, index: usize, trouble: Option<String>) {
         let mut state = lock(&self.state);
         let is_ending = state.is_ending;
-        let Some(check) = state
-            .checks
-            .get_mut(index)
-            .filter(|check| check.trouble != trouble)
-        else {
+        let check = state.checks.get_mut(index);
+        let Some(check) = check.filter(|check| check.trouble != trouble) else {
             return;
         };
         match &trouble {
@@ -105,12 +98,12 @@ impl State {
 }
 
 impl HealthLatch {
-    /// The condition holds.
+    /// Says that the condition holds.
     pub fn pass(&self) {
         self.registered.health.set(self.registered.index, None);
     }
 
-    /// The condition does not hold, and why.
+    /// Says why the condition does not hold.
     pub fn fail(&self, message: impl Into<String>) {
         let trouble = Some(message.into());
         self.registered.health.set(self.registered.index, trouble);
@@ -139,10 +132,8 @@ mod tests {
         assert!(health.is_ready());
         store.fail("disk full");
         let report = health.report();
-        assert_eq!(
-            (report[0].name.as_str(), report[0].message.as_str()),
-            ("store", "disk full")
-        );
+        let failing = (report[0].name.as_str(), report[0].message.as_str());
+        assert_eq!(failing, ("store", "disk full"));
         assert!(!report[0].is_passing && report[1].is_passing);
         store.pass();
         drop(threads.clone());

@@ -1,80 +1,83 @@
-//! The right to serve a cell, which one instance of a service has at a time.
+//! The lease of a cell: the right to serve it, which one instance of a service has at a time.
 //!
-//! Who has it holds the liveliness token of the cell, in which its start is named. An instance that
-//! starts takes it where no other start has it. Else it waits, and is not ready, until that has gone.
-//! Names are no matter: a token of the own name with another start is another's.
+//! The holder has a liveliness token of the cell, whose key names its fencing token, a
+//! [`Start`](ppnpack_wire::keys::Start). That is a term, above those of all holders before it, and
+//! the nonce of its process. An instance that starts takes the lease where no other start has it.
+//! Else it waits, and is not ready, until the other has gone. Names are no matter: a token of the
+//! own name with another nonce is another's.
 //!
 //! A token goes with its process, at the latest when the session has timed out. One that answered
 //! before it went has worked meanwhile, and may only have lost the router. So it has to be gone for
 //! a while, as seen by who is connected.
 //!
-//! Two may have it all the same, as those that start at once, or whose network was split. Each hears
-//! of the other, as it announces itself first and is then told of those before. Both compare the
-//! same two starts, so exactly one ends its process, starts again and waits:
+//! Two may have it all the same, as those that start at once, or whose network was split. Each
+//! hears of the other, as it announces itself first and is then told of those before. Both compare
+//! the same two starts, so exactly one ends its process, starts again and waits:
 //! - where one waited for the other and took over, the other, which knows nothing of that;
-//! - else the one that started later: who serves stays when it meets a newcomer. Of two that started
-//!   within a second, or whose clocks differ, it is either.
+//! - else the one that started later: who serves stays when it meets a newcomer. Of two that
+//!   started within a second, or whose clocks differ, it is either.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use ppnpack_wire::keys::{Cell, Instance, Service, Start, everything_alive};
-use zenoh::Wait;
+use ppnpack_wire::keys::{Cell, Instance, Service, everything_alive};
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::{Sample, SampleKind};
 
-use crate::alive::{self, Found, Said, Token};
+use crate::alive::{self, Said, Token};
 use crate::error::ServiceError;
 use crate::health::HealthLatch;
 use crate::process::Process;
 use crate::rpc::Client;
 use crate::session::is_connected;
 
-/// How long looking for others may take.
+/// Maximum time for finding other holders.
 const LOOK_LIMIT: Duration = Duration::from_secs(1);
 
-/// How long others have to say that they work.
+/// Maximum time for others to answer that they work.
 const ANSWER_LIMIT: Duration = Duration::from_millis(300);
 
-/// How long to wait before looking again.
+/// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// How long another that worked has to be gone. Who lost its router tries again once a second.
+/// Minimum time for which another that worked has to be gone. It looks for its lost router once a
+/// second.
 const GONE_FOR: Duration = Duration::from_secs(2);
 
-/// What is said where nobody tells who is alive.
+/// Message where nobody tells who is alive.
 const UNKNOWN: &str = "who else serves is not known: the router does not tell who is alive; in the \
                        profile secure, the identity has to watch and check its own service";
 
-/// The right to serve a cell, until it is dropped.
+/// The lease of a cell, until it is dropped.
 pub struct Lease {
     _token: Token,
     _others: Subscriber<()>,
     _latch: HealthLatch,
-    /// Whether another instance served the cell meanwhile: what that did is not known here.
+    /// Whether another instance served the cell meanwhile; its doings are not known here.
     pub is_after_another: bool,
 }
 
-/// Takes the right to serve each of these cells, where `None` is all of them. Calls `begin` with each
-/// as soon as it is had, and waits as long as others have the rest.
+/// Takes the lease of each of these cells, where `None` is all of them. Calls `begin` with each as
+/// soon as it is had, and waits as long as others have the rest.
 ///
-/// One that does not answer and then goes is taken for one that was killed, such as this one's
+/// A holder that never answered before it went counts as one that was killed, such as this one's
 /// predecessor.
 ///
 /// # Errors
-/// [`ServiceError`] where the session is closed, or the end is asked for meanwhile; those of `begin`.
+/// [`ServiceError`] where the session is closed, or the end is asked for meanwhile; those of
+/// `begin`.
 pub fn take_each(
     process: &Process,
     cells: impl IntoIterator<Item = Option<Cell>>,
     mut begin: impl FnMut(Option<&Cell>, Lease) -> Result<(), ServiceError>,
 ) -> Result<(), ServiceError> {
     let latch = process.health().check("lease");
-    let mut wanted: Vec<Wanted> = cells.into_iter().map(Wanted::new).collect();
-    let mut working = BTreeSet::new();
+    let mut wanted: Vec<Wanted> = cells.into_iter().map(Wanted::of).collect();
+    let mut others = Others::default();
     loop {
-        let found = Others::look(process, &wanted, &mut working)?;
+        others.look(process, &wanted)?;
         for mut one in std::mem::take(&mut wanted) {
-            if one.is_free(&found, &working) {
+            if one.is_free(&others) {
                 let lease = one.take(process, latch.clone())?;
                 begin(one.cell.as_ref(), lease)?;
             } else {
@@ -85,7 +88,7 @@ pub fn take_each(
             latch.pass();
             return Ok(());
         }
-        if let Some(trouble) = found.trouble(process.service(), &wanted, &working) {
+        if let Some(trouble) = others.trouble(process.service(), &wanted) {
             latch.fail(trouble);
         }
         if process.shutdown().wait_timeout(PAUSE) {
@@ -96,37 +99,36 @@ pub fn take_each(
 }
 
 /// A cell, or all of them, whose lease is wanted.
+#[derive(Default)]
 struct Wanted {
     cell: Option<Cell>,
     /// Above those of all who were seen to have it.
     term: u32,
     is_after_another: bool,
-    /// Since when nobody has it.
+    /// The time since which nobody has it.
     free_since: Option<Instant>,
 }
 
 impl Wanted {
-    fn new(cell: Option<Cell>) -> Self {
+    fn of(cell: Option<Cell>) -> Self {
         Self {
             cell,
-            term: 0,
-            is_after_another: false,
-            free_since: None,
+            ..Self::default()
         }
     }
 
-    /// Whether nobody has the cell, for long enough.
-    fn is_free(&mut self, found: &Others, working: &BTreeSet<u64>) -> bool {
-        let mut is_free = found.is_all;
-        for other in found.of(self.cell.as_ref()) {
+    /// Says whether nobody has the cell, for long enough.
+    fn is_free(&mut self, others: &Others) -> bool {
+        let mut is_free = others.is_all;
+        for other in others.of(self.cell.as_ref()) {
             is_free = false;
             self.term = self.term.max(other.start.term.saturating_add(1));
-            self.is_after_another |= working.contains(&other.start.nonce);
+            self.is_after_another |= others.works(other);
         }
         if !self.is_after_another {
             return is_free;
         }
-        if !is_free || !found.is_connected {
+        if !is_free || !others.is_connected {
             self.free_since = None;
             return false;
         }
@@ -136,15 +138,9 @@ impl Wanted {
 
     /// Announces that the process has the cell, and watches for others then: none is missed.
     fn take(&self, process: &Process, latch: HealthLatch) -> Result<Lease, ServiceError> {
-        let nonce = process.identity().start.nonce;
-        let start = Start {
-            term: self.term,
-            nonce,
-        };
-        let token = alive::announce_start(process, self.cell.as_ref(), start)?;
         Ok(Lease {
-            _token: token,
-            _others: watch(process, self.cell.clone(), start)?,
+            _token: alive::announce_term(process, self.cell.as_ref(), self.term)?,
+            _others: watch(process, self.cell.clone(), self.term)?,
             _latch: latch,
             is_after_another: self.is_after_another,
         })
@@ -152,96 +148,75 @@ impl Wanted {
 }
 
 /// Others who have cells that are wanted.
+#[derive(Default)]
 struct Others {
     said: Vec<Said>,
     /// Whether there are surely no more.
     is_all: bool,
     is_connected: bool,
+    /// The nonces of those that have ever answered.
+    working: BTreeSet<u64>,
 }
 
 impl Others {
-    /// Looks for others, and adds the nonces of those that answer to those that work.
-    fn look(
-        process: &Process,
-        wanted: &[Wanted],
-        working: &mut BTreeSet<u64>,
-    ) -> Result<Self, ServiceError> {
+    /// Looks for others, and asks those that have not answered yet whether they work.
+    fn look(&mut self, process: &Process, wanted: &[Wanted]) -> Result<(), ServiceError> {
         let (session, service) = (process.session(), process.service());
         let deadline = Instant::now() + LOOK_LIMIT;
-        let (mut said, is_all) = alive::tokens(session, Some(service), deadline)?;
-        let own = process.identity().start.nonce;
-        said.retain(|said| {
+        (self.said, self.is_all) = alive::tokens(session, Some(service), deadline)?;
+        self.said.retain(|said| {
             let is_wanted = |one: &Wanted| meet(one.cell.as_ref(), said.cell.as_ref());
-            said.start.nonce != own && wanted.iter().any(is_wanted)
+            said.start.nonce != process.core().nonce && wanted.iter().any(is_wanted)
         });
-        let silent = said
-            .iter()
-            .filter(|said| !working.contains(&said.start.nonce));
-        let silent: BTreeMap<u64, Found> = silent
-            .map(|said| {
-                // To its name another one may answer.
-                let found = Found {
-                    service,
-                    instance: said.start.name(),
-                    cells: Vec::new(),
-                };
-                (said.start.nonce, found)
-            })
+        let silent = self.said.iter().filter(|said| !self.works(said));
+        // To an instance's own name another one may answer.
+        let silent: BTreeMap<u64, Instance> = silent
+            .map(|said| (said.start.nonce, said.start.name()))
             .collect();
-        let (nonces, found): (Vec<u64>, Vec<Found>) = silent.into_iter().unzip();
-        let answers = Client::new(session).health_of_all(&found, Instant::now() + ANSWER_LIMIT);
-        let answers = nonces.into_iter().zip(answers);
-        working.extend(answers.filter_map(|(nonce, answer)| answer.is_ok().then_some(nonce)));
-        Ok(Self {
-            said,
-            is_all,
-            is_connected: is_connected(session),
-        })
+        let asked = silent.values().map(|name| (service, name));
+        let answers = Client::new(session).health_of_all(asked, Instant::now() + ANSWER_LIMIT);
+        let answers = silent.keys().zip(answers);
+        let working = answers.filter_map(|(nonce, answer)| answer.is_ok().then_some(*nonce));
+        self.working.extend(working);
+        self.is_connected = is_connected(session);
+        Ok(())
     }
 
-    /// Those who have this cell.
+    /// Says whether another has ever answered.
+    fn works(&self, other: &Said) -> bool {
+        self.working.contains(&other.start.nonce)
+    }
+
+    /// Gives those who have this cell.
     fn of(&self, cell: Option<&Cell>) -> impl Iterator<Item = &Said> {
-        self.said
-            .iter()
-            .filter(move |said| meet(cell, said.cell.as_ref()))
+        let said = self.said.iter();
+        said.filter(move |said| meet(cell, said.cell.as_ref()))
     }
 
-    /// Why cells are still wanted, for people; `None` where nothing is to be added to what was said.
-    fn trouble(
-        &self,
-        service: Service,
-        wanted: &[Wanted],
-        working: &BTreeSet<u64>,
-    ) -> Option<String> {
+    /// Says why cells are still wanted; `None` where there is nothing to add to what was said.
+    fn trouble(&self, service: Service, wanted: &[Wanted]) -> Option<String> {
         if !self.is_all {
             return Some(UNKNOWN.to_owned());
         }
         let texts = wanted.iter().flat_map(|one| {
-            let others = self.of(one.cell.as_ref());
-            let others = others.filter(move |other| working.contains(&other.start.nonce));
-            others.map(move |other| {
-                let cell = one.cell.as_ref().or(other.cell.as_ref());
-                another_serves(service, cell, &other.instance)
-            })
+            let others = self
+                .of(one.cell.as_ref())
+                .filter(move |other| self.works(other));
+            others.map(move |other| another_serves(service, one.cell.as_ref(), other))
         });
         let texts: BTreeSet<String> = texts.collect();
-        let texts: Vec<String> = texts.into_iter().collect();
-        (!texts.is_empty()).then(|| texts.join("; "))
+        (!texts.is_empty()).then(|| Vec::from_iter(texts).join("; "))
     }
 }
 
-/// Whether there is a cell that both serve; `None` is all of them.
+/// Says whether there is a cell that both serve; `None` is all of them.
 fn meet(one: Option<&Cell>, other: Option<&Cell>) -> bool {
     one.is_none() || other.is_none() || one == other
 }
 
 /// Ends this process where another has the cell that is to stay.
-fn watch(
-    process: &Process,
-    cell: Option<Cell>,
-    start: Start,
-) -> Result<Subscriber<()>, ServiceError> {
-    let service = process.service();
+fn watch(process: &Process, cell: Option<Cell>, term: u32) -> Result<Subscriber<()>, ServiceError> {
+    let (service, start) = (process.service(), process.core().start(term));
     let supervisor = process.supervisor().clone();
     let key = everything_alive(Some(service));
     let on_token = move |sample: Sample| {
@@ -253,29 +228,21 @@ fn watch(
         if sample.kind() != SampleKind::Put || !is_of_cell || is_own {
             return;
         }
-        let text = another_serves(
-            service,
-            cell.as_ref().or(other.cell.as_ref()),
-            &other.instance,
-        );
+        let text = another_serves(service, cell.as_ref(), &other);
         match start.rank() < other.start.rank() {
             true => supervisor.give_up(text),
             false => tracing::error!("{text}: that one ends"),
         }
     };
-    process
-        .session()
-        .liveliness()
-        .declare_subscriber(key.clone())
-        .history(true)
-        .callback(on_token)
-        .wait()
-        .map_err(|error| ServiceError::zenoh(format!("watching {key}"), &error))
+    alive::declare(process.session(), &key, on_token)
 }
 
-fn another_serves(service: Service, cell: Option<&Cell>, other: &Instance) -> String {
+/// Says that another serves a wanted cell.
+fn another_serves(service: Service, wanted: Option<&Cell>, other: &Said) -> String {
+    let cell = wanted.or(other.cell.as_ref());
     let cell = cell.map_or_else(|| "all cells".to_owned(), |cell| format!("cell {cell}"));
-    format!("another {service}, instance {other}, serves {cell}: end one of them")
+    let instance = &other.instance;
+    format!("another {service}, instance {instance}, serves {cell}: end one of them")
 }
 
 #[cfg(test)]

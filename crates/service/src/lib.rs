@@ -1,4 +1,4 @@
-//! How one process of ppnpack runs, whatever service it is.
+//! The run of one process of ppnpack, whatever service it is.
 //!
 //! A thin binary calls [`main`] with the function that starts its service:
 //!
@@ -39,10 +39,12 @@
 //! }
 //! ```
 //!
-//! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then the Zenoh session,
-//! starts the service, waits for SIGTERM or SIGINT, and finishes within a grace. A service uses [`Process`] and:
+//! The process reads its configuration ([`configuration`]), writes logs, opens the admin port, then
+//! the Zenoh session, starts the service, waits for SIGTERM or SIGINT, and finishes within a grace.
+//! A service uses [`Process`] and:
 //!
-//! - [`actor`]: threads that own what they work on, and take it from bounded mailboxes; [`one_worker`]: a service of one,
+//! - [`actor`]: threads that own their state, and work through bounded mailboxes; [`one_worker`]: a
+//!   service of one,
 //! - [`rpc`]: answer requests and make them,
 //! - [`stream`]: publish data and read it; [`shapes`]: what records of planned steps name,
 //! - [`alive`]: say that it is there, and see who else is,
@@ -55,9 +57,10 @@
 //!
 //! [`embedded`] runs several services in one process.
 //!
-//! Threads: Zenoh's threads only check requests and hand them over to mailboxes with a bound; the service's own threads
-//! work and answer. Requests have deadlines, whether they are made or pending. What waits without one is an actor, for
-//! messages, as long as some can come, and [`actor::Address::send`], for room in the mailbox.
+//! Threads: Zenoh's threads only check requests and hand them over to mailboxes with a bound; the
+//! service's own threads work and answer. Requests have deadlines, whether they are made or
+//! pending. An actor waits without one, for messages, as long as some can come; so does
+//! [`actor::Address::send`], for room in the mailbox.
 
 pub mod actor;
 mod admin;

@@ -17,7 +17,8 @@ use crate::metrics::{self, Metric};
 /// A layer that can stand under that of the logs.
 pub(crate) type BoxedLayer = Box<dyn Layer<Registry> + Send + Sync>;
 
-/// Sets logs up for the whole process, and with them the layer of the traces. Panics are logged too.
+/// Sets logs up for the whole process, and with them the layer of the traces. Panics are logged
+/// too.
 pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result<(), ServiceError> {
     let filter = settings.to_filter()?;
     tracing_subscriber::registry()
@@ -25,7 +26,7 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
         .with(lines(settings.format).with_filter(filter))
         .with(Counting.with_filter(LevelFilter::WARN))
         .try_init()
-        .map_err(|error| ServiceError::observability("logs", &error))?;
+        .map_err(|error| ServiceError::start(format_args!("logs cannot be set up: {error}")))?;
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();
         let thread = thread.name().unwrap_or("unnamed");
@@ -34,7 +35,7 @@ pub(crate) fn init(settings: &LogSettings, traces: Option<BoxedLayer>) -> Result
     Ok(())
 }
 
-/// What counts warnings and errors, by the crate that they come from.
+/// Counts warnings and errors, by the crate that they come from.
 struct Counting;
 
 impl<S: Subscriber> Layer<S> for Counting {

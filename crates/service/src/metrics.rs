@@ -1,4 +1,4 @@
-//! What a process counts. Every metric has its name here and nowhere else.
+//! Metrics. Each has its name here and nowhere else.
 
 use std::sync::OnceLock;
 
@@ -34,14 +34,14 @@ macro_rules! metrics {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// Its name.
+            /// Gives its name.
             pub fn name(self) -> &'static str {
                 match self {
                     $(Self::$variant => $name,)*
                 }
             }
 
-            /// What it counts.
+            /// Describes it.
             pub fn help(self) -> &'static str {
                 match self {
                     $(Self::$variant => $help,)*
@@ -118,33 +118,34 @@ fn key(metric: Metric, labels: &[(&'static str, &str)]) -> Key {
     Key::from_parts(KeyName::from_const_str(metric.name()), labels)
 }
 
-/// The labels of what is counted by service and method.
+/// Makes the labels of a service and method.
 pub(crate) fn method_labels(service: Service, method: Method) -> [(&'static str, &'static str); 2] {
     [("service", service.as_str()), ("method", method.as_str())]
 }
 
-/// The counter of a metric with these labels. Keep it where it is used often.
+/// Gives the counter of a metric with these labels. Keep it where it is used often.
 pub fn counter(metric: Metric, labels: &[(&'static str, &str)]) -> Counter {
     metrics::with_recorder(|recorder| recorder.register_counter(&key(metric, labels), &METADATA))
 }
 
-/// The gauge of a metric with these labels. Keep it where it is used often.
+/// Gives the gauge of a metric with these labels. Keep it where it is used often.
 pub fn gauge(metric: Metric, labels: &[(&'static str, &str)]) -> Gauge {
     metrics::with_recorder(|recorder| recorder.register_gauge(&key(metric, labels), &METADATA))
 }
 
-/// The histogram of a metric with these labels. Keep it where it is used often.
+/// Gives the histogram of a metric with these labels. Keep it where it is used often.
 pub fn histogram(metric: Metric, labels: &[(&'static str, &str)]) -> Histogram {
     metrics::with_recorder(|recorder| recorder.register_histogram(&key(metric, labels), &METADATA))
 }
 
-/// All metrics as Prometheus reads them; nothing where [`install`] was not called.
+/// Writes all metrics for Prometheus; nothing where [`install`] was not called.
 pub fn render() -> String {
     let recorder = RECORDER.get();
     recorder.map(PrometheusHandle::render).unwrap_or_default()
 }
 
-/// Begins to count: what was asked for before counts nothing. From then on [`tidy`] has to be called every few seconds.
+/// Begins to count; counters that were made before stay still. From then on [`tidy`] has to be
+/// called every few seconds.
 ///
 /// # Errors
 /// [`BuildError`] where something else counts already.
@@ -172,7 +173,8 @@ pub fn install() -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Sorts what was counted into buckets, as until then every value of a histogram takes memory, and measures that.
+/// Sorts the values of histograms into buckets, as each takes memory until then, and measures the
+/// memory.
 pub fn tidy() {
     if let Some(handle) = RECORDER.get() {
         handle.run_upkeep();
@@ -189,14 +191,13 @@ pub fn tidy() {
 
 fn resident_bytes() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let mut lines = status.lines();
+    let line = lines.find_map(|line| line.strip_prefix("VmRSS:"))?;
     let kib: f64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
     Some(kib * 1024.0)
 }
 
-/// The limit of a container; nothing where there is none.
+/// Gives the limit of the container, if there is one.
 fn memory_limit_bytes() -> Option<f64> {
     let limit = std::fs::read_to_string("/sys/fs/cgroup/memory.max").ok()?;
     limit.trim().parse().ok()
@@ -204,6 +205,8 @@ fn memory_limit_bytes() -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
     #[test]
@@ -214,9 +217,8 @@ mod tests {
         gauge(Metric::Ready, &[]).set(1.0);
         tidy();
         let text = render();
-        let resident = text
-            .lines()
-            .find_map(|line| line.strip_prefix("ppnpack_resident_bytes "));
+        let mut lines = text.lines();
+        let resident = lines.find_map(|line| line.strip_prefix("ppnpack_resident_bytes "));
         let resident: f64 = resident.unwrap().parse().unwrap();
         assert!(resident > 1e6, "a process has a megabyte: {resident}");
         for line in [
@@ -232,10 +234,8 @@ mod tests {
 
     #[test]
     fn names_are_those_of_prometheus() {
-        let mut names: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
-        names.sort_unstable();
-        names.dedup();
-        assert_eq!(names.len(), Metric::ALL.len());
+        let names = Metric::ALL.iter().map(|metric| metric.name());
+        assert_eq!(BTreeSet::from_iter(names).len(), Metric::ALL.len());
         for metric in Metric::ALL {
             let name = metric.name();
             assert!(name.starts_with("ppnpack_"), "{name}");

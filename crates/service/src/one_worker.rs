@@ -18,9 +18,9 @@ use crate::rpc::{Done, Incoming, Listener};
 use crate::stream::each_or_all;
 use crate::{Running, join};
 
-/// What answers the requests of planners, one after another.
+/// A worker that answers the requests of planners, one after another.
 pub trait Worker: Send + 'static {
-    /// What it is asked.
+    /// The request that it answers.
     type Request: Request<Reply: MissingItemsReply>;
 
     /// Answers a request.
@@ -35,29 +35,26 @@ pub trait Worker: Send + 'static {
 
 /// A reply that can say which items are not known.
 pub trait MissingItemsReply: Reply {
-    /// A reply that says no more than that.
+    /// Makes a reply that says no more than that.
     fn missing(items: Vec<Vec<u8>>) -> Self;
 }
 
-impl MissingItemsReply for v1::EvaluateReply {
-    fn missing(missing_items: Vec<Vec<u8>>) -> Self {
-        Self {
-            missing_items,
-            ..Self::default()
-        }
-    }
+macro_rules! missing_items_replies {
+    ($($reply:ident)*) => {
+        $(impl MissingItemsReply for v1::$reply {
+            fn missing(missing_items: Vec<Vec<u8>>) -> Self {
+                Self {
+                    missing_items,
+                    ..Self::default()
+                }
+            }
+        })*
+    };
 }
 
-impl MissingItemsReply for v1::ProposeReply {
-    fn missing(missing_items: Vec<Vec<u8>>) -> Self {
-        Self {
-            missing_items,
-            ..Self::default()
-        }
-    }
-}
+missing_items_replies! { EvaluateReply ProposeReply }
 
-/// Why a request is not answered as it was asked.
+/// The reason for which a request is not answered as it was asked.
 #[derive(Debug)]
 pub enum Refusal {
     /// It is not possible, or more than may be asked for at once.
@@ -76,7 +73,7 @@ impl<E: std::error::Error> From<E> for Refusal {
     }
 }
 
-/// A worker with what tells it whose answers are still waited for.
+/// A worker, and the planners that are there to wait for its answers.
 struct Answering<W> {
     worker: W,
     planners: Alive,
@@ -118,8 +115,8 @@ pub struct OneWorker {
 }
 
 impl OneWorker {
-    /// Starts a worker on a thread of this name, for these cells or any where none is named, with so many requests waiting for it at
-    /// most. The health check passes then.
+    /// Starts a worker on a thread of this name, for these cells, or any where none is named, with
+    /// a queue for so many requests. The health check passes then.
     ///
     /// # Errors
     /// [`ServiceError`] where the session or the thread cannot be had.

@@ -1,4 +1,4 @@
-//! From what Zenoh delivers to messages.
+//! Payloads of Zenoh, read as messages.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -20,17 +20,17 @@ pub(crate) fn read<M: Message + Name + Default>(
     decode(&payload.to_bytes(), limit)
 }
 
-/// Counts what is malformed, and writes at most one line a second about it.
+/// Counts malformed messages, and writes at most one line a second about them.
 pub(crate) struct Malformed {
     kind: String,
     counter: Counter,
     since: Instant,
-    /// Of the last line, in seconds since `since`, and one more.
+    /// The time of the last line, in seconds since `since`, and one more.
     last_line_s: AtomicU64,
 }
 
 impl Malformed {
-    /// For messages of this kind: a stream, or a service and method.
+    /// Counts those of a kind: a stream, or a service and method.
     pub(crate) fn new(kind: String) -> Self {
         Self {
             counter: metrics::counter(Metric::MalformedTotal, &[("kind", &kind)]),

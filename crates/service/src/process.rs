@@ -1,7 +1,8 @@
-//! What a service runs on.
+//! The process of a service, and threads.
 
 use std::collections::BTreeMap;
 use std::hash::{BuildHasher, RandomState};
+use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -18,7 +19,8 @@ use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 use crate::sync::lock;
 
-/// What a service runs on: its Zenoh session, name, health, and the wish to end. Cheap to clone.
+/// The process that a service runs on: its Zenoh session and name, its health, and the wish that
+/// it ends. Cheap to clone.
 #[derive(Clone)]
 pub struct Process {
     inner: Arc<Inner>,
@@ -27,38 +29,53 @@ pub struct Process {
 struct Inner {
     session: Session,
     max_message_bytes: usize,
-    identity: Arc<Identity>,
-    health: Health,
-    shutdown: Shutdown,
-    supervisor: Supervisor,
+    core: Arc<Core>,
     _answers_health: Listener,
 }
 
-/// Who a process is, and what it says of itself.
-pub(crate) struct Identity {
+/// All of a process but its session: the admin port tells of it before there is one.
+pub(crate) struct Core {
     pub(crate) service: Service,
     pub(crate) instance: Instance,
-    /// Tells it from others of its name, as long as it serves after nobody.
-    pub(crate) start: Start,
+    /// Tells the process from others of its name: the nonce of its [`Start`].
+    pub(crate) nonce: u64,
+    pub(crate) health: Health,
+    pub(crate) supervisor: Supervisor,
+    pub(crate) has_started: AtomicBool,
     /// The hash of its configuration.
     configuration: String,
     model: Mutex<Option<String>>,
-    /// The cells that it said it is there for, and how often.
+    /// The cells that it was announced for, and how often.
     cells: Mutex<BTreeMap<Cell, usize>>,
-    started: Instant,
+    began: Instant,
 }
 
-impl Identity {
-    pub(crate) fn new(service: Service, instance: Instance, configuration: String) -> Self {
+impl Core {
+    pub(crate) fn new(
+        service: Service,
+        instance: Instance,
+        configuration: String,
+        supervisor: Supervisor,
+    ) -> Self {
+        let random = RandomState::new().hash_one(()) & u64::from(u32::MAX);
         Self {
             service,
             instance,
-            start: fresh_start(),
+            nonce: ((now_ns() / 1_000_000_000) << 32) | random,
+            health: Health::default(),
+            supervisor,
+            has_started: AtomicBool::new(false),
             configuration,
             model: Mutex::default(),
             cells: Mutex::default(),
-            started: Instant::now(),
+            began: Instant::now(),
         }
+    }
+
+    /// Gives the start of the process, which has served a cell after so many others.
+    pub(crate) fn start(&self, term: u32) -> Start {
+        let nonce = self.nonce;
+        Start { term, nonce }
     }
 
     pub(crate) fn versions(&self, model: Option<&str>) -> v1::Versions {
@@ -86,51 +103,33 @@ impl Identity {
         }
     }
 
-    /// What it answers when asked for its health.
-    pub(crate) fn health_reply(&self, health: &Health) -> v1::HealthReply {
+    pub(crate) fn health_reply(&self) -> v1::HealthReply {
         v1::HealthReply {
             header: None,
             service: self.service.to_string(),
-            is_ready: health.is_ready(),
-            checks: health.report(),
-            uptime_ns: u64::try_from(self.started.elapsed().as_nanos()).unwrap_or(u64::MAX),
+            is_ready: self.health.is_ready(),
+            checks: self.health.report(),
+            uptime_ns: u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX),
             cells: lock(&self.cells).keys().map(Cell::to_string).collect(),
         }
     }
 }
 
-/// A start unlike any other.
-fn fresh_start() -> Start {
-    let random = RandomState::new().hash_one(()) & u64::from(u32::MAX);
-    Start {
-        term: 0,
-        nonce: ((now_ns() / 1_000_000_000) << 32) | random,
-    }
-}
-
 impl Process {
-    /// A process on this session. From here on it answers for its health over Zenoh.
+    /// Makes a process on this session, which answers for its health over Zenoh from here on.
     pub(crate) fn new(
         session: Session,
         max_message_bytes: usize,
-        identity: Arc<Identity>,
-        health: Health,
-        shutdown: Shutdown,
-        supervisor: Supervisor,
+        core: Arc<Core>,
     ) -> Result<Self, ServiceError> {
-        let answers_health = rpc::answer_health(&session, &identity, &health)?;
         let inner = Inner {
+            _answers_health: rpc::answer_health(&session, &core)?,
             session,
             max_message_bytes,
-            identity,
-            health,
-            shutdown,
-            supervisor,
-            _answers_health: answers_health,
+            core,
         };
-        Ok(Self {
-            inner: Arc::new(inner),
-        })
+        let inner = Arc::new(inner);
+        Ok(Self { inner })
     }
 
     /// Its Zenoh session.
@@ -145,37 +144,37 @@ impl Process {
 
     /// Its name among those of its service.
     pub fn instance(&self) -> &Instance {
-        &self.inner.identity.instance
+        &self.core().instance
     }
 
     /// Its service.
     pub fn service(&self) -> Service {
-        self.inner.identity.service
+        self.core().service
     }
 
-    /// What made its answers, but for the network.
+    /// The versions that made its answers, but for the network.
     pub fn versions(&self) -> v1::Versions {
-        self.inner.identity.versions(None)
+        self.core().versions(None)
     }
 
-    /// What it needs, and whether it has it.
+    /// Its health.
     pub fn health(&self) -> &Health {
-        &self.inner.health
+        &self.core().health
     }
 
     /// The wish that it ends.
     pub fn shutdown(&self) -> &Shutdown {
-        &self.inner.shutdown
+        self.supervisor().shutdown()
     }
 
-    /// Who watches its threads.
+    /// The supervisor of its threads.
     pub fn supervisor(&self) -> &Supervisor {
-        &self.inner.supervisor
+        &self.core().supervisor
     }
 
-    /// The network that it runs, for `/info`.
+    /// Sets the network that it runs, for `/info`.
     pub fn set_model(&self, model: Option<String>) {
-        *lock(&self.inner.identity.model) = model;
+        *lock(&self.core().model) = model;
     }
 
     /// Gives the process as long as somebody else has it; does not keep its session open.
@@ -184,8 +183,8 @@ impl Process {
         move || inner.upgrade().map(|inner| Self { inner })
     }
 
-    pub(crate) fn identity(&self) -> &Arc<Identity> {
-        &self.inner.identity
+    pub(crate) fn core(&self) -> &Arc<Core> {
+        &self.inner.core
     }
 }
 

@@ -1,41 +1,38 @@
-//! From start to end of a process.
+//! The run of a process, from start to end.
 
 mod arguments;
 mod signals;
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::sync_channel;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_wire::keys::Service;
-use tokio::runtime::Runtime;
-use zenoh::{Session, Wait};
+use zenoh::Wait;
 
-use crate::admin::{self, Told};
 use crate::configuration::{
     AdminListen, Configuration, ConfigurationError, ServiceSettings, Sources,
 };
 use crate::error::ServiceError;
-use crate::health::Health;
 use crate::metrics::Metric;
-use crate::process::{Identity, Process, thread};
+use crate::process::{Core, Process, thread};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 use crate::telemetry::Telemetry;
-use crate::{logs, metrics, session};
+use crate::{admin, logs, metrics, session};
 
 use arguments::Arguments;
 
-/// The exit code of a wrong command line or configuration (`EX_USAGE`).
+/// Exit code of a wrong command line or configuration (`EX_USAGE`).
 const EXIT_USAGE: u8 = 64;
 
-/// How long the session may take to close, and the traces to be sent.
+/// Maximum time for closing the session, and for sending the traces.
 const CLOSING_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// What a service may take longer than its grace before it is left behind.
+/// Maximum time beyond its grace after which a service is left behind.
 const GRACE_MARGIN: Duration = Duration::from_millis(500);
 
 /// A started service. Dropping it undeclares everything and ends its threads.
@@ -43,14 +40,14 @@ pub trait Running: Send {
     /// Undeclares, and finishes what is in flight.
     ///
     /// # Errors
-    /// What was left undone at the deadline, for people.
+    /// The work that was left undone at the deadline, in words.
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String>;
 }
 
 /// Waits for threads that were asked to end.
 ///
 /// # Errors
-/// Which of them still worked at the deadline.
+/// Names those that still worked at the deadline, or panicked.
 pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), String> {
     let mut left = Vec::new();
     for thread in threads {
@@ -63,17 +60,17 @@ pub fn join(threads: Vec<JoinHandle<()>>, deadline: Instant) -> Result<(), Strin
             _ => left.push(format!("{name} was still working")),
         }
     }
-    if left.is_empty() {
-        Ok(())
-    } else {
-        Err(left.join(", "))
+    match left.is_empty() {
+        true => Ok(()),
+        false => Err(left.join(", ")),
     }
 }
 
-/// A service's main: reads command line and configuration, runs until SIGTERM or SIGINT, and finishes within its grace.
+/// Runs a service: reads command line and configuration, serves until SIGTERM or SIGINT, and
+/// finishes within its grace.
 ///
-/// Exit codes: 0 done, 1 failed, 64 a wrong command line or configuration, which is found before any port
-/// is opened.
+/// Exit codes: 0 done, 1 failed, 64 a wrong command line or configuration, which is found before
+/// any port is opened.
 pub fn main<S: ServiceSettings>(
     service: Service,
     start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
@@ -97,10 +94,8 @@ pub fn main<S: ServiceSettings>(
     } else if arguments.print_config {
         configuration.to_toml().map_err(anyhow::Error::new)
     } else if arguments.after_restore {
-        configuration
-            .service
-            .after_restore()
-            .map_err(anyhow::Error::msg)
+        let restored = configuration.service.after_restore();
+        restored.map_err(anyhow::Error::msg)
     } else {
         match run(service, configuration, start) {
             Ok(code) => return code,
@@ -140,11 +135,12 @@ fn run<S: ServiceSettings>(
     configuration: Configuration<S>,
     start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
 ) -> Result<ExitCode, ServiceError> {
-    let identity = Identity::new(service, configuration.instance()?, configuration.hash());
-    let identity = Arc::new(identity);
-    let telemetry = Telemetry::start(&configuration.telemetry, &identity)?;
+    let (instance, hash) = (configuration.instance()?, configuration.hash());
+    let supervisor = Supervisor::new(Shutdown::default());
+    let core = Arc::new(Core::new(service, instance, hash, supervisor));
+    let telemetry = Telemetry::start(&configuration.telemetry, &core)?;
     logs::init(&configuration.log, telemetry.layer())?;
-    let code = match run_logged(identity, configuration, start) {
+    let code = match run_logged(core, configuration, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tracing::error!("{error:#}");
@@ -156,7 +152,7 @@ fn run<S: ServiceSettings>(
 }
 
 fn run_logged<S: ServiceSettings>(
-    identity: Arc<Identity>,
+    core: Arc<Core>,
     configuration: Configuration<S>,
     start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
 ) -> anyhow::Result<()> {
@@ -164,59 +160,8 @@ fn run_logged<S: ServiceSettings>(
     for (of, end_s) in configuration.zenoh.tls.ends()? {
         metrics::gauge(Metric::CertificateEnds, &[("of", of)]).set(end_s as f64);
     }
-    let runtime = runtime()?;
-    let shutdown = Shutdown::default();
-    let supervisor = Supervisor::new(shutdown.clone());
-    signals::watch(&runtime, &shutdown)?;
-    let health = Health::default();
-    let serving = health.check("service");
-    let connected = health.check("zenoh");
-    let has_started = Arc::new(AtomicBool::new(false));
-    if let AdminListen::At(address) = configuration.admin.listen {
-        let told = Told {
-            identity: identity.clone(),
-            health: health.clone(),
-            has_started: has_started.clone(),
-            supervisor: supervisor.clone(),
-        };
-        let address = admin::serve(runtime.handle(), address, told)?;
-        tracing::info!(%address, "admin port open");
-    }
-    let zenoh = &configuration.zenoh;
-    metrics::gauge(Metric::SessionsLimit, &[]).set(zenoh.max_sessions as f64);
-    let Some(session) = session::open(zenoh, &connected, &shutdown)? else {
-        tracing::info!("asked to end before there was a connection");
-        return Ok(());
-    };
-    let process = Process::new(
-        session.clone(),
-        zenoh.max_message_bytes,
-        identity,
-        health.clone(),
-        shutdown.clone(),
-        supervisor.clone(),
-    )?;
-    session::watch(&process, zenoh, connected)?;
-    let grace = configuration.shutdown_grace();
-    let running = start(&process, configuration.service)?;
-    serving.pass();
-    has_started.store(true, Ordering::Release);
-    tracing::info!(service = %process.service(), instance = %process.instance(), "started");
-    shutdown.wait();
-    serving.fail("shutting down");
-    health.end_quietly();
-    finish(running, grace)?;
-    drop(process);
-    close(session)?;
-    match supervisor.fault() {
-        Some(fault) => Err(anyhow::Error::msg(fault)),
-        None => Ok(()),
-    }
-}
-
-/// One thread is plenty for signals and the admin port.
-fn runtime() -> Result<Runtime, ServiceError> {
-    tokio::runtime::Builder::new_multi_thread()
+    // One thread is plenty for signals and the admin port.
+    let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)
         .thread_name("admin")
         .enable_all()
@@ -224,10 +169,45 @@ fn runtime() -> Result<Runtime, ServiceError> {
         .map_err(|source| ServiceError::System {
             what: "starting the admin thread",
             source,
-        })
+        })?;
+    let shutdown = core.supervisor.shutdown();
+    signals::watch(&runtime, shutdown)?;
+    let serving = core.health.check("service");
+    let connected = core.health.check("zenoh");
+    if let AdminListen::At(address) = configuration.admin.listen {
+        let address = admin::serve(runtime.handle(), address, core.clone())?;
+        tracing::info!(%address, "admin port open");
+    }
+    let zenoh = &configuration.zenoh;
+    metrics::gauge(Metric::SessionsLimit, &[]).set(zenoh.max_sessions as f64);
+    let Some(session) = session::open(zenoh, &connected, shutdown)? else {
+        tracing::info!("asked to end before there was a connection");
+        return Ok(());
+    };
+    let process = Process::new(session.clone(), zenoh.max_message_bytes, core.clone())?;
+    session::watch(&process, zenoh, connected)?;
+    let grace = configuration.shutdown_grace();
+    let running = start(&process, configuration.service)?;
+    serving.pass();
+    core.has_started.store(true, Ordering::Release);
+    tracing::info!(service = %core.service, instance = %core.instance, "started");
+    shutdown.wait();
+    serving.fail("shutting down");
+    core.health.end_quietly();
+    finish(running, grace)?;
+    drop(process);
+    match within(CLOSING_TIMEOUT, move || session.close().wait())? {
+        Some(Ok(())) => {}
+        Some(Err(error)) => tracing::warn!(%error, "closing the Zenoh session"),
+        None => tracing::warn!("the Zenoh session did not close in time"),
+    }
+    match core.supervisor.fault() {
+        Some(fault) => Err(anyhow::Error::msg(fault)),
+        None => Ok(()),
+    }
 }
 
-/// Finishes what is in flight, and says whether all was finished.
+/// Finishes all that is in flight, and says whether that was in time.
 fn finish(running: Box<dyn Running>, grace: Duration) -> anyhow::Result<()> {
     tracing::info!(grace_s = grace.as_secs_f64(), "shutting down");
     let deadline = Instant::now() + grace;
@@ -239,16 +219,7 @@ fn finish(running: Box<dyn Running>, grace: Duration) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn close(session: Session) -> anyhow::Result<()> {
-    match within(CLOSING_TIMEOUT, move || session.close().wait())? {
-        Some(Ok(())) => {}
-        Some(Err(error)) => tracing::warn!(%error, "closing the Zenoh session"),
-        None => tracing::warn!("the Zenoh session did not close in time"),
-    }
-    Ok(())
-}
-
-/// What work gives, if it gives it in time.
+/// Gives the result of work that is done in time.
 fn within<T: Send + 'static>(
     duration: Duration,
     work: impl FnOnce() -> T + Send + 'static,

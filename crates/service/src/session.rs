@@ -10,18 +10,19 @@ use crate::health::HealthLatch;
 use crate::process::{Process, thread};
 use crate::shutdown::Shutdown;
 
-/// How long to wait before a client tries to connect again: at first, and at most.
+/// Minimum and maximum pause before a client tries to connect again.
 const FIRST_PAUSE: Duration = Duration::from_millis(100);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
-/// How often the connection is looked at.
+/// Time between two looks at the connection.
 const WATCH_PERIOD: Duration = Duration::from_millis(500);
 
-/// How long a client may be without the router that it had; networks are cut for shorter. A session
+/// Maximum time of a client without the router that it had; networks are cut for shorter. A session
 /// keeps its id, which somebody else may have taken meanwhile: the router lets in a new one alone.
 const ROUTER_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Opens the session. A client tries until there is a router, or until the end is asked for (`None`).
+/// Opens the session. A client tries until there is a router, or until the end is asked for
+/// (`None`).
 pub(crate) fn open(
     settings: &ZenohSettings,
     latch: &HealthLatch,
@@ -81,9 +82,9 @@ pub(crate) fn watch(
     thread("zenoh-watch", look).map(drop)
 }
 
-/// How long a session has been without those it needs.
+/// A cut between a session and those it needs.
 struct Cut {
-    /// Whether that ends the process: a client whose router is gone can do nothing.
+    /// Whether a long one ends the process: a client whose router is gone can do nothing.
     is_client: bool,
     since: Option<Instant>,
 }
@@ -96,7 +97,7 @@ impl Cut {
         }
     }
 
-    /// Whether it has been for too long.
+    /// Says whether it has been too long.
     fn is_too_long(&mut self, is_fine: bool, now: Instant) -> bool {
         if is_fine {
             self.since = None;
@@ -107,7 +108,7 @@ impl Cut {
     }
 }
 
-/// Whether a session reaches anybody.
+/// Says whether a session reaches anybody.
 pub(crate) fn is_connected(session: &Session) -> bool {
     let info = session.info();
     info.routers_zid().wait().next().is_some() || info.peers_zid().wait().next().is_some()

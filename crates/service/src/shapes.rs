@@ -1,4 +1,5 @@
-//! The items and solids that records of planned steps name, asked of the planner that published them.
+//! The items and solids that records of planned steps name, asked of the planner that published
+//! them.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -8,25 +9,23 @@ use ppnpack_wire::v1;
 
 use crate::rpc::{CallError, Client};
 
-/// How many are asked for at once.
+/// Maximum number that is asked for at once.
 const MOST_ASKED: usize = 256;
 
-/// The ids of all items and solids that a record names.
+/// Gives the ids of all items and solids that a record names.
 pub fn named(record: &v1::PlanningRecord) -> BTreeSet<Vec<u8>> {
     let candidates = record.candidates.iter();
     let candidates = candidates.flat_map(|held| [&held.item, &held.solid]);
-    let contents = record
-        .containers
-        .iter()
-        .filter_map(|at| at.content.as_ref());
-    let bodies = contents
-        .flat_map(|content| &content.bodies)
-        .map(|body| &body.solid);
+    let containers = record.containers.iter();
+    let contents = containers.filter_map(|at| at.content.as_ref());
+    let bodies = contents.flat_map(|content| &content.bodies);
+    let bodies = bodies.map(|body| &body.solid);
     let ids = candidates.chain(bodies);
     ids.filter(|id| !id.is_empty()).cloned().collect()
 }
 
-/// Asks a cell's planner for these and hands each over as it comes; gives how many the planner does not have.
+/// Asks a cell's planner for these and hands each over as it comes; gives the number of those that
+/// the planner does not have.
 ///
 /// # Errors
 /// [`CallError`] where it does not answer in time, or refuses.

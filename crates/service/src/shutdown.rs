@@ -15,7 +15,7 @@ pub struct Shutdown {
 struct Shared {
     is_requested: Mutex<bool>,
     changed: Condvar,
-    /// They end with it.
+    /// The wishes of parts, which are made with it.
     parts: Mutex<Vec<Weak<Self>>>,
 }
 
@@ -40,7 +40,7 @@ impl Shutdown {
         self.shared.request();
     }
 
-    /// The end of a part: asked for with this one's, or alone.
+    /// Makes the wish of a part: its end is asked for with this one, or alone.
     #[must_use]
     pub fn of_part(&self) -> Self {
         let part = Self::default();
@@ -54,7 +54,7 @@ impl Shutdown {
         part
     }
 
-    /// Whether the end was asked for.
+    /// Says whether the end was asked for.
     pub fn is_requested(&self) -> bool {
         *lock(&self.shared.is_requested)
     }

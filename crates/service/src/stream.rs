@@ -1,7 +1,8 @@
 //! Data of cells: published and read.
 //!
-//! A publisher never waits for readers: under congestion a message is dropped. A reader takes messages as they come
-//! ([`subscribe`]), or the newest only ([`Latest`]).
+//! A publisher never waits for readers: under congestion a message is dropped. A reader takes
+//! messages as they come ([`subscribe`]), or the newest only ([`Latest`]). Declaring either fails
+//! with [`ServiceError::Zenoh`] where the session is closed.
 
 use std::marker::PhantomData;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -33,10 +34,7 @@ pub struct Publisher<M> {
 }
 
 impl<M: Message + Name> Publisher<M> {
-    /// A publisher of this stream.
-    ///
-    /// # Errors
-    /// [`ServiceError::Zenoh`] where the session is closed.
+    /// Declares a publisher of this stream.
     pub fn new(process: &Process, cell: &Cell, stream: Stream) -> Result<Self, ServiceError> {
         let key = Key::Stream(cell.clone(), stream).to_string();
         let publisher = process
@@ -55,7 +53,7 @@ impl<M: Message + Name> Publisher<M> {
         })
     }
 
-    /// Whether somebody subscribes to the stream, as far as this session has heard.
+    /// Says whether somebody subscribes to the stream, as far as this session has heard.
     pub fn has_readers(&self) -> bool {
         let status = self.publisher.matching_status().wait();
         status.is_ok_and(|status| status.matching())
@@ -64,44 +62,43 @@ impl<M: Message + Name> Publisher<M> {
     /// Publishes a message.
     ///
     /// # Errors
-    /// [`ServiceError::Zenoh`] where the session is closed, or nobody would take so large a message.
+    /// [`ServiceError::Zenoh`] where the session is closed, or nobody would take so large a
+    /// message.
     pub fn put(&self, message: &M) -> Result<(), ServiceError> {
         let (bytes, most) = (message.encoded_len(), self.max_bytes);
         if bytes > most {
             return Err(ServiceError::Zenoh {
                 action: "publishing".to_owned(),
                 reason: format!(
-                    "{bytes} bytes are more than zenoh.max_message_bytes, {most}: raise it for this process, the router and all who \
-                     read it"
+                    "{bytes} bytes are more than zenoh.max_message_bytes, {most}: raise it for \
+                     this process, the router and all who read it"
                 ),
             });
         }
-        self.publisher
-            .put(message.encode_to_vec())
-            .wait()
-            .map_err(|error| ServiceError::zenoh("publishing", &error))?;
+        let put = self.publisher.put(message.encode_to_vec()).wait();
+        put.map_err(|error| ServiceError::zenoh("publishing", &error))?;
         self.published.increment(1);
         Ok(())
     }
 }
 
-/// A message of a stream, and when it came to this process, however much later it is looked at.
+/// A message of a stream with its time of arrival, however much later it is looked at.
 #[derive(Debug)]
 pub struct Arrived<T> {
-    /// When it came.
+    /// The time at which it came to this process.
     pub at: Boottime,
     /// The message, as it came or as far as it was read.
     pub message: T,
 }
 
 impl<T> Arrived<T> {
-    /// A message that comes now.
+    /// Makes a message that comes now.
     pub fn now(message: T) -> Self {
         let at = Boottime::now();
         Self { at, message }
     }
 
-    /// The same with the message read further.
+    /// Reads the message further.
     pub fn map<U>(self, read: impl FnOnce(T) -> U) -> Arrived<U> {
         let (at, message) = (self.at, read(self.message));
         Arrived { at, message }
@@ -109,10 +106,10 @@ impl<T> Arrived<T> {
 }
 
 impl<T, E> Arrived<Result<T, E>> {
-    /// The message, where it could be read.
+    /// Gives the message, or the error of reading it.
     ///
     /// # Errors
-    /// Why it could not.
+    /// That of the message.
     pub fn transpose(self) -> Result<Arrived<T>, E> {
         let (at, message) = (self.at, self.message?);
         Ok(Arrived { at, message })
@@ -136,9 +133,6 @@ struct Slot {
 
 impl<M: Message + Name + Default> Latest<M> {
     /// Subscribes a stream, of messages of at most `limit_bytes`.
-    ///
-    /// # Errors
-    /// [`ServiceError::Zenoh`] where the session is closed.
     pub fn subscribe(
         process: &Process,
         cell: &Cell,
@@ -171,10 +165,9 @@ impl<M: Message + Name + Default> Latest<M> {
         })
     }
 
-    /// The newest message, if it was not taken yet.
+    /// Takes the newest message, if it was not taken yet.
     pub fn take(&self) -> Option<Arrived<Result<M, WireError>>> {
-        let newest = lock(&self.slot.newest).take();
-        newest.map(|newest| newest.map(|payload| self.read(&payload)))
+        self.wait(Instant::now())
     }
 
     /// Waits for a message that was not taken yet; `None` where none comes before the deadline.
@@ -184,15 +177,15 @@ impl<M: Message + Name + Default> Latest<M> {
         let arrived = &self.slot.arrived;
         let waited = arrived.wait_timeout_while(newest, left, |newest| newest.is_none());
         let newest = waited.unwrap_or_else(PoisonError::into_inner).0.take();
-        newest.map(|newest| newest.map(|payload| self.read(&payload)))
-    }
-
-    fn read(&self, payload: &ZBytes) -> Result<M, WireError> {
-        payload::read(payload, self.limit_bytes).inspect_err(|error| self.malformed.count(error))
+        let read = |payload: ZBytes| {
+            let read = payload::read(&payload, self.limit_bytes);
+            read.inspect_err(|error| self.malformed.count(error))
+        };
+        newest.map(|newest| newest.map(read))
     }
 }
 
-/// What to subscribe of these cells: each of them; all, which is `None`, where none is named.
+/// Gives each of these cells, or `None`, which is all, where none is named.
 pub fn each_or_all(cells: &[Cell]) -> impl Iterator<Item = Option<&Cell>> {
     let all = cells.is_empty().then_some(None);
     cells.iter().map(Some).chain(all)
@@ -201,11 +194,9 @@ pub fn each_or_all(cells: &[Cell]) -> impl Iterator<Item = Option<&Cell>> {
 /// A subscription, until it is dropped.
 pub type Subscription = Subscriber<()>;
 
-/// Calls `on_message` with every message of a stream of a cell, or of all. It runs on Zenoh's thread: it must only hand
-/// the message over, to something with a bound. What is malformed is counted, and logged at most once a second.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Calls `on_message` with every message of a stream of a cell, or of all. It runs on Zenoh's
+/// thread: it must only hand the message over, to something with a bound. Malformed messages are
+/// counted, and logged at most once a second.
 pub fn subscribe<M: Message + Name + Default + 'static>(
     session: &Session,
     cell: Option<&Cell>,
@@ -230,22 +221,19 @@ pub struct Unread<'a, M> {
 }
 
 impl<M: Message + Name + Default> Unread<'_, M> {
-    /// Its size as it is encoded.
+    /// Gives its size as it is encoded.
     pub fn bytes(&self) -> usize {
         self.payload.len()
     }
 
-    /// The message; `None` where it is too large or malformed, which is counted.
+    /// Reads the message; `None` where it is too large or malformed, which is counted.
     pub fn read(self) -> Option<M> {
         let read = payload::read(self.payload, self.limit_bytes);
         read.inspect_err(|error| self.malformed.count(error)).ok()
     }
 }
 
-/// As [`subscribe`], for who looks at a message's size before it is read.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Subscribes as [`subscribe`] does, for callers that look at a message's size before they read it.
 pub fn subscribe_unread<M: Message + Name + Default + 'static>(
     session: &Session,
     cell: Option<&Cell>,
@@ -265,10 +253,8 @@ pub fn subscribe_unread<M: Message + Name + Default + 'static>(
     })
 }
 
-/// As [`subscribe`], for who passes messages on as they are encoded: nobody has looked at them.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Subscribes as [`subscribe`] does, for callers that pass messages on as they are encoded: nobody
+/// has looked at them.
 pub fn subscribe_payloads(
     session: &Session,
     cell: Option<&Cell>,
@@ -292,7 +278,7 @@ pub fn subscribe_payloads(
     declare(session, &key, callback)
 }
 
-pub(crate) fn declare(
+fn declare(
     session: &Session,
     key: &str,
     callback: impl Fn(Sample) + Send + Sync + 'static,

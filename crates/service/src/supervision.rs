@@ -1,5 +1,7 @@
-//! What ends a process that cannot go on: a thread that ended by a panic or does not come back, a session that was closed. A
-//! process that lives on with a part of it dead looks ready to everybody and serves nobody; one that ends is started again.
+//! The end of a process that cannot go on: a thread panicked or hangs, or the session was closed.
+//!
+//! A process that lives on with a part of it dead looks ready to everybody and serves nobody; one
+//! that ends is started again.
 
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
@@ -10,7 +12,7 @@ use crate::process::thread;
 use crate::shutdown::Shutdown;
 use crate::sync::lock;
 
-/// Whoever works longer than this on one message does not come back: requests may take ten minutes at most.
+/// Maximum time of work on one message: requests may take ten minutes at most.
 const LONGEST_WORK: Duration = Duration::from_secs(20 * 60);
 
 /// Watches the threads of a process. Clones share it.
@@ -29,7 +31,7 @@ struct Shared {
 }
 
 impl Supervisor {
-    /// The supervisor of a process, which ends where this is requested.
+    /// Makes the supervisor of a process, which it ends by requesting this.
     pub fn new(shutdown: Shutdown) -> Self {
         Self {
             shared: Arc::new(Shared {
@@ -41,8 +43,13 @@ impl Supervisor {
         }
     }
 
-    /// Keeps the process, until the guard is dropped, from ending for want of a router: for who does
-    /// what cannot be broken off.
+    /// The wish that the process ends.
+    pub(crate) fn shutdown(&self) -> &Shutdown {
+        &self.shared.shutdown
+    }
+
+    /// Keeps the process from ending for want of a router, until the guard is dropped: for work
+    /// that cannot be broken off.
     #[must_use]
     pub fn keep(&self) -> Kept {
         Kept {
@@ -50,39 +57,34 @@ impl Supervisor {
         }
     }
 
-    /// Whether somebody keeps the process.
+    /// Says whether somebody keeps the process.
     pub(crate) fn is_kept(&self) -> bool {
         Arc::strong_count(&self.shared.kept) > 1
     }
 
-    /// Ends the process, which fails for this reason; of several the first stays.
+    /// Ends the process, which fails for this reason; of several reasons the first stays.
     pub fn give_up(&self, fault: String) {
         tracing::error!(fault, "the process ends, to begin anew");
         lock(&self.shared.fault).get_or_insert(fault);
         self.shared.shutdown.request();
     }
 
-    /// Why the process ends, where it does not as it was asked to.
+    /// Gives the reason for which the process fails, if it does.
     pub fn fault(&self) -> Option<String> {
         lock(&self.shared.fault).clone()
     }
 
-    /// Sees whether everybody who works comes back.
+    /// Ends the process where somebody hangs.
     pub(crate) fn look(&self) {
-        let mut pulses = lock(&self.shared.pulses);
-        pulses.retain(|pulse| pulse.strong_count() > 0);
-        let alive: Vec<Arc<Pulse>> = pulses.iter().filter_map(Weak::upgrade).collect();
-        drop(pulses);
-        if let Some(stuck) = alive.iter().find(|pulse| pulse.is_stuck(LONGEST_WORK)) {
-            let minutes = LONGEST_WORK.as_secs() / 60;
-            let name = &stuck.name;
-            self.give_up(format!(
-                "{name} has worked on one thing for {minutes} minutes"
-            ));
+        let pulses = self.pulses();
+        if let Some(stuck) = pulses.iter().find(|pulse| pulse.is_stuck(LONGEST_WORK)) {
+            let (name, minutes) = (&stuck.name, LONGEST_WORK.as_secs() / 60);
+            let fault = format!("{name} has worked on one thing for {minutes} minutes");
+            self.give_up(fault);
         }
     }
 
-    /// Starts a thread that the process cannot do without: it ends where that ends by a panic.
+    /// Starts a thread that the process cannot do without: a panic in it ends the process.
     ///
     /// # Errors
     /// [`ServiceError::System`] where there can be no more threads.
@@ -91,28 +93,30 @@ impl Supervisor {
         name: &str,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<JoinHandle<T>, ServiceError> {
-        let guard = self.guard(name);
+        let guard = Guard {
+            supervisor: self.clone(),
+            name: name.to_owned(),
+        };
         thread(name, move || {
             let _guard = guard;
             work()
         })
     }
 
-    fn guard(&self, name: &str) -> Guard {
-        Guard {
-            supervisor: self.clone(),
-            name: name.to_owned(),
-        }
-    }
-
-    /// Whose work is watched: whoever never comes back from it ends the process.
+    /// Names those whose work is watched.
     pub fn watched(&self) -> Vec<String> {
-        let pulses = lock(&self.shared.pulses);
-        let alive = pulses.iter().filter_map(Weak::upgrade);
-        alive.map(|pulse| pulse.name.clone()).collect()
+        let pulses = self.pulses();
+        pulses.iter().map(|pulse| pulse.name.clone()).collect()
     }
 
-    /// Tells whether somebody works.
+    /// Gives the pulses of those that live, and forgets the others.
+    fn pulses(&self) -> Vec<Arc<Pulse>> {
+        let mut pulses = lock(&self.shared.pulses);
+        pulses.retain(|pulse| pulse.strong_count() > 0);
+        pulses.iter().filter_map(Weak::upgrade).collect()
+    }
+
+    /// Watches the work of somebody, as long as they keep their pulse.
     pub(crate) fn pulse(&self, name: &str) -> Arc<Pulse> {
         let pulse = Arc::new(Pulse {
             name: name.to_owned(),
@@ -129,7 +133,7 @@ pub struct Kept {
     _counted: Arc<()>,
 }
 
-/// Held by a thread: ends the process where that ends by a panic.
+/// Ends the process where the thread that holds it panics.
 struct Guard {
     supervisor: Supervisor,
     name: String,
@@ -138,14 +142,13 @@ struct Guard {
 impl Drop for Guard {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            let name = &self.name;
-            self.supervisor
-                .give_up(format!("the thread {name} ended by a panic"));
+            let fault = format!("the thread {} ended by a panic", self.name);
+            self.supervisor.give_up(fault);
         }
     }
 }
 
-/// Whether somebody works on a message, and since when.
+/// Tells since when somebody works on a message.
 #[derive(Debug)]
 pub(crate) struct Pulse {
     name: String,
@@ -153,12 +156,12 @@ pub(crate) struct Pulse {
 }
 
 impl Pulse {
-    /// Something is worked on from now.
+    /// Begins work.
     pub(crate) fn begin(&self) {
         *lock(&self.busy_since) = Some(Instant::now());
     }
 
-    /// Nothing is worked on.
+    /// Ends work.
     pub(crate) fn rest(&self) {
         *lock(&self.busy_since) = None;
     }
@@ -185,10 +188,8 @@ mod tests {
             assert!(thread.join().is_err());
         }
         assert!(shutdown.is_requested());
-        assert_eq!(
-            supervisor.fault().unwrap(),
-            "the thread first ended by a panic"
-        );
+        let fault = supervisor.fault().unwrap();
+        assert_eq!(fault, "the thread first ended by a panic");
     }
 
     #[test]

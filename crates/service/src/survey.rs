@@ -1,4 +1,4 @@
-//! How all services are, asked of all at the same time.
+//! The health of all services, asked of all at the same time.
 
 use std::time::{Duration, Instant};
 
@@ -9,21 +9,19 @@ use crate::alive::{self, Found};
 use crate::error::ServiceError;
 use crate::rpc::{CallError, Client};
 
-/// The check of an instance that is there and does not answer.
+/// Name of the check of an instance that is there and does not answer.
 const ANSWER: &str = "answer";
 
-/// Every instance that is there, with its health. One that does not answer in time is not ready, and [silent](is_silent). Takes
-/// `patience` at most, half of it to find them.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Gives every instance that is there with its health. One that does not answer in time is not
+/// ready, and [silent](is_silent). Takes `patience` at most, half of it to find them.
 pub fn instances(
     session: &Session,
     patience: Duration,
 ) -> Result<Vec<(Found, v1::HealthReply)>, ServiceError> {
     let begun = Instant::now();
     let found = alive::find(session, begun + patience / 2)?;
-    let answers = Client::new(session).health_of_all(&found, begun + patience);
+    let asked = found.iter().map(|found| (found.service, &found.instance));
+    let answers = Client::new(session).health_of_all(asked, begun + patience);
     let pairs = found.into_iter().zip(answers).map(|(found, answer)| {
         let health = answer.unwrap_or_else(|error| unanswered(&found, &error));
         (found, health)
@@ -31,16 +29,13 @@ pub fn instances(
     Ok(pairs.collect())
 }
 
-/// The health of every [instance](instances) that is there.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Gives the health of every [instance](instances) that is there.
 pub fn health(session: &Session, patience: Duration) -> Result<Vec<v1::HealthReply>, ServiceError> {
     let instances = instances(session, patience)?;
     Ok(instances.into_iter().map(|(_, health)| health).collect())
 }
 
-/// Whether the health is of an instance that did not answer.
+/// Says whether the health is of an instance that did not answer.
 pub fn is_silent(health: &v1::HealthReply) -> bool {
     health.checks.iter().any(|check| check.name == ANSWER)
 }

@@ -1,8 +1,8 @@
-//! Locks of which a panic takes nothing away.
+//! Locks that outlive a panic.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The content of a mutex, also where a thread panicked that held it.
+/// Locks a mutex, also one whose holder panicked.
 pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -17,10 +17,10 @@ use crate::configuration::TelemetrySettings;
 use crate::error::ServiceError;
 use crate::http;
 use crate::logs::BoxedLayer;
-use crate::process::Identity;
+use crate::process::Core;
 use crate::rpc::TRACE_TARGET;
 
-/// How long a collector may take for an answer.
+/// Maximum time for a collector's answer.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Sends spans; without a collector it does nothing.
@@ -31,10 +31,7 @@ pub(crate) struct Telemetry {
 
 impl Telemetry {
     /// Sets traces up, if they are wanted.
-    pub(crate) fn start(
-        settings: &TelemetrySettings,
-        identity: &Identity,
-    ) -> Result<Self, ServiceError> {
+    pub(crate) fn start(settings: &TelemetrySettings, core: &Core) -> Result<Self, ServiceError> {
         let Some(endpoint) = &settings.otlp else {
             return Ok(Self::default());
         };
@@ -45,13 +42,13 @@ impl Telemetry {
             .with_endpoint(endpoint)
             .with_timeout(TIMEOUT)
             .build()
-            .map_err(|error| ServiceError::observability("traces", &error))?;
+            .map_err(|error| {
+                ServiceError::start(format_args!("traces cannot be set up: {error}"))
+            })?;
+        let instance = core.instance.to_string();
         let resource = Resource::builder()
-            .with_service_name(format!("ppnpack-{}", identity.service))
-            .with_attribute(KeyValue::new(
-                "service.instance.id",
-                identity.instance.to_string(),
-            ))
+            .with_service_name(format!("ppnpack-{}", core.service))
+            .with_attribute(KeyValue::new("service.instance.id", instance))
             .with_attribute(KeyValue::new("service.version", env!("CARGO_PKG_VERSION")))
             .build();
         let sampler = Sampler::TraceIdRatioBased(settings.sampled_share);
@@ -66,7 +63,7 @@ impl Telemetry {
         })
     }
 
-    /// What turns the spans of this project into those of OpenTelemetry.
+    /// Makes the layer that turns the spans of this project into those of OpenTelemetry.
     pub(crate) fn layer(&self) -> Option<BoxedLayer> {
         let tracer = self.provider.as_ref()?.tracer("ppnpack");
         let filter = Targets::new()
@@ -106,9 +103,8 @@ impl HttpClient for Collector {
             head.push_str(&format!("{name}: {}\r\n", value.to_str()?));
         }
         let answer = http::exchange(&authority, &head, request.body(), TIMEOUT)?;
-        // What a collector says besides its status is of no use here.
-        Ok(Response::builder()
-            .status(answer.status)
-            .body(Bytes::new())?)
+        // Only the status of the answer matters here.
+        let response = Response::builder().status(answer.status);
+        Ok(response.body(Bytes::new())?)
     }
 }

@@ -1,4 +1,5 @@
-//! How long a cloud of ROS 2 takes to become one of the workspace, beside a plain copy of its payload.
+//! How long a cloud of ROS 2 takes to become one of the workspace, beside a plain copy of its
+//! payload.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 #[path = "../tests/support/payload.rs"]
@@ -8,7 +9,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use nalgebra::Isometry3;
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype, to_cloud};
 
-/// A layout: its name, bytes of a point, padding of a row, fields beside x, y, z and whether it is big-endian.
+/// A layout: its name, bytes of a point, padding of a row, fields beside x, y, z and whether it is
+/// big-endian.
 type Layout = (&'static str, u32, u32, &'static [(u32, u8)], bool);
 
 const LAYOUTS: [Layout; 5] = [

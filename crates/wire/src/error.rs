@@ -1,19 +1,19 @@
-//! Why a message was refused.
+//! The reasons for which a message is refused.
 
 use std::fmt::Display;
 
-/// What is wrong with a message.
+/// The fault of a message.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WireError {
-    /// It is too large to be looked at.
+    /// It is too large to be read.
     #[error("a {message} of {bytes} bytes is too large: {limit} are possible")]
     TooLarge {
         /// The message.
         message: &'static str,
         /// Its size.
         bytes: usize,
-        /// The greatest possible.
+        /// The maximum.
         limit: usize,
     },
     /// It has more parts than any sensible message of its size.
@@ -21,15 +21,15 @@ pub enum WireError {
     TooManyParts {
         /// The message.
         message: &'static str,
-        /// The most possible.
+        /// The maximum.
         limit: usize,
     },
     /// It is no protobuf message of its kind.
     #[error("not a {message}: {reason}")]
     Malformed {
-        /// What was expected.
+        /// The expected kind.
         message: &'static str,
-        /// What the decoder says.
+        /// The reason, by the decoder.
         reason: String,
     },
     /// A field that is needed is not there.
@@ -43,19 +43,19 @@ pub enum WireError {
     Invalid {
         /// The field.
         field: &'static str,
-        /// What is wrong, and what would be right.
+        /// The fault, and the possible values.
         reason: String,
     },
 }
 
 impl WireError {
-    /// A field with an impossible value.
+    /// Refuses the value of a field.
     pub fn invalid(field: &'static str, reason: impl Display) -> Self {
         let reason = reason.to_string();
         Self::Invalid { field, reason }
     }
 
-    /// What is no message of its kind.
+    /// Refuses a message that is none of its kind.
     pub(crate) fn malformed(message: &'static str, reason: impl Display) -> Self {
         let reason = reason.to_string();
         Self::Malformed { message, reason }
@@ -77,7 +77,7 @@ pub fn check_size(message: &'static str, bytes: usize, limit: usize) -> Result<(
     })
 }
 
-/// A field that has to be there.
+/// Gives a field that has to be there.
 ///
 /// # Errors
 /// [`WireError::Missing`] where it is not.

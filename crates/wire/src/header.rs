@@ -7,18 +7,18 @@ use crate::keys::{Cell, Instance};
 use crate::limits::checked;
 use crate::v1;
 
-/// The longest that a request may take.
+/// Maximum time limit of a request.
 pub const MAX_TIME_LIMIT: Duration = Duration::from_secs(600);
 
-/// The longest text for people in a reply, in bytes.
+/// Maximum size of a text for people in a reply, in bytes.
 const MAX_TEXT_BYTES: usize = 4096;
 
-/// What a request says of itself.
+/// The header of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RequestHeader {
-    /// Names the request.
+    /// The name of the request, its idempotency key.
     pub request_id: String,
-    /// How long the caller waits.
+    /// The time for which the caller waits.
     pub time_limit: Duration,
     /// The planner that asks; none where another does.
     pub caller: Option<Instance>,
@@ -32,7 +32,8 @@ impl RequestHeader {
     /// Reads a header.
     ///
     /// # Errors
-    /// [`WireError`] where it is missing, or the id, the time limit, the caller, the session or the cell is not possible.
+    /// [`WireError`] where it is missing, or the id, the time limit, the caller, the session or the
+    /// cell is not possible.
     pub fn read(header: Option<&v1::RequestHeader>) -> Result<Self, WireError> {
         let header = needed("header", header)?;
         let time_limit = Duration::from_micros(header.time_limit_us);
@@ -55,7 +56,7 @@ impl RequestHeader {
         })
     }
 
-    /// The header as a message.
+    /// Writes the header as a message.
     pub fn to_message(&self) -> v1::RequestHeader {
         let micros = self.time_limit.min(MAX_TIME_LIMIT).as_micros();
         let caller = self.caller.as_ref();
@@ -74,23 +75,21 @@ impl RequestHeader {
 /// # Errors
 /// [`WireError::Invalid`] where it is not of 1 to 64 characters of `[A-Za-z0-9_.:-]`.
 pub fn id<'a>(field: &'static str, text: &'a str) -> Result<&'a str, WireError> {
-    let is_possible =
-        |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'.' | b':' | b'-');
+    let is_possible = |byte: u8| byte.is_ascii_alphanumeric() || b"_.:-".contains(&byte);
     if (1..=64).contains(&text.len()) && text.bytes().all(is_possible) {
-        Ok(text)
-    } else {
-        let reason = "1 to 64 characters of A-Z a-z 0-9 _ . : - are possible";
-        Err(WireError::invalid(field, reason))
+        return Ok(text);
     }
+    let reason = "1 to 64 characters of A-Z a-z 0-9 _ . : - are possible";
+    Err(WireError::invalid(field, reason))
 }
 
-/// Text for people, cut to what a message may carry.
+/// Cuts a text for people to the maximum of a message.
 pub fn text(message: &str) -> String {
     let end = message.floor_char_boundary(MAX_TEXT_BYTES);
     message.get(..end).unwrap_or("").to_owned()
 }
 
-/// The timing of a stage.
+/// Makes the timing of a stage.
 pub fn stage(name: &str, duration: Duration) -> v1::StageTiming {
     v1::StageTiming {
         stage: name.to_owned(),

@@ -1,4 +1,4 @@
-//! Items and solids are named by their content.
+//! The ids of items and solids: hashes of their content.
 
 use prost::Message;
 
@@ -10,17 +10,17 @@ use crate::v1;
 pub struct ItemId([u8; 32]);
 
 impl ItemId {
-    /// The id of an item.
+    /// Makes the id of an item.
     pub fn of(item: &v1::Item) -> Self {
         Self(*blake3::hash(&item.encode_to_vec()).as_bytes())
     }
 
-    /// The id of a solid.
+    /// Makes the id of a solid.
     pub fn of_solid(solid: &v1::Solid) -> Self {
         Self(*blake3::hash(&solid.encode_to_vec()).as_bytes())
     }
 
-    /// An id from its 32 bytes.
+    /// Reads an id from its 32 bytes.
     ///
     /// # Errors
     /// [`WireError::Invalid`] where there are not 32.
@@ -30,7 +30,7 @@ impl ItemId {
         id.map_err(|reason| WireError::invalid(field, reason))
     }
 
-    /// The 32 bytes.
+    /// Gives the 32 bytes.
     pub fn to_bytes(self) -> Vec<u8> {
         self.0.to_vec()
     }

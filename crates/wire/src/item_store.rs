@@ -1,4 +1,4 @@
-//! Items that were seen before, kept by their id.
+//! A store of items that were seen before.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use crate::error::WireError;
 use crate::item_id::ItemId;
 use crate::v1;
 
-/// Keeps items up to a size; those longest unused go first.
-#[derive(Debug)]
+/// Keeps items up to a size by their ids; those longest unused go first.
+#[derive(Debug, Default)]
 pub struct ItemStore {
     items: HashMap<ItemId, Kept>,
     capacity_bytes: usize,
@@ -33,13 +33,11 @@ struct Kept {
 pub struct MissingItems(pub Vec<ItemId>);
 
 impl ItemStore {
-    /// An empty store for items of together at most `capacity_bytes`, as they are encoded.
+    /// Makes a store for items of together at most `capacity_bytes`, as they are encoded.
     pub fn new(capacity_bytes: usize) -> Self {
         Self {
-            items: HashMap::new(),
             capacity_bytes,
-            used_bytes: 0,
-            uses: 0,
+            ..Self::default()
         }
     }
 
@@ -65,7 +63,7 @@ impl ItemStore {
         Ok((id, item))
     }
 
-    /// An item that was seen before.
+    /// Gives an item that was seen before.
     pub fn get(&mut self, id: ItemId) -> Option<Arc<Item>> {
         self.uses += 1;
         let kept = self.items.get_mut(&id)?;
@@ -76,17 +74,16 @@ impl ItemStore {
     /// Takes in the items that come with a request and gives those that it names, in its order.
     ///
     /// # Errors
-    /// [`WireError`] where one that comes with it is not possible; the inner error where some are not known.
+    /// [`WireError`] where one that comes with it is not possible; the inner error where some are
+    /// not known.
     pub fn resolve(
         &mut self,
         given: &[v1::Item],
         ids: &[ItemId],
     ) -> Result<Result<Vec<Arc<Item>>, MissingItems>, WireError> {
         // Held on to until the end, as a store that is too small would let them go again.
-        let given: HashMap<ItemId, Arc<Item>> = given
-            .iter()
-            .map(|message| self.add(message))
-            .collect::<Result<_, _>>()?;
+        let given = given.iter().map(|message| self.add(message));
+        let given: HashMap<ItemId, Arc<Item>> = given.collect::<Result<_, _>>()?;
         let mut missing = Vec::new();
         let mut found = Vec::with_capacity(ids.len());
         for id in ids {
@@ -95,10 +92,9 @@ impl ItemStore {
                 None => missing.push(*id),
             }
         }
-        Ok(if missing.is_empty() {
-            Ok(found)
-        } else {
-            Err(MissingItems(missing))
+        Ok(match missing.is_empty() {
+            true => Ok(found),
+            false => Err(MissingItems(missing)),
         })
     }
 

@@ -7,19 +7,21 @@
 //! | `ppnpack/v1/<cell>/rpc/<service>/<method>/<instance>` | a request to this instance |
 //! | `ppnpack/v1/<cell>/@live/<service>/<instance>/<start>` | there while this start of the instance is alive |
 //!
-//! Services of any cell are alive under the cell [`ALL_CELLS`], under which every instance also answers `health`: to its name,
-//! and to that of its [`Start`], which no other process has.
+//! Services of any cell are alive under the cell [`ALL_CELLS`]. Under it every instance also
+//! answers `health`: to its name, and to that of its [`Start`], which no other process has.
 
 use std::cmp::Reverse;
 use std::fmt;
 
-/// What all keys begin with: the name of the protocol and its version.
+pub use crate::rpc::Method;
+
+/// Prefix of all keys: the name of the protocol and its version.
 const PREFIX: &str = "ppnpack/v1";
 
 /// The cell of what belongs to no single cell. No cell may have this name.
 pub const ALL_CELLS: &str = "all";
 
-/// Why a name or a key was refused.
+/// The reason for which a name or a key was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum KeyError {
@@ -28,9 +30,9 @@ pub enum KeyError {
         "'{name}' is no name of a {what}: 1 to 64 characters of a-z, 0-9, _ and - are possible"
     )]
     Name {
-        /// What it names.
+        /// The kind of thing that it names.
         what: &'static str,
-        /// The name.
+        /// Gives the name.
         name: String,
     },
     /// A cell has the name that stands for all cells.
@@ -49,29 +51,27 @@ pub struct Cell(String);
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Instance(String);
 
-/// A start of an instance, which tells apart two of one name. In keys it has 24 hexadecimal digits.
+/// A start of an instance, the fencing token of a cell's lease: it tells apart two of one name, and
+/// of two holders the one that stays. In keys it has 24 hexadecimal digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Start {
-    /// How many are known to have served the cell before, one after another.
+    /// The number of those known to have served the cell before, one after another.
     pub term: u32,
-    /// When the process started, in seconds since 1970, above 32 random bits.
+    /// The start of the process, in seconds since 1970, above 32 random bits.
     pub nonce: u64,
 }
 
 fn name(what: &'static str, text: &str) -> Result<String, KeyError> {
     let is_possible = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
     if (1..=64).contains(&text.len()) && text.bytes().all(is_possible) {
-        Ok(text.to_owned())
-    } else {
-        Err(KeyError::Name {
-            what,
-            name: text.chars().take(80).collect(),
-        })
+        return Ok(text.to_owned());
     }
+    let name = text.chars().take(80).collect();
+    Err(KeyError::Name { what, name })
 }
 
 impl Cell {
-    /// The cell of this name.
+    /// Makes the cell of this name.
     ///
     /// # Errors
     /// [`KeyError::Name`] and [`KeyError::Reserved`].
@@ -82,14 +82,14 @@ impl Cell {
         name("cell", text).map(Self)
     }
 
-    /// The name.
+    /// Gives the name.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
 impl Instance {
-    /// The instance of this name.
+    /// Makes the instance of this name.
     ///
     /// # Errors
     /// [`KeyError::Name`].
@@ -97,20 +97,20 @@ impl Instance {
         name("service's instance", text).map(Self)
     }
 
-    /// The name.
+    /// Gives the name.
     pub fn as_str(&self) -> &str {
         &self.0
     }
 }
 
 impl Start {
-    /// Orders those that serve one cell, of which the greatest stays: who knows of more before it,
-    /// else who was there first.
+    /// Ranks those that serve one cell, of which the greatest stays: by their terms, else by which
+    /// was there first.
     pub fn rank(self) -> impl Ord {
         (self.term, Reverse(self.nonce))
     }
 
-    /// The name to which its process alone answers `health`.
+    /// Gives the name to which its process alone answers `health`.
     pub fn name(self) -> Instance {
         Instance(format!("{:016x}", self.nonce))
     }
@@ -157,14 +157,14 @@ macro_rules! chunks {
             /// All of them.
             pub const ALL: &[Self] = &[$(Self::$variant,)*];
 
-            /// As it stands in keys.
+            /// Gives its text in keys.
             pub fn as_str(self) -> &'static str {
                 match self {
                     $(Self::$variant => $text,)*
                 }
             }
 
-            fn parse(text: &str) -> Option<Self> {
+            pub(crate) fn parse(text: &str) -> Option<Self> {
                 Self::ALL.iter().copied().find(|known| known.as_str() == text)
             }
         }
@@ -176,25 +176,26 @@ macro_rules! chunks {
         }
     };
 }
+pub(crate) use chunks;
 
 chunks! {
-    /// What a cell publishes.
+    /// A stream that a cell publishes.
     Stream {
-        /// [`PointCloud`](crate::v1::PointCloud): what the sensor sees.
+        /// [`PointCloud`](crate::v1::PointCloud) of the sensor.
         Cloud = "cloud",
-        /// [`PointCloud`](crate::v1::PointCloud): what the sensor above the tray sees.
+        /// [`PointCloud`](crate::v1::PointCloud) of the sensor above the tray.
         TrayCloud = "tray_cloud",
         /// [`Heightmap`](crate::v1::Heightmap): the container's content, from perception.
         Heightmap = "heightmap",
         /// [`CellState`](crate::v1::CellState), from the bridge.
         State = "state",
-        /// [`Outcome`](crate::v1::Outcome): how placements ended, from the bridge.
+        /// [`Outcome`](crate::v1::Outcome) of placements, from the bridge.
         Outcome = "outcome",
-        /// [`Decision`](crate::v1::Decision): what goes where, from the planner.
+        /// [`Decision`](crate::v1::Decision), from the planner.
         Plan = "plan",
         /// [`Session`](crate::v1::Session): the packing session, from the planner.
         Session = "session",
-        /// [`PlanningRecord`](crate::v1::PlanningRecord): what steps were planned on, from the planner.
+        /// [`PlanningRecord`](crate::v1::PlanningRecord) of steps, from the planner.
         Record = "record",
     }
 }
@@ -214,64 +215,10 @@ chunks! {
         Planner = "planner",
         /// Passes messages on between the others.
         Router = "router",
-        /// What the cells say and are asked, in ROS 2.
+        /// Streams and requests of the cells, in ROS 2.
         Ros = "ros",
         /// The operator's page.
         Console = "console",
-    }
-}
-
-chunks! {
-    /// What can be asked of services.
-    Method {
-        /// Of every service: [`HealthRequest`](crate::v1::HealthRequest).
-        Health = "health",
-        /// Of perception: [`HeightmapRequest`](crate::v1::HeightmapRequest).
-        Heightmap = "heightmap",
-        /// Of perception: [`ItemsRequest`](crate::v1::ItemsRequest).
-        Items = "items",
-        /// Of perception: [`InspectRequest`](crate::v1::InspectRequest).
-        Inspect = "inspect",
-        /// Of ppn: [`ProposeRequest`](crate::v1::ProposeRequest).
-        Propose = "propose",
-        /// Of heuristic: [`EvaluateRequest`](crate::v1::EvaluateRequest).
-        Evaluate = "evaluate",
-        /// Of the bridge: [`PlaceRequest`](crate::v1::PlaceRequest).
-        Place = "place",
-        /// Of the bridge: [`OutcomeRequest`](crate::v1::OutcomeRequest).
-        Outcome = "outcome",
-        /// Of the bridge: [`RenewRequest`](crate::v1::RenewRequest).
-        Renew = "renew",
-        /// Of the bridge: [`HoldRequest`](crate::v1::HoldRequest).
-        Hold = "hold",
-        /// Of the bridge: [`ResumeRequest`](crate::v1::ResumeRequest).
-        Resume = "resume",
-        /// Of the bridge: [`ChangedRequest`](crate::v1::ChangedRequest).
-        Changed = "changed",
-        /// Of the bridge: [`CellStateRequest`](crate::v1::CellStateRequest).
-        State = "state",
-        /// Of the planner: [`BeginRequest`](crate::v1::BeginRequest).
-        Begin = "begin",
-        /// Of the planner: [`AnnounceRequest`](crate::v1::AnnounceRequest).
-        Announce = "announce",
-        /// Of the planner: [`WithdrawRequest`](crate::v1::WithdrawRequest).
-        Withdraw = "withdraw",
-        /// Of the planner: [`PlanRequest`](crate::v1::PlanRequest).
-        Plan = "plan",
-        /// Of the planner: [`ReportRequest`](crate::v1::ReportRequest).
-        Report = "report",
-        /// Of the planner: [`OpenRequest`](crate::v1::OpenRequest).
-        Open = "open",
-        /// Of the planner: [`CloseRequest`](crate::v1::CloseRequest).
-        Close = "close",
-        /// Of the planner: [`ExplainRequest`](crate::v1::ExplainRequest).
-        Explain = "explain",
-        /// Of the planner: [`AutomaticRequest`](crate::v1::AutomaticRequest).
-        Automatic = "automatic",
-        /// Of the planner: [`SessionRequest`](crate::v1::SessionRequest).
-        Session = "session",
-        /// Of the planner: [`ShapesRequest`](crate::v1::ShapesRequest).
-        Shapes = "shapes",
     }
 }
 
@@ -327,42 +274,42 @@ impl Key {
 
 impl fmt::Display for Key {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let cell_or_all = |cell: &Option<Cell>| -> String {
-            cell.as_ref().map_or(ALL_CELLS, Cell::as_str).to_owned()
+        let cell = match self {
+            Self::Stream(cell, _) => Some(cell),
+            Self::Request(cell, ..) | Self::Alive(cell, ..) => cell.as_ref(),
         };
+        write!(
+            formatter,
+            "{PREFIX}/{}",
+            cell.map_or(ALL_CELLS, Cell::as_str)
+        )?;
         match self {
-            Self::Stream(cell, stream) => write!(formatter, "{PREFIX}/{cell}/{stream}"),
-            Self::Request(cell, service, method, instance) => {
-                let cell = cell_or_all(cell);
-                write!(formatter, "{PREFIX}/{cell}/rpc/{service}/{method}")?;
-                match instance {
-                    Some(instance) => write!(formatter, "/{instance}"),
-                    None => Ok(()),
-                }
+            Self::Stream(_, stream) => write!(formatter, "/{stream}"),
+            Self::Request(_, service, method, instance) => {
+                write!(formatter, "/rpc/{service}/{method}")?;
+                instance
+                    .iter()
+                    .try_for_each(|instance| write!(formatter, "/{instance}"))
             }
-            Self::Alive(cell, service, instance, start) => {
-                let cell = cell_or_all(cell);
-                write!(
-                    formatter,
-                    "{PREFIX}/{cell}/@live/{service}/{instance}/{start}"
-                )
+            Self::Alive(_, service, instance, start) => {
+                write!(formatter, "/@live/{service}/{instance}/{start}")
             }
         }
     }
 }
 
-/// The key expression of everything that belongs to this protocol.
+/// Gives the key expression of everything that belongs to this protocol.
 pub fn everything() -> String {
     format!("{PREFIX}/**")
 }
 
-/// The key expression of a stream of every cell.
+/// Gives the key expression of a stream of every cell.
 pub fn every_cell(stream: Stream) -> String {
     format!("{PREFIX}/*/{stream}")
 }
 
-/// The key expressions on which an instance answers a method, for one cell or every: sent to any
-/// instance, and to each of its names.
+/// Gives the key expressions on which an instance answers a method, for one cell or every: sent to
+/// any instance, and to each of its names.
 pub fn answered(
     cell: Option<&Cell>,
     service: Service,
@@ -375,7 +322,7 @@ pub fn answered(
     (any, own)
 }
 
-/// The key expression of everything that is alive: of one service, or of all.
+/// Gives the key expression of everything that is alive: of one service, or of all.
 pub fn everything_alive(service: Option<Service>) -> String {
     let service = service.map_or("*", Service::as_str);
     format!("{PREFIX}/*/@live/{service}/*/*")
@@ -439,27 +386,25 @@ mod tests {
             nonce: 0xbeef,
         };
         assert_eq!(start.name().as_str(), "000000000000beef");
-        let cases = [
+        let (planner, own) = (Service::Planner, Some(instance.clone()));
+        for (key, text) in [
+            (Key::Stream(cell.clone(), Stream::Cloud), "cell-1/cloud"),
             (
-                Key::Stream(cell.clone(), Stream::Cloud),
-                "ppnpack/v1/cell-1/cloud",
+                Key::Request(Some(cell), planner, Method::Plan, None),
+                "cell-1/rpc/planner/plan",
             ),
             (
-                Key::Request(Some(cell.clone()), Service::Planner, Method::Plan, None),
-                "ppnpack/v1/cell-1/rpc/planner/plan",
-            ),
-            (
-                Key::Request(None, Service::Ppn, Method::Health, Some(instance.clone())),
-                "ppnpack/v1/all/rpc/ppn/health/h1",
+                Key::Request(None, Service::Ppn, Method::Health, own),
+                "all/rpc/ppn/health/h1",
             ),
             (
                 Key::Alive(None, Service::Heuristic, instance, start),
-                "ppnpack/v1/all/@live/heuristic/h1/00000002000000000000beef",
+                "all/@live/heuristic/h1/00000002000000000000beef",
             ),
-        ];
-        for (key, text) in cases {
+        ] {
+            let text = format!("ppnpack/v1/{text}");
             assert_eq!(key.to_string(), text);
-            assert_eq!(Key::parse(text), Ok(key));
+            assert_eq!(Key::parse(&text), Ok(key));
         }
     }
 

@@ -1,8 +1,10 @@
-//! The wire of ppnpack, and the only crate that knows it: protobuf messages, key expressions and checked conversions.
+//! The wire of ppnpack, and the only crate that knows it: protobuf messages, key expressions and
+//! checked conversions.
 //!
-//! [`v1`] has the messages as the schemas in `proto/` define them. Data that comes from outside goes through
-//! [`decode`], which bounds its size and structure, and through the functions of [`convert`], which check values and
-//! give types of the domain. [`keys`] builds and parses every key expression. [`ros`] reads the clouds of ROS 2.
+//! [`v1`] has the messages as the schemas in `proto/` define them. Data that comes from outside
+//! goes through [`decode`], which bounds its size and structure, and through the functions of
+//! [`convert`], which check values and give types of the domain. [`keys`] builds and parses every
+//! key expression. [`ros`] reads the clouds of ROS 2.
 //!
 //! ```
 //! use ppnpack_wire::keys::{Cell, Key, Method, Service};

@@ -1,26 +1,26 @@
-//! How much the fields of a message may hold, where their type alone does not say it.
+//! Limits of the fields of messages, where their type alone does not give them.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use crate::error::WireError;
 
-/// The longest side of a container, in metres.
+/// Maximum side of a container, in metres.
 pub(crate) const MAX_LENGTH_M: f64 = 1000.0;
 
-/// The greatest coordinate, in metres.
+/// Maximum coordinate, in metres.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e6;
 
-/// The most placements in a message.
+/// Maximum number of placements in a message.
 pub(crate) const MAX_PLACEMENTS: usize = 1 << 22;
 
-/// The most candidates of a request.
+/// Maximum number of candidates of a request.
 pub(crate) const MAX_CANDIDATES: usize = 1000;
 
-/// The longest name of an object, in bytes.
+/// Maximum size of an object's name, in bytes.
 const MAX_NAME_BYTES: usize = 256;
 
-/// A value, where it is possible; otherwise it is refused with what is.
+/// Gives a value that is possible; refuses another, and says what is.
 pub(crate) fn checked<T: Display>(
     field: &'static str,
     value: T,
@@ -28,14 +28,13 @@ pub(crate) fn checked<T: Display>(
     possible: impl Display,
 ) -> Result<T, WireError> {
     if is_possible {
-        Ok(value)
-    } else {
-        let reason = format_args!("{value} where {possible}");
-        Err(WireError::invalid(field, reason))
+        return Ok(value);
     }
+    let reason = format_args!("{value} where {possible}");
+    Err(WireError::invalid(field, reason))
 }
 
-/// Checks how many of something there are.
+/// Checks the number of something.
 pub(crate) fn count(
     field: &'static str,
     found: usize,
@@ -46,7 +45,7 @@ pub(crate) fn count(
     checked(field, found, possible.contains(&found), range).map(drop)
 }
 
-/// The name of an object.
+/// Checks the name of an object.
 pub fn name<'a>(field: &'static str, name: &'a str) -> Result<&'a str, WireError> {
     let bytes = name.len();
     let is_possible = (1..=MAX_NAME_BYTES).contains(&bytes);
@@ -54,7 +53,7 @@ pub fn name<'a>(field: &'static str, name: &'a str) -> Result<&'a str, WireError
     checked(field, format_args!("{bytes} bytes"), is_possible, possible).map(|_| name)
 }
 
-/// An index, below `end`.
+/// Reads an index, below `end`.
 pub(crate) fn index(field: &'static str, value: u32, end: usize) -> Result<usize, WireError> {
     let index = usize::try_from(value).unwrap_or(usize::MAX);
     let greatest = end.saturating_sub(1);
@@ -62,26 +61,26 @@ pub(crate) fn index(field: &'static str, value: u32, end: usize) -> Result<usize
     checked(field, index, index < end, range)
 }
 
-/// An index as it stands in a message; those of the domain are far below the greatest that it can hold.
+/// Writes an index; those of the domain are far below the maximum of a message.
 pub(crate) fn to_index(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// A number of at least 0.
+/// Checks a number of at least 0.
 pub(crate) fn at_least_zero(field: &'static str, value: f64) -> Result<f64, WireError> {
     let is_possible = value.is_finite() && value >= 0.0;
     let possible = "a finite number of at least 0 is needed";
     checked(field, value, is_possible, possible)
 }
 
-/// A length above 0 and at most [`MAX_LENGTH_M`].
+/// Checks a length above 0 and at most [`MAX_LENGTH_M`].
 pub(crate) fn length_m(field: &'static str, value: f64) -> Result<f64, WireError> {
     let is_possible = value > 0.0 && value <= MAX_LENGTH_M;
     let possible = format_args!("metres above 0 and at most {MAX_LENGTH_M} are needed");
     checked(field, value, is_possible, possible)
 }
 
-/// A coordinate of at most [`MAX_COORDINATE_M`] in either direction.
+/// Checks a coordinate of at most [`MAX_COORDINATE_M`] in either direction.
 pub(crate) fn coordinate_m(field: &'static str, value: f64) -> Result<f64, WireError> {
     let found = format_args!("the coordinate {value}");
     let is_possible = value.abs() <= MAX_COORDINATE_M;

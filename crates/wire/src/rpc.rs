@@ -1,13 +1,15 @@
 //! The requests of the protocol, each with its service, method and reply.
 
+use std::fmt;
+
 use prost::{Message, Name};
 
-use crate::keys::{Method, Service};
+use crate::keys::{Service, chunks};
 use crate::v1;
 
 /// A request.
 pub trait Request: Message + Name + Default + Send + 'static {
-    /// What it is answered with.
+    /// Its reply.
     type Reply: Reply;
 
     /// The service that it is sent to; `None` where every service answers it.
@@ -33,7 +35,17 @@ pub trait Reply: Message + Name + Default + Send + 'static {
 }
 
 macro_rules! requests {
-    ($($request:ident -> $reply:ident: $service:expr, $method:ident;)*) => {
+    ($($method:ident = $text:literal: $request:ident -> $reply:ident, $service:expr;)*) => {
+        chunks! {
+            /// A method of services, for each request.
+            Method {
+                $(
+                    #[doc = concat!("[`", stringify!($request), "`](v1::", stringify!($request), ")")]
+                    $method = $text,
+                )*
+            }
+        }
+
         $(
             impl Request for v1::$request {
                 type Reply = v1::$reply;
@@ -63,30 +75,30 @@ macro_rules! requests {
 }
 
 requests! {
-    HealthRequest -> HealthReply: None, Health;
-    HeightmapRequest -> HeightmapReply: Some(Service::Perception), Heightmap;
-    ItemsRequest -> ItemsReply: Some(Service::Perception), Items;
-    InspectRequest -> InspectReply: Some(Service::Perception), Inspect;
-    ProposeRequest -> ProposeReply: Some(Service::Ppn), Propose;
-    EvaluateRequest -> EvaluateReply: Some(Service::Heuristic), Evaluate;
-    PlaceRequest -> PlaceReply: Some(Service::Bridge), Place;
-    OutcomeRequest -> OutcomeReply: Some(Service::Bridge), Outcome;
-    RenewRequest -> RenewReply: Some(Service::Bridge), Renew;
-    HoldRequest -> HoldReply: Some(Service::Bridge), Hold;
-    ResumeRequest -> ResumeReply: Some(Service::Bridge), Resume;
-    ChangedRequest -> ChangedReply: Some(Service::Bridge), Changed;
-    CellStateRequest -> CellStateReply: Some(Service::Bridge), State;
-    BeginRequest -> BeginReply: Some(Service::Planner), Begin;
-    AnnounceRequest -> AnnounceReply: Some(Service::Planner), Announce;
-    WithdrawRequest -> WithdrawReply: Some(Service::Planner), Withdraw;
-    PlanRequest -> PlanReply: Some(Service::Planner), Plan;
-    ReportRequest -> ReportReply: Some(Service::Planner), Report;
-    OpenRequest -> OpenReply: Some(Service::Planner), Open;
-    CloseRequest -> CloseReply: Some(Service::Planner), Close;
-    ExplainRequest -> ExplainReply: Some(Service::Planner), Explain;
-    AutomaticRequest -> AutomaticReply: Some(Service::Planner), Automatic;
-    SessionRequest -> SessionReply: Some(Service::Planner), Session;
-    ShapesRequest -> ShapesReply: Some(Service::Planner), Shapes;
+    Health = "health": HealthRequest -> HealthReply, None;
+    Heightmap = "heightmap": HeightmapRequest -> HeightmapReply, Some(Service::Perception);
+    Items = "items": ItemsRequest -> ItemsReply, Some(Service::Perception);
+    Inspect = "inspect": InspectRequest -> InspectReply, Some(Service::Perception);
+    Propose = "propose": ProposeRequest -> ProposeReply, Some(Service::Ppn);
+    Evaluate = "evaluate": EvaluateRequest -> EvaluateReply, Some(Service::Heuristic);
+    Place = "place": PlaceRequest -> PlaceReply, Some(Service::Bridge);
+    Outcome = "outcome": OutcomeRequest -> OutcomeReply, Some(Service::Bridge);
+    Renew = "renew": RenewRequest -> RenewReply, Some(Service::Bridge);
+    Hold = "hold": HoldRequest -> HoldReply, Some(Service::Bridge);
+    Resume = "resume": ResumeRequest -> ResumeReply, Some(Service::Bridge);
+    Changed = "changed": ChangedRequest -> ChangedReply, Some(Service::Bridge);
+    State = "state": CellStateRequest -> CellStateReply, Some(Service::Bridge);
+    Begin = "begin": BeginRequest -> BeginReply, Some(Service::Planner);
+    Announce = "announce": AnnounceRequest -> AnnounceReply, Some(Service::Planner);
+    Withdraw = "withdraw": WithdrawRequest -> WithdrawReply, Some(Service::Planner);
+    Plan = "plan": PlanRequest -> PlanReply, Some(Service::Planner);
+    Report = "report": ReportRequest -> ReportReply, Some(Service::Planner);
+    Open = "open": OpenRequest -> OpenReply, Some(Service::Planner);
+    Close = "close": CloseRequest -> CloseReply, Some(Service::Planner);
+    Explain = "explain": ExplainRequest -> ExplainReply, Some(Service::Planner);
+    Automatic = "automatic": AutomaticRequest -> AutomaticReply, Some(Service::Planner);
+    Session = "session": SessionRequest -> SessionReply, Some(Service::Planner);
+    Shapes = "shapes": ShapesRequest -> ShapesReply, Some(Service::Planner);
 }
 
 macro_rules! session_replies {

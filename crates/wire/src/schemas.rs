@@ -18,7 +18,7 @@ pub struct MessageSchema {
 }
 
 impl MessageSchema {
-    /// That of a message of this protocol.
+    /// Gives the schema of a message of this protocol.
     ///
     /// # Errors
     /// Never on a schema that this crate was built with.
@@ -32,22 +32,15 @@ impl MessageSchema {
         if let Some(file) = all.file.iter().find(defines) {
             add_with_imports(&all, file, &mut files);
         }
-        let is_needed = |file: &FileDescriptorProto| files.contains(file.name());
-        let needed = FileDescriptorSet {
-            file: all
-                .file
-                .iter()
-                .filter(|file| is_needed(file))
-                .cloned()
-                .collect(),
-        };
+        let mut needed = all;
+        needed.file.retain(|file| files.contains(file.name()));
         Ok(Self {
             name: M::full_name(),
             descriptors: needed.encode_to_vec(),
         })
     }
 
-    /// That of a stream's messages.
+    /// Gives the schema of a stream's messages.
     ///
     /// # Errors
     /// Never on a schema that this crate was built with.

@@ -18,7 +18,7 @@ pub struct ShapeStore {
 }
 
 impl ShapeStore {
-    /// Takes a shape in. One that cannot be read, or is another one than its id says, is left out.
+    /// Takes a shape in. One that cannot be read, or has another's id, is left out.
     pub fn add(&mut self, shape: v1::Shape) {
         match &shape.shape {
             Some(Shape::Item(item)) if ItemId::of(item).to_bytes() == shape.id => {
@@ -33,17 +33,17 @@ impl ShapeStore {
         }
     }
 
-    /// An item by its id.
+    /// Gives an item by its id.
     pub fn item(&self, id: &[u8]) -> Option<&Arc<Item>> {
         self.items.get(id)
     }
 
-    /// A solid by its id.
+    /// Gives a solid by its id.
     pub fn solid(&self, id: &[u8]) -> Option<&Arc<Model>> {
         self.solids.get(id)
     }
 
-    /// How many items and solids there are.
+    /// Counts the items and solids.
     pub fn count(&self) -> usize {
         self.items.len() + self.solids.len()
     }

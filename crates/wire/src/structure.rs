@@ -1,7 +1,8 @@
 //! A look at a message's structure before it is decoded.
 //!
-//! Two bytes on the wire can become hundreds in memory: an empty message in a list takes as much as a full one. The
-//! parts of a message are therefore counted, by its schema, before memory is taken for them.
+//! Two bytes on the wire can become hundreds in memory: an empty message in a list takes as much as
+//! a full one. So the parts of a message are counted, by its schema, before memory is taken for
+//! them.
 
 use std::sync::LazyLock;
 
@@ -11,15 +12,16 @@ use prost_types::FileDescriptorSet;
 
 use crate::error::WireError;
 
-/// The most messages, strings and byte strings within one message. They take at most some hundred bytes each.
+/// Maximum number of messages, strings and byte strings within one message. Each takes at most some
+/// hundred bytes.
 const MAX_PARTS: usize = 200_000;
 
-/// Messages within messages within messages: no schema here has more.
+/// Maximum depth of messages within messages; that of the schema is less.
 const MAX_DEPTH: usize = 16;
 
 const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/descriptors.binpb"));
 
-/// The schema of all messages.
+/// Reads the schema of all messages.
 ///
 /// # Errors
 /// Never on a schema that this crate was built with.
@@ -41,10 +43,8 @@ static SHAPES: LazyLock<Vec<Shape>> = LazyLock::new(|| {
             let number = u32::try_from(field.number()).ok()?;
             // Empty for fields that hold no message.
             let inner = field.type_name().rsplit('.').next()?;
-            let inner = messages
-                .iter()
-                .position(|message| message.name() == inner)?;
-            Some((number, inner))
+            let mut names = messages.iter().map(|message| message.name());
+            Some((number, names.position(|name| name == inner)?))
         });
         Shape {
             name: message.name().to_owned(),
@@ -61,7 +61,7 @@ pub(crate) fn check(message: &'static str, payload: &[u8]) -> Result<(), WireErr
     walk.through(shape, payload, 0)
 }
 
-/// On the way through a message.
+/// A walk through a message.
 struct Walk {
     message: &'static str,
     parts: usize,
@@ -115,30 +115,22 @@ mod tests {
     #[test]
     fn many_empty_parts_are_refused_before_memory_is_taken_for_them() {
         // Field 2 (views), length 0, over and over.
-        let payload: Vec<u8> = std::iter::repeat_n([0x12, 0x00], MAX_PARTS + 1)
-            .flatten()
-            .collect();
-        assert!(matches!(
-            crate::decode::<v1::Item>(&payload, usize::MAX),
-            Err(WireError::TooManyParts { .. })
-        ));
+        let payload = [0x12, 0x00].repeat(MAX_PARTS + 1);
+        let item = crate::decode::<v1::Item>(&payload, usize::MAX);
+        assert!(matches!(item, Err(WireError::TooManyParts { .. })));
         // The same one level down: items (4) of a request for an evaluation.
         let mut request = vec![0x22];
         prost::encoding::encode_varint(payload.len() as u64, &mut request);
         request.extend(&payload);
-        assert!(matches!(
-            crate::decode::<v1::EvaluateRequest>(&request, usize::MAX),
-            Err(WireError::TooManyParts { .. })
-        ));
+        let request = crate::decode::<v1::EvaluateRequest>(&request, usize::MAX);
+        assert!(matches!(request, Err(WireError::TooManyParts { .. })));
     }
 
     #[test]
     fn what_cannot_be_read_to_its_end_is_malformed() {
         for payload in [&[0x12, 0x05, 0x00][..], &[0x12], &[0xff; 12], &[0x0b]] {
-            assert!(matches!(
-                crate::decode::<v1::Item>(payload, usize::MAX),
-                Err(WireError::Malformed { .. })
-            ));
+            let item = crate::decode::<v1::Item>(payload, usize::MAX);
+            assert!(matches!(item, Err(WireError::Malformed { .. })));
         }
     }
 }

@@ -1,19 +1,20 @@
-//! What is known of a cell: what was asked for, how it ended, and what lies in the container.
+//! The ledger of a cell: its placements and renewals, their ends, and the content of the container.
 //!
-//! A [`Ledger`] only answers and computes [`Change`]s. Each is written to the journal first and applied then, so that
-//! the ledger is never ahead of the disk.
+//! A [`Ledger`] only answers and computes [`Change`]s. Each is written to the journal first and
+//! applied then, so that the ledger is never ahead of the disk.
 //!
-//! Placements are executed at most once for two reasons. Their ids are remembered, and each names the state of the cell
-//! that it was planned on: whatever changes the container counts the state up, so that a placement whose id was
-//! forgotten, or lost with the journal, is of a past state. A ledger without a past begins at a state that no earlier one had.
+//! Placements are executed at most once for two reasons. Their ids are remembered, as idempotency
+//! keys. And each names the state of the cell that it was planned on, which every change of the
+//! container counts up: one whose id was forgotten, or lost with the journal, is of a past state.
+//! A ledger without a past begins at a state that no earlier one had.
 //!
-//! Of a placement that it does not know, a ledger says that it was never begun only where it knows all that was done on the
-//! state that it was planned on: from [`Head::first_state_number`] on.
+//! A ledger knows all placements on the states from [`Head::first_state_number`] on. Only of those
+//! states does it say that a placement was never begun.
 
 mod holds;
 
-use std::collections::{BTreeMap, HashMap};
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::collections::BTreeMap;
+use std::time::UNIX_EPOCH;
 
 use ppnpack_wire::v1::Status;
 use serde::{Deserialize, Serialize};
@@ -22,68 +23,78 @@ use crate::placing::{Body, Ending, Finding, Placement};
 pub use holds::{AFTER_ANOTHER, BRIDGE, FROM_BACKUP, Hold, Holds};
 use holds::{PLACEMENT_CUT_OFF, RENEWAL_CUT_OFF};
 
-/// How many placements and renewals are remembered: hours of a cell's work, at a kilobyte each. Of what was planned before, a ledger
-/// says that it does not know ([`PlacementVerdict::Forgotten`]).
+/// Maximum number of placements and renewals that are remembered: hours of a cell's work, at a
+/// kilobyte each. Placements that were planned before are [`PlacementVerdict::Forgotten`].
 pub const MAX_RECORDS: usize = 1_000;
 
-/// How many low bits of a first state number are random; the milliseconds since 1970 stand above them.
+/// Number of random low bits of a first state number, below the milliseconds since 1970.
 const RANDOM_BITS: u32 = 20;
 
-/// More changes than a cell makes between a backup and its restoring.
+/// Maximum number of changes that a cell makes between a backup and its restoring, and more.
 const MOST_CHANGES: u64 = 1 << 32;
 
-/// How many high bits of what a restored state number is moved on by are 0; thousands of restorings find room.
+/// Number of high zero bits of the random part that a restored state number is moved on by;
+/// thousands of restorings find room.
 const RESTORE_SHIFT: u32 = 12;
 
-/// How a placement ended, and the state of the cell afterwards.
+/// The end of a placement, and the state of the cell afterwards.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// How it ended.
+    /// The robot's finding.
     pub finding: Finding,
     /// The state of the cell afterwards.
     pub state_number: u64,
 }
 
-/// Something that was asked for.
+/// The record of a request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Record {
     /// A placement; without an outcome while it is executed.
     Placement {
-        /// What was asked for.
+        /// The placement.
         placement: Box<Placement>,
-        /// How it ended, where it has.
+        /// Its end, where it has ended.
         outcome: Option<Outcome>,
     },
     /// A renewal of the container; without a state number while it is under way.
     Renewal {
-        /// Names the renewal.
+        /// The name of the renewal, its idempotency key.
         request_id: String,
         /// The state of the cell afterwards, where it has happened.
         state_number: Option<u64>,
     },
 }
 
-/// What is known of the cell as it is now.
+impl Record {
+    fn has_ended(&self) -> bool {
+        match self {
+            Self::Placement { outcome, .. } => outcome.is_some(),
+            Self::Renewal { state_number, .. } => state_number.is_some(),
+        }
+    }
+}
+
+/// The cell as it is now.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Head {
-    /// Counts the changes of the container's content.
+    /// The number of the state, which counts the changes of the container's content.
     pub state_number: u64,
     /// The first state of which every placement is known.
     pub first_state_number: u64,
-    /// Why nothing is begun.
+    /// The holds, for which nothing is begun.
     pub holds: Holds,
-    /// How many placements may begin before the cell holds itself; 0: any number.
+    /// The number of placements that may begin before the cell holds itself; 0: any number.
     pub placements_left: u32,
     /// The number of the next record.
     pub next: u64,
-    /// What lies in the container.
+    /// The content of the container.
     pub bodies: Vec<Body>,
 }
 
-/// A step of a ledger, to be written down and then applied.
+/// A change of a ledger, to be written down and then applied.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Change {
-    /// The cell after the step.
+    /// The cell after it.
     pub head: Head,
     /// The record that is new or has changed, with its number.
     pub written: Option<(u64, Record)>,
@@ -105,17 +116,14 @@ impl Change {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ledger {
     head: Head,
+    /// At most one, the last, has no end.
     records: BTreeMap<u64, Record>,
-    placements: HashMap<String, u64>,
-    renewals: HashMap<String, u64>,
-    /// The record without an end.
-    under_way: Option<u64>,
 }
 
-/// What is to be done about a placement.
+/// The verdict on a placement that is asked for.
 #[derive(Debug, PartialEq)]
 pub enum PlacementVerdict<'a> {
-    /// It was asked for before; how it ended, if it did.
+    /// It was asked for before; its end, if it has ended.
     Known(Option<&'a Outcome>),
     /// Its id was used for another one.
     Conflict,
@@ -123,7 +131,7 @@ pub enum PlacementVerdict<'a> {
     Busy,
     /// It was planned on a past state, and was never begun.
     Stale,
-    /// It was planned on a state of which it is not known what was done on it.
+    /// It was planned on a state of which not all placements are known.
     Forgotten,
     /// Nothing is begun, for these reasons.
     Held(&'a Holds),
@@ -131,7 +139,7 @@ pub enum PlacementVerdict<'a> {
     New,
 }
 
-/// What is to be done about a renewal.
+/// The verdict on a renewal that is asked for.
 #[derive(Debug, PartialEq)]
 pub enum RenewalVerdict<'a> {
     /// It has happened; the state afterwards.
@@ -146,18 +154,18 @@ pub enum RenewalVerdict<'a> {
     New,
 }
 
-/// The number of a state that no placement was planned on.
+/// Makes the number of a state that no placement was planned on.
 ///
 /// The time alone would do where clocks only go forward; the random bits are for those that do not.
 pub(crate) fn new_state_number() -> u64 {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    let milliseconds = since_1970.map_or(0, |since_1970| since_1970.as_millis() as u64);
+    let since_1970 = UNIX_EPOCH.elapsed().unwrap_or_default();
+    let milliseconds = since_1970.as_millis() as u64;
     let random = rand::random::<u64>() >> (u64::BITS - RANDOM_BITS);
     milliseconds << RANDOM_BITS | random
 }
 
 impl PlacementVerdict<'_> {
-    /// As what the placement is refused; `None` where it is not.
+    /// Gives the status of a refusal; `None` where the placement is not refused.
     pub fn refusal(&self) -> Option<Status> {
         match self {
             Self::Known(_) | Self::New => None,
@@ -171,12 +179,14 @@ impl PlacementVerdict<'_> {
 }
 
 impl Ledger {
-    /// A ledger without a past: an empty container, at a state that no placement was planned on.
+    /// Makes a ledger without a past: an empty container, at a state that no placement was planned
+    /// on.
     pub fn without_past() -> Self {
         Self::beginning_at(new_state_number())
     }
 
-    /// A ledger without a past that begins at this state: one that no placement was planned on.
+    /// Makes a ledger without a past that begins at this state: one that no placement was planned
+    /// on.
     pub fn beginning_at(state_number: u64) -> Self {
         Self::of(
             Head {
@@ -191,81 +201,82 @@ impl Ledger {
         )
     }
 
-    /// A ledger as it was written down.
+    /// Makes a ledger as it was written down.
     pub fn of(head: Head, records: BTreeMap<u64, Record>) -> Self {
-        let mut ledger = Self {
-            head,
-            records: BTreeMap::new(),
-            placements: HashMap::new(),
-            renewals: HashMap::new(),
-            under_way: None,
-        };
-        for (number, record) in records {
-            ledger.insert(number, record);
-        }
-        ledger
+        Self { head, records }
     }
 
-    /// The cell as it is now.
+    /// Gives the cell as it is now.
     pub fn head(&self) -> &Head {
         &self.head
     }
 
-    /// The records with their numbers, in their order.
+    /// Gives the records with their numbers, in their order.
     pub fn records(&self) -> impl Iterator<Item = (u64, &Record)> {
-        self.records
-            .iter()
-            .map(|(number, record)| (*number, record))
+        let records = self.records.iter();
+        records.map(|(number, record)| (*number, record))
     }
 
-    /// What is being done.
+    /// Gives the record without an end.
     pub fn under_way(&self) -> Option<&Record> {
-        self.records.get(&self.under_way?)
+        self.open().map(|(_, record)| record)
     }
 
-    /// A placement, and how it ended, if it did.
+    fn open(&self) -> Option<(u64, &Record)> {
+        let mut records = self.records.iter().rev();
+        let open = records.find(|(_, record)| !record.has_ended());
+        open.map(|(number, record)| (*number, record))
+    }
+
+    /// Gives a placement with its end, if it has ended.
     pub fn placement(&self, id: &str) -> Option<(&Placement, Option<&Outcome>)> {
-        match self.records.get(self.placements.get(id)?)? {
-            Record::Placement { placement, outcome } => Some((placement, outcome.as_ref())),
-            Record::Renewal { .. } => None,
-        }
+        self.records.values().rev().find_map(|record| match record {
+            Record::Placement { placement, outcome } if placement.placement_id == id => {
+                Some((placement.as_ref(), outcome.as_ref()))
+            }
+            _ => None,
+        })
     }
 
-    /// What is to be done about a placement.
+    /// Judges a placement that is asked for.
     pub fn judge(&self, asked: &Placement) -> PlacementVerdict<'_> {
         match self.placement(&asked.placement_id) {
             Some((known, outcome)) if known.is_same(asked) => PlacementVerdict::Known(outcome),
             Some(_) => PlacementVerdict::Conflict,
             None if !self.knows_all_of(asked.state_number) => PlacementVerdict::Forgotten,
             None if asked.state_number != self.head.state_number => PlacementVerdict::Stale,
-            None if self.under_way.is_some() => PlacementVerdict::Busy,
+            None if self.open().is_some() => PlacementVerdict::Busy,
             None if self.is_held() => PlacementVerdict::Held(&self.head.holds),
             None => PlacementVerdict::New,
         }
     }
 
-    /// Whether all placements that were begun on a state are known. On state 0, which sensors send that know none, none ever is.
+    /// Says whether all placements that were begun on a state are known. On state 0, which sensors
+    /// send that know none, none ever is.
     fn knows_all_of(&self, state_number: u64) -> bool {
         let known = self.head.first_state_number..=self.head.state_number;
         state_number == 0 || known.contains(&state_number)
     }
 
-    /// What is to be done about a renewal.
-    pub fn judge_renewal(&self, request_id: &str) -> RenewalVerdict<'_> {
-        let number = self.renewals.get(request_id);
-        match number.and_then(|number| self.records.get(number)) {
-            Some(Record::Renewal {
-                state_number: Some(state_number),
-                ..
-            }) => RenewalVerdict::Done(*state_number),
-            Some(_) => RenewalVerdict::UnderWay,
-            None if self.under_way.is_some() => RenewalVerdict::Busy,
+    /// Judges a renewal that is asked for.
+    pub fn judge_renewal(&self, id: &str) -> RenewalVerdict<'_> {
+        let known = self.records.values().rev().find_map(|record| match record {
+            Record::Renewal {
+                request_id,
+                state_number,
+            } if request_id == id => Some(*state_number),
+            _ => None,
+        });
+        match known {
+            Some(Some(state_number)) => RenewalVerdict::Done(state_number),
+            Some(None) => RenewalVerdict::UnderWay,
+            None if self.open().is_some() => RenewalVerdict::Busy,
             None if self.is_held() => RenewalVerdict::Held(&self.head.holds),
             None => RenewalVerdict::New,
         }
     }
 
-    /// A placement is accepted.
+    /// Accepts a placement.
     pub fn accept(&self, placement: Placement) -> Change {
         let begun = self.begin(Record::Placement {
             placement: Box::new(placement),
@@ -274,7 +285,7 @@ impl Ledger {
         begun.counted()
     }
 
-    /// A renewal begins.
+    /// Begins a renewal.
     pub fn begin_renewal(&self, request_id: String) -> Change {
         self.begin(Record::Renewal {
             request_id,
@@ -282,7 +293,7 @@ impl Ledger {
         })
     }
 
-    /// What is under way has ended with this finding, and the container holds these bodies.
+    /// Ends the placement under way with this finding; the container holds these bodies.
     pub fn end_placement(&self, finding: Finding, bodies: Vec<Body>) -> Change {
         let head = self.head_with(bodies, finding.ending != Ending::NotPlaced);
         let state_number = head.state_number;
@@ -298,7 +309,7 @@ impl Ledger {
         })
     }
 
-    /// The renewal under way has happened.
+    /// Ends the renewal under way, which has happened.
     pub fn end_renewal(&self, bodies: Vec<Body>) -> Change {
         let head = self.head_with(bodies, true);
         let after = head.state_number;
@@ -309,35 +320,36 @@ impl Ledger {
         })
     }
 
-    /// The renewal under way has failed, or nobody knows: it can be asked for again.
+    /// Abandons the renewal under way, which failed, or nobody knows: it can be asked for again.
     pub fn abandon_renewal(&self, bodies: Vec<Body>) -> Change {
         Change {
-            forgotten: self.under_way.into_iter().collect(),
+            forgotten: self.open().map(|(number, _)| number).into_iter().collect(),
             ..self.find_bodies(bodies)
         }
     }
 
-    /// The container turned out to hold other bodies than was thought.
+    /// Replaces the bodies in the container, which turned out to be others.
     pub fn find_bodies(&self, bodies: Vec<Body>) -> Change {
         Change::of(self.head_with(bodies, true))
     }
 
-    /// Somebody had a hand in the container, and took some items out.
+    /// Counts a change by hand, with which some items were taken out.
     pub fn change_by_hand(&self, removed: &[String]) -> Change {
         let bodies = self.head.bodies.iter();
         let left = bodies.filter(|body| !removed.contains(&body.item_id));
         self.find_bodies(left.cloned().collect())
     }
 
-    /// Nothing: to try whether it can be written down.
+    /// Changes nothing: to try whether it can be written down.
     pub fn no_change(&self) -> Change {
         Change::of(self.head.clone())
     }
 
-    /// What was under way when the bridge was cut off; `None` where nothing was.
+    /// Settles the record under way when the bridge was cut off; `None` where there is none.
     ///
-    /// A simulated cell is what was written down, so that it did not happen there. What another cell did is not known: it is held
-    /// until somebody has looked, and its container counts as holding what it held before. So is one of which nothing is known.
+    /// A simulated cell is as it was written down, so that nothing happened there. What a real cell
+    /// did is not known: it is held until somebody has looked, and its container counts as
+    /// unchanged. A real cell without a past is held as well.
     pub fn recover(&self, is_simulated: bool) -> Option<Change> {
         let bodies = self.head.bodies.clone();
         let cut_off = |change: Change, reason| {
@@ -345,7 +357,7 @@ impl Ledger {
             change.holding(hold)
         };
         let Some(under_way) = self.under_way() else {
-            return (!is_simulated).then(|| self.hold_without_past())?;
+            return (!is_simulated).then(|| self.hold_without_past()).flatten();
         };
         Some(match (under_way, is_simulated) {
             (Record::Placement { .. }, true) => {
@@ -364,16 +376,18 @@ impl Ledger {
         })
     }
 
-    /// What a ledger is that does not know all that was done since it was written, for this reason, such as [`FROM_BACKUP`]. It goes
-    /// on at a state that none had, which is the first of which all is known, and the cell is held.
+    /// Restores a ledger that does not know all that was done since it was written, for this
+    /// reason, such as [`FROM_BACKUP`]. It goes on at a state that none had, which is the first of
+    /// which all is known, and the cell is held.
     pub fn restored(&self, reason: &str) -> Change {
-        // By the time alone, where the clock was set back, it could be a state that the cell had after the backup.
+        // By the time alone, where the clock was set back, it could be a state that the cell had
+        // after the backup.
         let moved_on = MOST_CHANGES + (rand::random::<u64>() >> RESTORE_SHIFT);
         let beyond = self.head.state_number.saturating_add(moved_on);
         self.restored_at(new_state_number().max(beyond), reason)
     }
 
-    /// As [`Self::restored`], at this state: one that the cell never had.
+    /// Restores as [`Self::restored`] does, at this state: one that the cell never had.
     pub fn restored_at(&self, state_number: u64, reason: &str) -> Change {
         let bodies = self.head.bodies.clone();
         let settled = match self.under_way() {
@@ -390,15 +404,13 @@ impl Ledger {
         change
     }
 
-    /// Takes a step that was written down.
+    /// Applies a change that was written down.
     pub fn apply(&mut self, change: Change) {
         self.head = change.head;
-        for number in change.forgotten {
-            self.remove(number);
+        for number in &change.forgotten {
+            self.records.remove(number);
         }
-        if let Some((number, record)) = change.written {
-            self.insert(number, record);
-        }
+        self.records.extend(change.written);
     }
 
     fn begin(&self, record: Record) -> Change {
@@ -411,7 +423,7 @@ impl Ledger {
         }
     }
 
-    /// The head when the container holds these bodies, as a new state where that is a change.
+    /// Gives the head when the container holds these bodies, as a new state where that is a change.
     fn head_with(&self, bodies: Vec<Body>, is_changed: bool) -> Head {
         Head {
             state_number: self.head.state_number + u64::from(is_changed),
@@ -420,20 +432,20 @@ impl Ledger {
         }
     }
 
-    /// Ends what is under way, and forgets the oldest records where they are too many.
+    /// Ends the record under way, and forgets the oldest ones where there are too many.
     fn end(&self, mut head: Head, end: impl FnOnce(&mut Record)) -> Change {
-        let written = self.under_way.and_then(|number| {
-            let mut record = self.records.get(&number)?.clone();
-            end(&mut record);
-            Some((number, record))
-        });
+        let mut written = self.open().map(|(number, record)| (number, record.clone()));
+        if let Some((_, record)) = &mut written {
+            end(record);
+        }
         let surplus = self.records.len().saturating_sub(MAX_RECORDS);
         let oldest = self.records.iter().take(surplus);
         let states = oldest.clone().filter_map(|(_, record)| match record {
             Record::Placement { placement, .. } => Some(placement.state_number),
             Record::Renewal { .. } => None,
         });
-        // Of the states that forgotten placements were planned on not all is known any more, and they have to be past.
+        // Of the states that forgotten placements were planned on not all is known any more, and
+        // they have to be past.
         if let Some(last) = states.max() {
             head.first_state_number = head.first_state_number.max(last + 1);
             head.state_number = head.state_number.max(head.first_state_number);
@@ -442,44 +454,6 @@ impl Ledger {
             head,
             written,
             forgotten: oldest.map(|(number, _)| *number).collect(),
-        }
-    }
-
-    fn insert(&mut self, number: u64, record: Record) {
-        let has_ended = match &record {
-            Record::Placement { placement, outcome } => {
-                self.placements
-                    .insert(placement.placement_id.clone(), number);
-                outcome.is_some()
-            }
-            Record::Renewal {
-                request_id,
-                state_number,
-            } => {
-                self.renewals.insert(request_id.clone(), number);
-                state_number.is_some()
-            }
-        };
-        if !has_ended {
-            self.under_way = Some(number);
-        } else if self.under_way == Some(number) {
-            self.under_way = None;
-        }
-        self.records.insert(number, record);
-    }
-
-    fn remove(&mut self, number: u64) {
-        match self.records.remove(&number) {
-            Some(Record::Placement { placement, .. }) => {
-                self.placements.remove(&placement.placement_id);
-            }
-            Some(Record::Renewal { request_id, .. }) => {
-                self.renewals.remove(&request_id);
-            }
-            None => {}
-        }
-        if self.under_way == Some(number) {
-            self.under_way = None;
         }
     }
 }

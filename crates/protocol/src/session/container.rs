@@ -1,13 +1,14 @@
-//! The containers that a session packs: which are open, and what became of those that were closed.
+//! The containers that a session packs: the open ones, and those that were closed.
 
 use ppnpack_wire::v1::{self, ItemState};
 
 use super::{Session, SessionError, item};
 
-/// Closed containers that are told of.
+/// Maximum number of closed containers that are remembered.
 const CLOSED_KEPT: usize = 64;
 
-/// Items that left which are remembered, to tell a repeated announcement from a new one.
+/// Maximum number of items that left and are remembered, to tell a repeated announcement from a new
+/// one.
 const LEFT_KEPT: usize = 256;
 
 /// Makes a container that is open from the start of a session.
@@ -34,17 +35,17 @@ pub fn closed_container(name: String) -> v1::SessionContainer {
 }
 
 impl Session {
-    /// The containers of the cell.
+    /// Gives the containers of the cell.
     pub fn containers(&self) -> &[v1::SessionContainer] {
         &self.0.containers
     }
 
-    /// The containers that were closed, as far as they are remembered.
+    /// Gives the containers that were closed, as far as they are remembered.
     pub fn closed(&self) -> &[v1::ClosedContainer] {
         &self.0.closed
     }
 
-    /// A container by its name.
+    /// Finds a container by its name.
     ///
     /// # Errors
     /// [`SessionError::UnknownContainer`]
@@ -63,13 +64,14 @@ impl Session {
         container.ok_or_else(|| SessionError::UnknownContainer(name.to_owned()))
     }
 
-    /// The least state that shows what was done in a container so far; 0 of one that there is not.
+    /// Gives the least state that shows all that was done in a container so far; 0 of an unknown
+    /// one.
     pub fn least_state_number(&self, container: &str) -> u64 {
         let container = self.container(container);
         container.map_or(0, |container| container.least_state_number)
     }
 
-    /// Nothing is planned in a container on an earlier state than this one any more.
+    /// Has nothing planned in a container on an earlier state than this one any more.
     pub fn needs_state(&mut self, container: &str, state_number: Option<u64>) {
         if let Ok(container) = self.container_mut(container) {
             let least = &mut container.least_state_number;
@@ -77,48 +79,46 @@ impl Session {
         }
     }
 
-    /// Nothing is planned in a container on an earlier state than this one, where that is known; also where it knew of a later one,
-    /// as its bridge counts anew.
+    /// Has nothing planned in a container on an earlier state than this one, where it is known. It
+    /// may be before the one so far, as the bridge counts anew.
     pub fn goes_on_at(&mut self, container: &str, state_number: Option<u64>) {
         if let (Ok(container), Some(state_number)) = (self.container_mut(container), state_number) {
             container.least_state_number = state_number;
         }
     }
 
-    /// An item that a bridge says to lie in a container and that cannot have come there in this session: one that waits here, or one
-    /// that is not known here, in a later state than is known here. So another planner packed meanwhile, or this is an old copy.
-    ///
-    /// To be asked where no decision awaits its outcome.
+    /// Finds an item that the bridge has in a container and that cannot have come there in this
+    /// session. It waits here, or is unknown, in a later state than is known here. So another
+    /// planner packed meanwhile, or this is an old copy. To be asked where no decision is pending.
     pub fn unexplained<'a>(&self, container: &str, told: &'a v1::CellState) -> Option<&'a str> {
         let least = self.least_state_number(container);
         let is_later = least > 0 && told.state_number > least;
         let cannot_be = |body: &&v1::Body| {
             let mut items = self.items().iter();
-            match items.find(|item| item.item_id == body.item_id) {
-                Some(item) => {
-                    matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
-                }
-                None => is_later,
-            }
+            let known = items.find(|item| item.item_id == body.item_id);
+            known.map_or(is_later, |item| {
+                matches!(item.state(), ItemState::Waiting | ItemState::SetAside)
+            })
         };
         let unexplained = told.bodies.iter().find(cannot_be);
         unexplained.map(|body| body.item_id.as_str())
     }
 
-    /// The items that lie in a container that is open.
+    /// Gives the items that lie in a container that is open.
     pub fn packed_in<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a v1::SessionItem> {
         let items = self.items().iter();
         items.filter(move |item| self.lies_in(item) == Some(name))
     }
 
-    /// The open container that an item lies in.
+    /// Gives the open container that an item lies in.
     fn lies_in(&self, item: &v1::SessionItem) -> Option<&str> {
         let place = self.container(&item.container).ok()?;
         let is_there = place.is_open && place.sequence == item.container_sequence;
         (is_there && item.state() == ItemState::Packed).then_some(&place.container)
     }
 
-    /// Whether an item left: with its container, or otherwise, in a session of which containers were closed.
+    /// Says whether an item left: with its container, or otherwise, in a session of which
+    /// containers were closed.
     fn has_left(&self, item: &v1::SessionItem) -> bool {
         match item.state() {
             ItemState::Packed => self.lies_in(item).is_none(),
@@ -127,10 +127,11 @@ impl Session {
         }
     }
 
-    /// An empty container stands where one was closed: what is set aside waits again.
+    /// Opens an empty container where one was closed: items that were set aside wait again.
     ///
     /// # Errors
-    /// [`SessionError::UnknownContainer`], and [`SessionError::OtherContainer`] where another one is next there.
+    /// [`SessionError::UnknownContainer`], and [`SessionError::OtherContainer`] where another one
+    /// is next there.
     pub fn open(&mut self, start: v1::SessionContainer) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         let container = self.container_mut(&start.container)?;
@@ -152,21 +153,13 @@ impl Session {
         Ok(())
     }
 
-    /// Refuses where something is on its way into a container.
-    fn must_not_await(&self, name: &str) -> Result<(), SessionError> {
-        let pending = self.pending();
-        match pending.filter(|pending| pending.container == name) {
-            Some(pending) => Err(SessionError::Pending(pending.decision_id.clone())),
-            None => Ok(()),
-        }
-    }
-
-    /// Nothing more is put into a container, for the reason that `closed` has; how many items it holds is counted here. With a
-    /// `renewal_id` the bridge is to bring an empty one by this request. One that was closed before stays closed.
+    /// Closes a container for the reason that `closed` has; its items are counted here. With a
+    /// `renewal_id` the bridge is to bring an empty one by this request. One that was closed before
+    /// stays closed.
     ///
     /// # Errors
-    /// [`SessionError::UnknownContainer`], [`SessionError::Pending`] where something is on its way into it, and
-    /// [`SessionError::OtherContainer`] where it was not opened.
+    /// [`SessionError::UnknownContainer`], [`SessionError::Pending`] where something is on its way
+    /// into it, and [`SessionError::OtherContainer`] where it was not opened.
     pub fn close(
         &mut self,
         closed: v1::ClosedContainer,
@@ -181,7 +174,10 @@ impl Session {
         if sequence != container.sequence || !container.is_open {
             return Err(is_other(container, sequence));
         }
-        self.must_not_await(name)?;
+        let pending = self.pending();
+        if let Some(pending) = pending.filter(|pending| pending.container == name) {
+            return Err(SessionError::Pending(pending.decision_id.clone()));
+        }
         let items = u32::try_from(self.packed_in(name).count()).unwrap_or(u32::MAX);
         let container = self.container_mut(name)?;
         container.is_open = false;

@@ -6,23 +6,24 @@ use super::{End, Session, SessionError};
 use crate::ledger::new_state_number;
 use crate::pursuit;
 
-/// How a session ends where another planner planned meanwhile.
-pub const AFTER_ANOTHER: &str = "another planner planned for the cell, and what was packed meanwhile is not known: withdraw what is in \
-     the container, or begin a new session with an empty one";
+/// Failure of a session where another planner planned meanwhile.
+pub const AFTER_ANOTHER: &str = "another planner planned for the cell, and what was packed \
+     meanwhile is not known: withdraw what is in the container, or begin a new session with an \
+     empty one";
 
-/// How a session ends that was restored.
-pub const FROM_BACKUP: &str = "the session was restored from a backup, and what was packed since is not known: withdraw what is in the \
-     container, or begin a new session with an empty one";
+/// Failure of a session that was restored.
+pub const FROM_BACKUP: &str = "the session was restored from a backup, and what was packed since is \
+     not known: withdraw what is in the container, or begin a new session with an empty one";
 
 impl Session {
-    /// Names the failure; `None` where it has not failed. No other failure of the cell has this name.
+    /// Names the failure; `None` where it has not failed. No other failure of the cell has this
+    /// name.
     pub fn failure_id(&self) -> Option<String> {
-        let Self(own) = self;
-        self.has_failed()
-            .then(|| format!("{}-{}", own.session_id, own.failures))
+        let name = || format!("{}-{}", self.0.session_id, self.0.failures);
+        self.has_failed().then(name)
     }
 
-    /// Refuses to go on by itself after a failure, but where this names it.
+    /// Refuses to go on by itself after a failure, unless this names it.
     ///
     /// # Errors
     /// [`SessionError::Failed`]
@@ -48,14 +49,15 @@ impl Session {
         Ok(())
     }
 
-    /// What was packed since it was written is not known, for this reason, such as [`FROM_BACKUP`]; neither what became of the decision
-    /// that was pending. Its item may have been placed by a later one.
+    /// Restores a session that does not know what was packed since it was written, for this reason,
+    /// such as [`FROM_BACKUP`]. The outcome of the pending decision is unknown: a later one may
+    /// have placed its item.
     pub fn restored(&mut self, reason: &str) {
         // By the time: since it was written it may have failed.
         self.restored_after(new_state_number(), reason);
     }
 
-    /// As [`Self::restored`], where it cannot have failed so often.
+    /// Restores as [`Self::restored`] does, with a number of failures that it cannot have had.
     pub fn restored_after(&mut self, failures: u64, reason: &str) {
         if self.id().is_empty() {
             return;

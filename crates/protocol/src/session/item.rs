@@ -3,27 +3,28 @@
 use nalgebra::Isometry3;
 use ppnpack_packing::leaving::Stop;
 use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_wire::convert::pose::read_required;
 use ppnpack_wire::v1::{self, ItemState};
 use ppnpack_wire::{WireError, convert};
 
 use crate::message::read_pose;
 use crate::placing::KnownPose;
 
-/// Where an item is packed.
+/// The place of a packed item.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Packed {
-    /// Where it was planned to be, on the grid.
+    /// Its planned place on the grid.
     pub placement: RestingPlacement,
-    /// In which of its resting poses.
+    /// The index of its resting pose.
     pub pose: usize,
-    /// Where its own frame was planned to be.
+    /// The planned pose of its own frame.
     pub planned: Isometry3<f64>,
-    /// Where it is, by what was reported and found.
+    /// The pose of its own frame, by reports and findings.
     pub container_from_item: KnownPose,
 }
 
 impl Packed {
-    /// Reads where an item is packed; `None` where it is not.
+    /// Reads the place of an item; `None` where it is not packed.
     ///
     /// # Errors
     /// [`WireError`] where that cannot be read.
@@ -35,13 +36,12 @@ impl Packed {
             field: "items.placement",
         };
         let placement = item.placement.as_ref().ok_or(missing)?;
-        let pose =
-            |field, pose: &Option<v1::Pose>| convert::pose::read_required(field, pose.as_ref());
-        let container_from_item = pose("items.container_from_item", &item.container_from_item)?;
+        let found = item.container_from_item.as_ref();
+        let container_from_item = read_required("items.container_from_item", found)?;
         Ok(Some(Self {
             placement: convert::placement::read_resting(placement)?,
             pose: usize::try_from(item.pose).unwrap_or(usize::MAX),
-            planned: pose("items.planned", &item.planned)?,
+            planned: read_required("items.planned", item.planned.as_ref())?,
             container_from_item: KnownPose::new(container_from_item, item.is_found),
         }))
     }
@@ -66,17 +66,14 @@ pub fn stop(item: &v1::SessionItem) -> Stop {
 
 /// Says whether an item may be packed in one of its resting poses.
 pub fn may_be_in(item: &v1::SessionItem, pose: usize) -> bool {
-    let Ok(pose) = u32::try_from(pose) else {
-        return false;
-    };
-    match item.allowed_poses.as_slice() {
+    u32::try_from(pose).is_ok_and(|pose| match item.allowed_poses.as_slice() {
         [] => pose < item.poses.max(1),
         allowed => allowed.contains(&pose),
-    }
+    })
 }
 
-/// Says whether an item was announced as the other is. In how many poses it may be packed is what the cell allowed when it was
-/// announced first; how many items there are of its order is not of the item.
+/// Says whether an item was announced as the other is. The number of its poses is what the cell
+/// allowed when it was announced first; that of its order's items is none of its own.
 pub(super) fn is_same(item: &v1::SessionItem, other: &v1::SessionItem) -> bool {
     let line = |item: &v1::SessionItem| v1::OrderLine {
         order_items: 0,
@@ -97,7 +94,7 @@ pub(super) fn wait_again(item: &mut v1::SessionItem) {
     }
 }
 
-/// Enters where an item is on its way, without what was of the state before.
+/// Enters the state of an item, and keeps nothing of the state before.
 pub(super) fn enter(item: &mut v1::SessionItem, state: ItemState) {
     let before = std::mem::take(item);
     *item = v1::SessionItem {
@@ -117,7 +114,8 @@ pub(super) fn enter(item: &mut v1::SessionItem, state: ItemState) {
     };
 }
 
-/// Enters what became of an item's decision; `sequence` says which container it was that it was decided for.
+/// Enters the outcome of an item's decision; `sequence` is the number of the container that it was
+/// decided for.
 pub(super) fn enter_outcome(
     item: &mut v1::SessionItem,
     decision: &v1::Decision,
@@ -151,13 +149,13 @@ fn enter_packed(
     item.load = load.filter(|load| convert::load::read(load).is_ok());
     item.container.clone_from(&decision.container);
     item.container_sequence = sequence;
-    // Nobody could say where it is.
+    // Nobody knows where it is.
     if Packed::read(item).is_err() {
         enter(item, ItemState::Gone);
     }
 }
 
-/// Enters how an item was found: where it is, or that it is gone. Says whether it was packed.
+/// Enters an inspection of an item: where it is, or that it is gone. Says whether it was packed.
 pub(super) fn inspected(item: &mut v1::SessionItem, inspection: v1::Inspection) -> bool {
     if item.state() != ItemState::Packed {
         return false;

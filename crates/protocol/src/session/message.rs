@@ -9,7 +9,7 @@ use ppnpack_wire::{convert, header, v1};
 use super::{Packed, Session};
 
 impl Session {
-    /// The session as a message; `buffer` is how many of its waiting items may be chosen from.
+    /// Writes the session as a message; `buffer` is the number of waiting items to choose from.
     pub fn to_message(&self, buffer: usize) -> v1::Session {
         let Self(own) = self;
         let first = own.containers.first();
@@ -24,7 +24,7 @@ impl Session {
         }
     }
 
-    /// The session of a message.
+    /// Reads the session of a message.
     ///
     /// # Errors
     /// [`WireError`] where it is none that this version knows.
@@ -35,7 +35,7 @@ impl Session {
         if closed.any(|closed| closed.reason() == v1::ClosingReason::Unspecified) {
             return Err(is_newer("closed.reason"));
         }
-        // What follows from the rest.
+        // These follow from the rest.
         Ok(Self(v1::Session {
             keep_out: Vec::new(),
             buffer: 0,
@@ -71,25 +71,21 @@ fn is_newer(field: &'static str) -> WireError {
     WireError::invalid(field, reason)
 }
 
-/// Regions of a message.
+/// Reads regions of a message.
 pub fn read_regions(regions: &[v1::Region]) -> Vec<BlockedRegion> {
-    regions.iter().map(read_region).collect()
-}
-
-/// A region of a message.
-pub fn read_region(region: &v1::Region) -> BlockedRegion {
-    BlockedRegion {
+    let read = |region: &v1::Region| BlockedRegion {
         x_min_m: region.x_min_m,
         y_min_m: region.y_min_m,
         x_max_m: region.x_max_m,
         y_max_m: region.y_max_m,
-    }
+    };
+    regions.iter().map(read).collect()
 }
 
-/// The heaviest that an item can be, and the most that it can carry, in kilograms.
+/// Maximum mass of an item, and of the load on it, in kilograms.
 const MOST_KG: f64 = 10_000.0;
 
-/// The rules of a message; none where it has none.
+/// Reads the rules of a message; none where it has none.
 ///
 /// # Errors
 /// [`WireError`] where no item can carry so much.
@@ -98,7 +94,7 @@ pub fn read_rules(rules: Option<&v1::ItemRules>) -> Result<Rules, WireError> {
         return Ok(Rules::default());
     };
     if let Some(carries_kg) = rules.carries_kg {
-        mass("items.rules.carries_kg", carries_kg)?;
+        check_mass("items.rules.carries_kg", carries_kg)?;
     }
     Ok(Rules {
         is_fragile: rules.is_fragile,
@@ -108,7 +104,7 @@ pub fn read_rules(rules: Option<&v1::ItemRules>) -> Result<Rules, WireError> {
     })
 }
 
-/// Rules as a message; `None` where there are none.
+/// Writes rules as a message; `None` where there are none.
 pub fn write_rules(rules: &Rules) -> Option<v1::ItemRules> {
     (*rules != Rules::default()).then_some(v1::ItemRules {
         is_fragile: rules.is_fragile,
@@ -119,15 +115,15 @@ pub fn write_rules(rules: &Rules) -> Option<v1::ItemRules> {
 }
 
 /// Checks a mass in kilograms.
-fn mass(field: &'static str, mass_kg: f64) -> Result<f64, WireError> {
+fn check_mass(field: &'static str, mass_kg: f64) -> Result<(), WireError> {
     if (0.0..=MOST_KG).contains(&mass_kg) {
-        return Ok(mass_kg);
+        return Ok(());
     }
     let reason = format_args!("{mass_kg} kg where 0 to {MOST_KG} are possible");
     Err(WireError::invalid(field, reason))
 }
 
-/// Checks what an item belongs to; that is nothing where the message is not there.
+/// Reads the order of an item; none where there is no message.
 pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine, WireError> {
     let line = message.cloned().unwrap_or_default();
     for (field, name) in [
@@ -138,7 +134,7 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine,
             header::id(field, name)?;
         }
     }
-    mass("items.order_line.mass_kg", line.mass_kg)?;
+    check_mass("items.order_line.mass_kg", line.mass_kg)?;
     if line.order_items > 0 && line.order.is_empty() {
         let reason = "of which order they are has to be said: give order, too";
         return Err(WireError::invalid("items.order_line.order_items", reason));
@@ -146,26 +142,24 @@ pub fn read_order_line(message: Option<&v1::OrderLine>) -> Result<v1::OrderLine,
     Ok(line)
 }
 
-/// Origins that are nearer to each other than this are the same, in metres.
+/// Maximum distance of origins that count as the same, in metres.
 const SAME_ORIGIN_M: f64 = 1e-6;
 
-/// How an item lies, by the poses of its announcement.
+/// Reads the lying of an item from the poses of its announcement.
 pub fn read_lying(
     heightmap_from_item: Option<&v1::Pose>,
     waits_at: Option<&v1::Pose>,
 ) -> Result<Lying, WireError> {
-    let read = |field, pose: Option<&v1::Pose>| match pose {
-        Some(pose) => convert::pose::read_required(field, Some(pose)).map(Some),
-        None => Ok(None),
+    let read = |field, pose: Option<&v1::Pose>| {
+        let pose = pose.map(|pose| convert::pose::read_required(field, Some(pose)));
+        pose.transpose()
     };
     let field = "items.heightmap_from_item";
     let heightmap_from_item = read(field, heightmap_from_item)?;
     let shift_m = heightmap_from_item.map_or(0.0, |frame| frame.translation.vector.norm());
     if shift_m > SAME_ORIGIN_M {
-        return Err(WireError::invalid(
-            field,
-            "only a rotation is possible: both frames have the same origin",
-        ));
+        let reason = "only a rotation is possible: both frames have the same origin";
+        return Err(WireError::invalid(field, reason));
     }
     Ok(Lying {
         heightmap_from_item,

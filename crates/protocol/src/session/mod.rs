@@ -1,7 +1,7 @@
-//! A packing session: which items came, what was decided, what became of it.
+//! A packing session: the items that came, the decisions on them and the outcomes.
 //!
-//! A pure state machine. Each operation either changes the session as a whole or refuses and changes nothing; the
-//! caller keeps a copy until the change is on disk.
+//! A pure state machine. Each operation either changes the session as a whole or refuses and
+//! changes nothing; the caller keeps a copy until the change is on disk.
 
 mod container;
 mod failure;
@@ -14,16 +14,18 @@ pub use container::{closed_container, open_container};
 pub use failure::{AFTER_ANOTHER, FROM_BACKUP};
 pub use item::Packed;
 
-/// The most items of a session.
+/// Maximum number of items of a session.
 const MAX_ITEMS: usize = 1_000;
 
-/// Decisions remembered after their outcome, to tell a repeated report or request from a new one.
+/// Maximum number of decisions remembered after their outcome, to tell a repeated report or request
+/// from a new one.
 const SETTLED_KEPT: usize = 64;
 
-/// Sessions remembered after their end, so that a late request begins none of them again.
+/// Maximum number of sessions remembered after their end, so that a late request begins none of
+/// them again.
 const PAST_KEPT: usize = 64;
 
-/// Why an operation was refused.
+/// The reason for which an operation was refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SessionError {
     /// Nothing was begun.
@@ -44,13 +46,13 @@ pub enum SessionError {
     /// The item cannot be chosen or taken out.
     #[error("item {0} does not wait: it was decided on, set aside or withdrawn")]
     NotWaiting(String),
-    /// As many are set aside as may be.
+    /// No more items may be set aside.
     #[error("no more than {0} items may be set aside in this session")]
     AsideFull(usize),
     /// Another decision is made only after this one has its outcome.
     #[error("decision {0} awaits its outcome: report that first")]
     Pending(String),
-    /// Of the session before, whose decision has no outcome.
+    /// The decision of the session before has no outcome.
     #[error("decision {0} awaits its outcome: report that first, or begin with gives_up_pending")]
     PendingBefore(String),
     /// The id is that of an earlier session.
@@ -70,9 +72,9 @@ pub enum SessionError {
     OtherContainer {
         /// Its name.
         name: String,
-        /// Which was asked for.
+        /// The number of the container that was asked for.
         asked: u64,
-        /// Which is there, or comes next.
+        /// The number of the one that is there, or comes next.
         known: u64,
         /// Whether it is open.
         is_open: bool,
@@ -80,7 +82,7 @@ pub enum SessionError {
     /// There is no room for more items.
     #[error("a session holds at most {MAX_ITEMS} items")]
     Full,
-    /// What is reported says nothing.
+    /// The report has no outcome.
     #[error("the outcome has no kind")]
     NoKind,
     /// Nobody who acknowledges has seen this failure.
@@ -88,7 +90,7 @@ pub enum SessionError {
     Failed(String),
 }
 
-/// How a session ended.
+/// The end of a session.
 #[derive(Debug, Clone, PartialEq)]
 pub enum End {
     /// Every item is in the container.
@@ -101,13 +103,13 @@ pub enum End {
     Failed(String),
 }
 
-/// A packing session; the default is that of a cell before its first one. It is the message that is told and written, of which
-/// nothing is changed but here.
+/// A packing session; the default is that of a cell before its first one. It is the message that is
+/// sent and written, which is changed here alone.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Session(v1::Session);
 
 impl Session {
-    /// A new session over these containers, which replaces the one before.
+    /// Begins a session over these containers.
     pub fn begin(
         id: String,
         containers: Vec<v1::SessionContainer>,
@@ -123,10 +125,10 @@ impl Session {
         })
     }
 
-    /// The next session in place of this one. Where a decision awaits its outcome that has to be given up.
+    /// Puts the next session in place of this one, whose pending decision, if any, has to be given
+    /// up.
     pub fn followed_by(&self, next: Self, gives_up_pending: bool) -> Result<Self, SessionError> {
-        let Self(next) = next;
-        let Self(own) = self;
+        let (Self(next), Self(own)) = (next, self);
         if own.past_session_ids.contains(&next.session_id) {
             return Err(SessionError::Past(next.session_id));
         }
@@ -143,7 +145,7 @@ impl Session {
         }))
     }
 
-    /// Its name; empty before the first session.
+    /// Gives its name; empty before the first session.
     pub fn id(&self) -> &str {
         &self.0.session_id
     }
@@ -153,71 +155,69 @@ impl Session {
         self.0.step
     }
 
-    /// The decision that awaits its outcome.
+    /// Gives the decision that awaits its outcome.
     pub fn pending(&self) -> Option<&v1::Decision> {
         self.0.pending.as_ref()
     }
 
-    /// Whether the planner has its decisions carried out by itself.
+    /// Says whether the planner has its decisions carried out by itself.
     pub fn is_automatic(&self) -> bool {
         self.0.is_automatic
     }
 
-    /// Whether nothing more is planned by itself.
+    /// Says whether nothing more is planned by itself.
     pub fn has_ended(&self) -> bool {
         self.0.end() != v1::SessionEnd::Unspecified
     }
 
-    /// Whether somebody has to look before anything goes on by itself.
+    /// Says whether somebody has to look before anything goes on by itself.
     pub fn has_failed(&self) -> bool {
         self.0.end() == v1::SessionEnd::Failed
     }
 
-    /// Whether what became of all that was decided in it is known: not where a decision awaits its outcome, where it failed, as one
-    /// does that was read from a backup, or where no session is known, as its store was lost or never was.
+    /// Says whether the outcome of every decision is known: there is a session, nothing is pending,
+    /// and it has not failed, as one from a backup has.
     pub fn is_settled(&self) -> bool {
         !self.id().is_empty() && self.pending().is_none() && !self.has_failed()
     }
 
-    /// The items in the order of their arrival.
+    /// Gives the items in the order of their arrival.
     pub fn items(&self) -> &[v1::SessionItem] {
         &self.0.items
     }
 
-    /// The mean planned cycle time of the packed items, in seconds; `None` where no arm packed any.
+    /// Gives the mean planned cycle time of the packed items, in seconds; `None` where no arm
+    /// packed any.
     pub fn mean_cycle_s(&self) -> Option<f64> {
         let packed = self.items().iter();
         let packed = packed.filter(|item| item.state() == ItemState::Packed);
-        // No cycle takes no time.
-        let cycles_s = packed
-            .map(|item| item.cycle_s)
-            .filter(|cycle_s| *cycle_s > 0.0);
+        // A cycle takes time: zero is none.
+        let cycles_s = packed.map(|item| item.cycle_s).filter(|it| *it > 0.0);
         let cycles_s: Vec<f64> = cycles_s.collect();
         let sum_s: f64 = cycles_s.iter().sum();
         (!cycles_s.is_empty()).then(|| sum_s / cycles_s.len() as f64)
     }
 
-    /// The first `count` waiting items.
+    /// Gives the first `count` waiting items.
     pub fn buffer(&self, count: usize) -> impl Iterator<Item = &v1::SessionItem> {
         let items = self.items().iter();
         let waiting = items.filter(|item| item.state() == ItemState::Waiting);
         waiting.take(count)
     }
 
-    /// A waiting item by its id.
+    /// Finds a waiting item by its id.
     pub fn waiting(&self, item_id: &str) -> Result<&v1::SessionItem, SessionError> {
         let mut items = self.items().iter();
-        let item = items
-            .find(|item| item.item_id == item_id)
-            .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))?;
+        let item = items.find(|item| item.item_id == item_id);
+        let item = item.ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))?;
         match item.state() {
             ItemState::Waiting => Ok(item),
             _ => Err(SessionError::NotWaiting(item_id.to_owned())),
         }
     }
 
-    /// Adds waiting items in their order; those that were announced before are left as they are, but for those that are
-    /// set aside: they wait again.
+    /// Adds waiting items in their order. Those that were announced before are left as they are,
+    /// but those that are set aside wait again.
     pub fn announce(&mut self, waiting: Vec<v1::SessionItem>) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         for mut item in waiting {
@@ -240,7 +240,7 @@ impl Session {
         Ok(())
     }
 
-    /// Takes an item out that waits or is set aside. One that is withdrawn already stays so.
+    /// Withdraws an item that waits or is set aside. One that is withdrawn already stays so.
     pub fn withdraw(&mut self, item_id: &str) -> Result<(), SessionError> {
         let item = self.item_mut(item_id)?;
         match item.state() {
@@ -253,7 +253,8 @@ impl Session {
         Ok(())
     }
 
-    /// Of an order no more items come than were announced: how many it was said to have counts no longer.
+    /// Has an order expect no more items than were announced: its announced number counts no
+    /// longer.
     pub fn expects_no_more(&mut self, order: &str) -> Result<(), SessionError> {
         self.must_be_under_way()?;
         let lines = self.0.items.iter_mut();
@@ -266,7 +267,7 @@ impl Session {
         Ok(())
     }
 
-    /// Whether one more item may be set aside.
+    /// Says whether one more item may be set aside.
     pub fn may_set_aside(&self) -> bool {
         self.reasons_set_aside().count() < self.set_aside_limit()
     }
@@ -291,20 +292,20 @@ impl Session {
         Ok(())
     }
 
-    /// Of each item that is set aside: why.
+    /// Gives the reasons of the items that are set aside.
     pub fn reasons_set_aside(&self) -> impl Iterator<Item = &v1::ItemReason> {
         let items = self.items().iter();
         items.filter_map(|item| item.set_aside.as_ref())
     }
 
-    /// Of each item that was set aside at the present step: why.
+    /// Gives the reasons of the items that were set aside at the present step.
     pub fn reasons_set_aside_now(&self) -> Vec<v1::ItemReason> {
         let items = self.items().iter();
         let now = items.filter(|item| item.set_aside_step == self.0.step);
         now.filter_map(|item| item.set_aside.clone()).collect()
     }
 
-    /// How it ends where no item waits any more.
+    /// Gives the end of the session where no item waits any more.
     pub fn end_of_items(&self) -> End {
         match self.reasons_set_aside().next() {
             Some(_) => End::OthersSetAside,
@@ -312,7 +313,7 @@ impl Session {
         }
     }
 
-    /// The decision that a request was answered with before, if it was.
+    /// Finds the decision that a request was answered with before, if it was.
     pub fn answered(&self, request_id: &str) -> Result<Option<&v1::Decision>, SessionError> {
         self.must_be_under_way()?;
         if let Some(pending) = self.pending() {
@@ -343,8 +344,8 @@ impl Session {
         Ok(())
     }
 
-    /// Enters the outcome of a decision. The same report again changes nothing. Where nobody knows where the item is, the
-    /// automatic mode comes to its end: it may lie in the robot's way.
+    /// Enters the outcome of a decision. The same report again changes nothing. Where nobody knows
+    /// where the item is, the automatic mode ends: it may lie in the robot's way.
     pub fn report(&mut self, decision_id: &str, outcome: &v1::Outcome) -> Result<(), SessionError> {
         let kind = outcome.kind();
         if kind == v1::OutcomeKind::Unspecified {
@@ -352,24 +353,19 @@ impl Session {
         }
         let mut settled = self.0.settled.iter();
         if let Some(settled) = settled.find(|settled| settled.decision_id == decision_id) {
-            return if settled.kind() == kind {
-                Ok(())
-            } else {
-                Err(SessionError::OtherOutcome(decision_id.to_owned()))
+            return match settled.kind() == kind {
+                true => Ok(()),
+                false => Err(SessionError::OtherOutcome(decision_id.to_owned())),
             };
         }
-        let Some(decision) = self
-            .0
-            .pending
-            .take_if(|pending| pending.decision_id == decision_id)
-        else {
-            return Err(SessionError::UnknownDecision(decision_id.to_owned()));
-        };
-        self.settle(decision, outcome);
+        let pending = &mut self.0.pending;
+        let decision = pending.take_if(|pending| pending.decision_id == decision_id);
+        let unknown = || SessionError::UnknownDecision(decision_id.to_owned());
+        self.settle(decision.ok_or_else(unknown)?, outcome);
         Ok(())
     }
 
-    /// Enters what became of the decision that was pending.
+    /// Enters the outcome of the decision that was pending.
     fn settle(&mut self, decision: v1::Decision, outcome: &v1::Outcome) {
         let kind = outcome.kind();
         let container = self.container(&decision.container);
@@ -391,7 +387,7 @@ impl Session {
         });
     }
 
-    /// Enters how a packed item was found; says whether it was packed.
+    /// Enters the inspection of an item; says whether it was packed.
     pub fn inspected(
         &mut self,
         item_id: &str,
@@ -400,53 +396,53 @@ impl Session {
         Ok(item::inspected(self.item_mut(item_id)?, inspection))
     }
 
-    /// More can be packed after all. A failure stays: the automatic mode goes on when somebody who has looked switches it on.
+    /// Goes on, as more can be packed. A failure stays: the automatic mode goes on when somebody
+    /// who has looked switches it on.
     fn go_on(&mut self) {
         if !self.has_failed() {
             self.set_end(None);
         }
     }
 
-    /// The session has ended, in this way.
+    /// Ends the session in this way.
     pub fn end(&mut self, end: End) {
         self.set_end(Some(end));
     }
 
     fn set_end(&mut self, end: Option<End>) {
-        let (end, reasons, failure) = match end {
-            None => (v1::SessionEnd::Unspecified, Vec::new(), String::new()),
-            Some(End::AllPacked) => (v1::SessionEnd::AllPacked, Vec::new(), String::new()),
-            Some(End::OthersSetAside) => {
-                (v1::SessionEnd::OthersSetAside, Vec::new(), String::new())
-            }
+        (self.0.reasons, self.0.failure) = (Vec::new(), String::new());
+        let end = match end {
+            None => v1::SessionEnd::Unspecified,
+            Some(End::AllPacked) => v1::SessionEnd::AllPacked,
+            Some(End::OthersSetAside) => v1::SessionEnd::OthersSetAside,
             Some(End::NothingFits(reasons)) => {
-                (v1::SessionEnd::NothingFits, reasons, String::new())
+                self.0.reasons = reasons;
+                v1::SessionEnd::NothingFits
             }
-            Some(End::Failed(failure)) => (v1::SessionEnd::Failed, Vec::new(), failure),
+            Some(End::Failed(failure)) => {
+                self.0.failure = failure;
+                self.0.failures += 1;
+                v1::SessionEnd::Failed
+            }
         };
-        self.0.failures += u64::from(end == v1::SessionEnd::Failed);
         self.0.set_end(end);
-        (self.0.reasons, self.0.failure) = (reasons, failure);
     }
 
     fn item_mut(&mut self, item_id: &str) -> Result<&mut v1::SessionItem, SessionError> {
-        self.0
-            .items
-            .iter_mut()
-            .find(|item| item.item_id == item_id)
-            .ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))
+        let mut items = self.0.items.iter_mut();
+        let item = items.find(|item| item.item_id == item_id);
+        item.ok_or_else(|| SessionError::UnknownItem(item_id.to_owned()))
     }
 
     fn must_be_under_way(&self) -> Result<(), SessionError> {
-        if self.id().is_empty() {
-            Err(SessionError::NoSession)
-        } else {
-            Ok(())
+        match self.id().is_empty() {
+            true => Err(SessionError::NoSession),
+            false => Ok(()),
         }
     }
 }
 
-/// Why the automatic mode ends where an item is not where it should be.
+/// Says why the automatic mode ends where an item is not in its place.
 fn gone(item_id: &str, outcome: &v1::Outcome) -> String {
     let what = match outcome.kind() {
         v1::OutcomeKind::Lost => "left the cell",

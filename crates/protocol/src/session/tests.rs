@@ -36,9 +36,8 @@ fn session_of(items: &[&str]) -> Session {
 /// A session that may set so many items aside.
 fn session_with_aside(limit: usize, items: &[&str]) -> Session {
     let mut session = Session::begin("s".to_owned(), only(), false, limit);
-    session
-        .announce(items.iter().map(|item| announced(item)).collect())
-        .unwrap();
+    let items = items.iter().map(|item| announced(item));
+    session.announce(items.collect()).unwrap();
     session
 }
 
@@ -74,10 +73,8 @@ fn too_large(item_id: &str) -> v1::ItemReason {
 }
 
 fn waiting(session: &Session) -> Vec<&str> {
-    session
-        .buffer(10)
-        .map(|item| item.item_id.as_str())
-        .collect()
+    let waiting = session.buffer(10);
+    waiting.map(|item| item.item_id.as_str()).collect()
 }
 
 /// Acknowledges a failure.
@@ -96,9 +93,8 @@ fn nothing_is_done_before_a_session_begins() {
 #[test]
 fn items_wait_in_their_order_and_announcing_them_again_changes_nothing() {
     let mut session = session_of(&["a", "b"]);
-    session
-        .announce(vec![announced("b"), announced("c")])
-        .unwrap();
+    let more = vec![announced("b"), announced("c")];
+    session.announce(more).unwrap();
     assert_eq!(waiting(&session), ["a", "b", "c"]);
     // How many poses the cell allows, and how many items an order has, may be otherwise by then.
     let mut same = announced("a");
@@ -142,10 +138,7 @@ fn a_decision_awaits_its_outcome_before_the_next_one() {
     assert_eq!(early, Err(Pending("d1".into())));
     assert_eq!(session.answered("another"), Err(Pending("d1".into())));
     let again = session.answered("request-of-d1").unwrap();
-    assert_eq!(
-        again.map(|decision| decision.decision_id.as_str()),
-        Some("d1")
-    );
+    assert_eq!(again.unwrap().decision_id, "d1");
 
     report(&mut session, "d1", v1::OutcomeKind::Placed);
     assert!(session.pending().is_none());
@@ -202,10 +195,8 @@ fn a_session_is_put_away_once_and_no_pending_decision_with_it_unasked() {
     let next = |id: &str| Session::begin(id.to_owned(), only(), false, 0);
     let mut session = session_of(&["a"]);
     session.decide(decision("d1", "a")).unwrap();
-    assert_eq!(
-        session.followed_by(next("t"), false),
-        Err(PendingBefore("d1".into()))
-    );
+    let refused = session.followed_by(next("t"), false);
+    assert_eq!(refused, Err(PendingBefore("d1".into())));
     let second = session.followed_by(next("t"), true).unwrap();
     assert_eq!((second.id(), second.pending()), ("t", None));
     report(&mut session, "d1", v1::OutcomeKind::Placed);
@@ -233,10 +224,8 @@ fn a_restored_session_has_failed_and_one_that_never_began_has_not() {
     session.restored(FROM_BACKUP);
     assert_eq!(session.pending(), None);
     assert_eq!(session.items()[0].state(), ItemState::Gone);
-    assert_eq!(
-        session.report("d1", &outcome(v1::OutcomeKind::Placed)),
-        Err(OtherOutcome("d1".to_owned()))
-    );
+    let placed = session.report("d1", &outcome(v1::OutcomeKind::Placed));
+    assert_eq!(placed, Err(OtherOutcome("d1".to_owned())));
     let mut none = Session::default();
     none.restored(FROM_BACKUP);
     assert_eq!(none, Session::default());
@@ -314,10 +303,7 @@ fn only_waiting_items_are_set_aside() {
     assert_eq!(none, Err(AsideFull(0)));
     let unknown = session.set_aside(too_large("x"));
     assert_eq!(unknown, Err(UnknownItem("x".into())));
-    assert_eq!(
-        session.waiting("c").map(|_| ()),
-        Err(NotWaiting("c".into()))
-    );
+    assert_eq!(session.waiting("c"), Err(NotWaiting("c".into())));
     assert_eq!(session, before);
 }
 
@@ -443,16 +429,17 @@ fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
 fn a_failure_stays_whatever_is_announced_or_withdrawn_until_the_automatic_mode_is_switched_on() {
     let mut session = session_of(&["a", "b"]);
     session.end(End::Failed("item c was placed, but is missing".into()));
-    session.announce(vec![announced("a")]).unwrap();
-    assert!(session.has_ended());
-    session.announce(vec![announced("d")]).unwrap();
-    assert!(session.has_ended());
-    session.withdraw("b").unwrap();
-    assert!(session.has_ended());
-    session.decide(decision("d1", "a")).unwrap();
-    assert!(session.has_ended());
-    session.set_automatic(false, "").unwrap();
-    assert!(session.has_ended());
+    let steps: [fn(&mut Session) -> Result<(), SessionError>; 5] = [
+        |session| session.announce(vec![announced("a")]),
+        |session| session.announce(vec![announced("d")]),
+        |session| session.withdraw("b"),
+        |session| session.decide(decision("d1", "a")),
+        |session| session.set_automatic(false, ""),
+    ];
+    for step in steps {
+        step(&mut session).unwrap();
+        assert!(session.has_ended());
+    }
     acknowledge(&mut session);
     assert!(!session.has_ended());
 }

@@ -7,7 +7,8 @@ use std::time::Instant;
 use super::Address;
 use crate::sync::lock;
 
-/// The latest value of each source, until the actor takes it. Clones share them: the actor's, and those of who puts.
+/// The latest value of each source, until the actor takes it. Clones share them, among the actor
+/// and its sources.
 pub struct LatestValues<K, T> {
     shared: Arc<Shared<K, T>>,
 }
@@ -24,22 +25,19 @@ struct Slot<T> {
 }
 
 impl<K: Ord, T> LatestValues<K, T> {
-    /// Values that wake this actor. It ends all the same when nobody has its address any more.
+    /// Makes values that wake this actor, which ends nevertheless once nobody has its address.
     pub fn new<M: Send + 'static>(actor: &Address<M>) -> Self {
         let actor = actor.downgrade();
-        let wake = move || {
-            if let Some(actor) = actor.upgrade() {
-                actor.wake();
-            }
-        };
-        let shared = Arc::new(Shared {
+        let shared = Shared {
             slots: Mutex::default(),
-            wake: Box::new(wake),
-        });
+            wake: Box::new(move || actor.upgrade().iter().for_each(Address::wake)),
+        };
+        let shared = Arc::new(shared);
         Self { shared }
     }
 
-    /// Puts a value and wakes the actor; gives the one before, where it was not taken. Waits for no more than a lock.
+    /// Puts a value and wakes the actor; gives the one before, where it was not taken. Waits for no
+    /// more than a lock.
     pub fn put(&self, source: K, value: T) -> Option<T> {
         let slot = Slot {
             value: Some(value),
@@ -56,13 +54,12 @@ impl<K: Ord, T> LatestValues<K, T> {
         K: Clone,
     {
         let mut slots = lock(&self.shared.slots);
-        let taken = slots
-            .iter_mut()
-            .filter_map(|(source, slot)| Some((source.clone(), slot.value.take()?)));
+        let slots = slots.iter_mut();
+        let taken = slots.filter_map(|(source, slot)| Some((source.clone(), slot.value.take()?)));
         taken.collect()
     }
 
-    /// When the last value of a source was put, whether or not it was taken.
+    /// Gives the time of a source's last value, whether or not it was taken.
     pub fn last_put(&self, source: &K) -> Option<Instant> {
         let slots = lock(&self.shared.slots);
         slots.get(source).map(|slot| slot.put_at)
@@ -71,9 +68,8 @@ impl<K: Ord, T> LatestValues<K, T> {
 
 impl<K, T> Clone for LatestValues<K, T> {
     fn clone(&self) -> Self {
-        Self {
-            shared: Arc::clone(&self.shared),
-        }
+        let shared = Arc::clone(&self.shared);
+        Self { shared }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Where the messages of an actor wait.
+//! The mailboxes in which the messages of actors wait.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
@@ -13,7 +13,7 @@ use crate::error::ServiceError;
 use crate::process::Process;
 use crate::rpc::{self, Incoming, Listener};
 
-/// Room beside that for ordinary messages, for what must not be refused because of them.
+/// Room in a mailbox beyond its capacity, for messages that must not be refused with ordinary ones.
 const RESERVE: usize = 64;
 
 /// The other end of a mailbox is gone: an actor that has ended, or all who had its address.
@@ -24,37 +24,43 @@ pub struct Closed;
 /// The messages of an actor, oldest first.
 pub struct Mailbox<M> {
     letters: Receiver<Letter<M>>,
-    is_woken: Arc<AtomicBool>,
-    waiting: Arc<AtomicUsize>,
+    counts: Arc<Counts>,
 }
 
-/// Where an actor is reached. Clones reach the same one.
+/// The address of an actor. Clones reach the same one.
 pub struct Address<M>(Arc<Sender<M>>);
 
-/// An [`Address`] that does not keep its actor from ending: for the actor itself, and for whoever it waits for.
+/// An [`Address`] that does not keep its actor from ending: for the actor itself, and for those
+/// that it waits for.
 pub struct WeakAddress<M>(Weak<Sender<M>>);
 
 struct Sender<M> {
     letters: SyncSender<Letter<M>>,
-    /// Whether a wake-up waits in the mailbox: one is enough.
-    is_woken: Arc<AtomicBool>,
-    /// How many messages wait.
-    waiting: Arc<AtomicUsize>,
-    /// How many may wait before ordinary ones are refused.
+    /// The number of messages that may wait before ordinary ones are refused.
     capacity: usize,
+    counts: Arc<Counts>,
+}
+
+/// A count of what waits in a mailbox.
+#[derive(Default)]
+struct Counts {
+    /// Whether a wake-up waits: one is enough.
+    is_woken: AtomicBool,
+    /// The number of messages.
+    waiting: AtomicUsize,
 }
 
 impl<M> Sender<M> {
     /// Sends a message where fewer than so many wait.
     fn try_send(&self, message: M, most: usize) -> Result<(), TrySendError<Letter<M>>> {
         let letter = Letter::Message(message);
-        if self.waiting.fetch_add(1, Ordering::AcqRel) >= most {
-            self.waiting.fetch_sub(1, Ordering::AcqRel);
-            return Err(TrySendError::Full(letter));
-        }
-        let sent = self.letters.try_send(letter);
+        let waiting = &self.counts.waiting;
+        let sent = match waiting.fetch_add(1, Ordering::AcqRel) < most {
+            true => self.letters.try_send(letter),
+            false => Err(TrySendError::Full(letter)),
+        };
         if sent.is_err() {
-            self.waiting.fetch_sub(1, Ordering::AcqRel);
+            waiting.fetch_sub(1, Ordering::AcqRel);
         }
         sent
     }
@@ -65,28 +71,22 @@ enum Letter<M> {
     WakeUp,
 }
 
-/// A mailbox for so many messages, and its address.
+/// Makes a mailbox for so many messages, and its address.
 pub fn mailbox<M>(capacity: usize) -> (Address<M>, Mailbox<M>) {
     let capacity = capacity.max(1);
     let (sender, letters) = sync_channel(capacity.saturating_add(RESERVE));
-    let is_woken = Arc::new(AtomicBool::new(false));
-    let waiting = Arc::new(AtomicUsize::new(0));
+    let counts = Arc::new(Counts::default());
     let address = Address(Arc::new(Sender {
         letters: sender,
-        is_woken: Arc::clone(&is_woken),
-        waiting: Arc::clone(&waiting),
         capacity,
+        counts: Arc::clone(&counts),
     }));
-    let mailbox = Mailbox {
-        letters,
-        is_woken,
-        waiting,
-    };
-    (address, mailbox)
+    (address, Mailbox { letters, counts })
 }
 
 impl<M> Mailbox<M> {
-    /// Waits for a message; `None` where the actor was woken or the time has come before there is one.
+    /// Waits for a message; `None` where the actor was woken or the time has come before there is
+    /// one.
     ///
     /// # Errors
     /// [`Closed`] when all messages are taken and no more can come.
@@ -105,7 +105,7 @@ impl<M> Mailbox<M> {
         Ok(self.open(letter))
     }
 
-    /// The messages that are there, without waiting for more.
+    /// Takes the messages that are there, without waiting for more.
     pub fn take_waiting(&self) -> impl Iterator<Item = M> {
         let letters = self.letters.try_iter();
         letters.filter_map(move |letter| self.open(letter))
@@ -114,12 +114,12 @@ impl<M> Mailbox<M> {
     fn open(&self, letter: Letter<M>) -> Option<M> {
         match letter {
             Letter::Message(message) => {
-                self.waiting.fetch_sub(1, Ordering::AcqRel);
+                self.counts.waiting.fetch_sub(1, Ordering::AcqRel);
                 Some(message)
             }
             Letter::WakeUp => {
-                // Before the actor looks: what comes from now on wakes it again.
-                self.is_woken.store(false, Ordering::Release);
+                // Before the actor looks: a wake-up from now on is another one.
+                self.counts.is_woken.store(false, Ordering::Release);
                 None
             }
         }
@@ -132,7 +132,7 @@ impl<M> Address<M> {
     /// # Errors
     /// [`Closed`] where the actor has ended.
     pub fn send(&self, message: M) -> Result<(), Closed> {
-        self.0.waiting.fetch_add(1, Ordering::AcqRel);
+        self.0.counts.waiting.fetch_add(1, Ordering::AcqRel);
         let sent = self.0.letters.send(Letter::Message(message));
         sent.map_err(|_| Closed)
     }
@@ -142,39 +142,19 @@ impl<M> Address<M> {
         self.0.try_send(message, self.0.capacity).is_ok()
     }
 
-    /// Has the actor look around, as soon as it has handled what it was sent before. Never waits.
+    /// Has the actor look around, as soon as it has handled all messages before. Never waits.
     pub fn wake(&self) {
-        let Sender {
-            letters, is_woken, ..
-        } = &*self.0;
+        let is_woken = &self.0.counts.is_woken;
         let was_woken = is_woken.swap(true, Ordering::AcqRel);
-        if !was_woken && letters.try_send(Letter::WakeUp).is_err() {
+        if !was_woken && self.0.letters.try_send(Letter::WakeUp).is_err() {
             // It looks around all the same after each message that fills the mailbox.
             is_woken.store(false, Ordering::Release);
         }
     }
 
-    /// Sends a request where fewer than so many messages wait; refuses it with `STATUS_BUSY` where the mailbox is full, with
-    /// `STATUS_UNAVAILABLE` where the actor has ended. Never waits.
-    fn deliver<R: Request>(
-        &self,
-        most: usize,
-        incoming: Incoming<R>,
-        wrap: impl FnOnce(Incoming<R>) -> M,
-    ) {
-        // What was wrapped cannot be unwrapped here, but it can be dropped.
-        match self.0.try_send(wrap(incoming), most) {
-            Ok(()) => {}
-            Err(TrySendError::Full(letter)) => {
-                rpc::drop_with(letter, Status::Busy, "the queue is full");
-            }
-            Err(TrySendError::Disconnected(letter)) => {
-                rpc::drop_with(letter, Status::Unavailable, "the service is ending");
-            }
-        }
-    }
-
-    /// Has the actor answer a method, for a cell or for every cell.
+    /// Has the actor answer a method, for a cell or for every cell. Requests are refused with
+    /// `STATUS_BUSY` where the mailbox is full, with `STATUS_UNAVAILABLE` where the actor has
+    /// ended.
     ///
     /// # Errors
     /// [`ServiceError::Zenoh`] where the session is closed.
@@ -190,7 +170,8 @@ impl<M> Address<M> {
         self.listen_within(self.0.capacity, process, cell, wrap)
     }
 
-    /// As [`Self::listen`], for a method that is taken also where the mailbox is full of others: its requests have a reserve.
+    /// Has the actor answer as [`Self::listen`] does, also where the mailbox is full of others:
+    /// these requests have a reserve.
     ///
     /// # Errors
     /// As [`Self::listen`].
@@ -206,6 +187,7 @@ impl<M> Address<M> {
         self.listen_within(usize::MAX, process, cell, wrap)
     }
 
+    /// Has the actor answer where fewer than so many messages wait.
     fn listen_within<R: Request>(
         &self,
         most: usize,
@@ -216,20 +198,29 @@ impl<M> Address<M> {
     where
         M: Send + 'static,
     {
-        let address = self.clone();
+        let sender = Arc::clone(&self.0);
         rpc::listen(process, cell, move |incoming| {
-            address.deliver(most, incoming, &wrap);
+            // A message cannot be unwrapped here, but it can be dropped.
+            match sender.try_send(wrap(incoming), most) {
+                Ok(()) => {}
+                Err(TrySendError::Full(letter)) => {
+                    rpc::drop_with(letter, Status::Busy, "the queue is full");
+                }
+                Err(TrySendError::Disconnected(letter)) => {
+                    rpc::drop_with(letter, Status::Unavailable, "the service is ending");
+                }
+            }
         })
     }
 
-    /// The same address, for those who must not keep the actor from ending.
+    /// Gives the same address, for those who must not keep the actor from ending.
     pub fn downgrade(&self) -> WeakAddress<M> {
         WeakAddress(Arc::downgrade(&self.0))
     }
 }
 
 impl<M> WeakAddress<M> {
-    /// The address; `None` where nobody else has it any more.
+    /// Gives the address; `None` where nobody else has it any more.
     pub fn upgrade(&self) -> Option<Address<M>> {
         self.0.upgrade().map(Address)
     }
@@ -258,24 +249,15 @@ mod tests {
     }
 
     #[test]
-    fn messages_come_in_their_order_and_what_does_not_fit_is_not_taken() {
+    fn messages_come_in_their_order_and_those_that_must_not_be_refused_have_a_reserve() {
         let (address, mailbox) = mailbox(2);
-        assert!(address.try_send(1) && address.clone().try_send(2));
-        assert!(!address.try_send(3));
+        assert!(address.try_send(1) && address.clone().try_send(2) && !address.try_send(3));
         assert_eq!(mailbox.receive(None), Ok(Some(1)));
         assert!(address.try_send(4));
-        assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [2, 4]);
+        assert!(address.0.try_send(5, usize::MAX).is_ok() && !address.try_send(6));
+        assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [2, 4, 5]);
         assert_eq!(mailbox.receive(soon()), Ok(None));
-    }
-
-    #[test]
-    fn what_must_not_be_refused_has_a_reserve() {
-        let (address, mailbox) = mailbox(2);
-        assert!(address.try_send(1) && address.try_send(2) && !address.try_send(3));
-        assert!(address.0.try_send(4, usize::MAX).is_ok());
-        assert!(!address.try_send(5));
-        assert_eq!(mailbox.take_waiting().collect::<Vec<_>>(), [1, 2, 4]);
-        assert!(address.try_send(6));
+        assert!(address.try_send(7));
     }
 
     #[test]
@@ -292,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn one_wake_up_waits_at_most() {
+    fn one_wake_up_waits_at_most_and_none_is_lost_on_a_full_mailbox() {
         let (address, mailbox) = mailbox(2);
         address.wake();
         address.wake();
@@ -300,17 +282,12 @@ mod tests {
         address.wake();
         assert_eq!(mailbox.receive(None), Ok(None));
         assert_eq!(mailbox.receive(None), Ok(Some(1)));
+        assert!(address.try_send(2) && address.try_send(3));
+        address.wake();
+        for message in [2, 3] {
+            assert_eq!(mailbox.receive(None), Ok(Some(message)));
+        }
         address.wake();
         assert_eq!(mailbox.receive(None), Ok(None));
-    }
-
-    #[test]
-    fn a_full_mailbox_wakes_by_what_fills_it() {
-        let (address, mailbox) = mailbox(1);
-        assert!(address.try_send(1));
-        address.wake();
-        assert_eq!(mailbox.receive(None), Ok(Some(1)));
-        address.wake();
-        assert_eq!(mailbox.receive(None), Ok(None), "it is not lost");
     }
 }

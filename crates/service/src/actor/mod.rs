@@ -1,9 +1,10 @@
 //! Actors: threads that own their state, and change it by one message after another.
 //!
-//! Others know an actor by the [`Address`] of its [`Mailbox`], which has a bound: what does not fit is refused, so that
-//! Zenoh's threads never wait. Requests that cannot be answered yet are [`PendingRequests`], each with a deadline; data of
-//! which only the newest counts are [`LatestValues`]. [`run`] calls the actor for each message, and whenever it is due.
-//! It ends when nobody has its address any more.
+//! Others know an actor by the [`Address`] of its [`Mailbox`], which has a bound: messages beyond
+//! it are refused, so that Zenoh's threads never wait. Requests that cannot be answered yet are
+//! [`PendingRequests`], each with a deadline; data of which only the newest counts are
+//! [`LatestValues`]. [`run`] calls the actor for each message, and whenever it is due. It ends when
+//! nobody has its address any more.
 //!
 //! ```
 //! use std::time::{Duration, Instant};
@@ -40,7 +41,8 @@
 //!
 //! # fn main() -> Result<(), ppnpack_service::ServiceError> {
 //! # let hub = ppnpack_service::embedded::hub()?;
-//! # let process = ppnpack_service::embedded::process(&hub, ppnpack_wire::keys::Service::Planner, "sum")?;
+//! # let service = ppnpack_wire::keys::Service::Planner;
+//! # let process = ppnpack_service::embedded::process(&hub, service, "sum")?;
 //! let (address, mailbox) = actor::mailbox(16);
 //! let measured = LatestValues::new(&address);
 //! let sum = Sum {
@@ -73,23 +75,24 @@ use crate::error::ServiceError;
 use crate::process::Process;
 use crate::supervision::{Pulse, Supervisor};
 
-/// What an actor does.
+/// An actor's work.
 pub trait Actor {
-    /// What it is told.
+    /// A message to it.
     type Message;
 
     /// Handles a message.
     fn handle(&mut self, message: Self::Message);
 
-    /// Does what is due: at first, after each message, when it was woken, and when [`Actor::next_tick`] has come.
+    /// Does all that is due: at first, after each message, when it was woken, and when
+    /// [`Actor::next_tick`] has come.
     fn tick(&mut self) {}
 
-    /// When something is due next, whether or not a message comes; `None` where nothing is.
+    /// Gives the time at which something is due, message or not; `None` where nothing is.
     fn next_tick(&self) -> Option<Instant> {
         None
     }
 
-    /// Whether it ends now, although more messages could come.
+    /// Says whether it ends now, although more messages could come.
     fn has_ended(&self) -> bool {
         false
     }
@@ -100,8 +103,7 @@ pub fn run<A: Actor>(actor: A, mailbox: &Mailbox<A::Message>) {
     work(actor, mailbox, None);
 }
 
-/// As [`run`], where the process cannot do without it: that ends where the actor never comes back
-/// from a message.
+/// Works as [`run`] does, as an actor that the process cannot do without: one that hangs ends it.
 pub fn run_watched<A: Actor>(
     supervisor: &Supervisor,
     name: &str,
@@ -131,8 +133,8 @@ fn work<A: Actor>(mut actor: A, mailbox: &Mailbox<A::Message>, pulse: Option<&Pu
     }
 }
 
-/// Starts the thread of an actor that the process cannot do without: it ends where that ends by a panic, or never comes back from a
-/// message.
+/// Starts the thread of an actor that the process cannot do without: one that panics or hangs ends
+/// it.
 ///
 /// # Errors
 /// [`ServiceError::System`] where there can be no more threads.

@@ -14,7 +14,7 @@ pub struct PendingRequests<T> {
 }
 
 impl<T> PendingRequests<T> {
-    /// Room for so many.
+    /// Makes room for so many.
     pub fn new(capacity: usize) -> Self {
         Self {
             requests: Vec::new(),
@@ -36,27 +36,30 @@ impl<T> PendingRequests<T> {
 
     /// Takes out those that can be answered now, oldest first.
     pub fn take(&mut self, mut can_be_answered: impl FnMut(&T) -> bool) -> Vec<T> {
-        let taken = self
-            .requests
-            .extract_if(.., |(_, request)| can_be_answered(request));
-        taken.map(|(_, request)| request).collect()
+        self.extract(|_, request| can_be_answered(request))
     }
 
     /// Takes out those that have to be answered now.
     pub fn take_expired(&mut self) -> Vec<T> {
         let now = Instant::now();
-        let expired = self.requests.extract_if(.., |(by, _)| *by <= now);
-        expired.map(|(_, request)| request).collect()
+        self.extract(|by, _| by <= now)
     }
 
-    /// When the next one has to be answered.
+    fn extract(&mut self, mut goes: impl FnMut(Instant, &T) -> bool) -> Vec<T> {
+        let requests = &mut self.requests;
+        let taken = requests.extract_if(.., |(by, request)| goes(*by, request));
+        taken.map(|(_, request)| request).collect()
+    }
+
+    /// Gives the time by which the next one has to be answered.
     pub fn next_expiry(&self) -> Option<Instant> {
         self.requests.iter().map(|(by, _)| *by).min()
     }
 }
 
 impl<R: Request> PendingRequests<Incoming<R>> {
-    /// Keeps a request until [`Incoming::answer_by`]; refuses it with `STATUS_BUSY` where too many are pending already.
+    /// Keeps a request until [`Incoming::answer_by`]; refuses it with `STATUS_BUSY` where too many
+    /// are pending already.
     pub fn keep_or_refuse(&mut self, incoming: Incoming<R>) {
         let answer_by = incoming.answer_by();
         if let Err(incoming) = self.keep(incoming, answer_by) {

@@ -2,15 +2,16 @@
 //!
 //! usage: `ppnpack-healthcheck [ADDRESS]`; without one, at `PPNPACK__ADMIN__LISTEN`.
 //!
-//! A program of its own: a container that starts its service's program every few seconds takes the processor from the service. The ppn
-//! service's brings libtorch along, whose loading stalls the network.
+//! A program of its own: a container that starts its service's program every few seconds takes the
+//! processor from the service. The ppn service's brings libtorch along, whose loading stalls the
+//! network.
 
 use std::net::SocketAddr;
 use std::process::ExitCode;
 
 const VARIABLE: &str = "PPNPACK__ADMIN__LISTEN";
 
-/// The exit code of a wrong command line or environment (`EX_USAGE`).
+/// Exit code of a wrong command line or environment (`EX_USAGE`).
 const EXIT_USAGE: u8 = 64;
 
 fn main() -> ExitCode {

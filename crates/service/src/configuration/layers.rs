@@ -10,10 +10,10 @@ use serde::de::DeserializeOwned;
 
 use super::{ConfigurationError, Sources, ZenohSettings};
 
-/// What environment variables of the configuration begin with.
+/// Prefix of environment variables that belong to the configuration.
 pub const ENVIRONMENT_PREFIX: &str = "PPNPACK__";
 
-/// What the last part of a key is that stands for a secret.
+/// Last parts of the keys of secrets.
 const SECRETS: [&str; 2] = ["token", "password"];
 
 /// Values from one origin.
@@ -33,7 +33,7 @@ impl Provider for Layer {
     }
 }
 
-/// One configuration from all sources, on top of how the service reaches Zenoh if nothing else is said.
+/// Reads one configuration from all sources, on top of the service's own way to reach Zenoh.
 pub(super) fn extract<T: DeserializeOwned>(
     sources: &Sources<'_>,
     zenoh: &ZenohSettings,
@@ -56,7 +56,10 @@ pub(super) fn extract<T: DeserializeOwned>(
         let (key, value) = assignment
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
-            .ok_or_else(|| ConfigurationError::Assignment(assignment.clone()))?;
+            .ok_or_else(|| ConfigurationError::Refused {
+                reason: format!("'{assignment}' is no KEY=VALUE, such as zenoh.mode=client"),
+                origin: "option --set".to_owned(),
+            })?;
         let key = key.trim();
         if SECRETS.contains(&key.rsplit('.').next().unwrap_or_default()) {
             let reason =
@@ -73,8 +76,9 @@ pub(super) fn extract<T: DeserializeOwned>(
     })
 }
 
-/// The keys that lead from where an error was noticed to the value that it is about: settings whose keys stand among
-/// those of others are read as a whole. It is the value without which that error does not come.
+/// Gives the keys that lead from the place where an error was noticed to its cause, the value
+/// without which it does not come. Settings whose keys stand among those of others are read as a
+/// whole.
 fn rest_of_path<T: DeserializeOwned>(figment: &Figment, error: &figment::Error) -> Vec<String> {
     let mut rest = Vec::new();
     let Ok(mut all) = figment.extract::<Dict>() else {
@@ -107,14 +111,15 @@ fn dict_at<'a>(dict: &'a mut Dict, path: &[&String]) -> Option<&'a mut Dict> {
 }
 
 fn file(path: &Path) -> Result<Layer, ConfigurationError> {
-    let text = std::fs::read_to_string(path).map_err(|source| ConfigurationError::Unreadable {
+    let unreadable = |reason: String| ConfigurationError::Unreadable {
         path: path.to_owned(),
-        source,
-    })?;
-    let not_toml = |error: &dyn Display| ConfigurationError::NotToml {
-        path: path.to_owned(),
-        reason: error.to_string().trim_end().to_owned(),
+        reason,
     };
+    let not_toml = |error: &dyn Display| {
+        let error = error.to_string();
+        unreadable(format!("it is not TOML: {}", error.trim_end()))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
     let table = toml::Table::from_str(&text).map_err(|error| not_toml(&error))?;
     let values = Value::serialize(table).map_err(|error| not_toml(&error))?;
     Ok(Layer {
@@ -125,13 +130,12 @@ fn file(path: &Path) -> Result<Layer, ConfigurationError> {
 
 fn layer(origin: String, key: &str, text: &str) -> Result<Layer, ConfigurationError> {
     let value = Value::serialize(value_of(text)).map_err(|error| refused(&error))?;
-    let values = figment::util::nest(key, value)
-        .into_dict()
-        .unwrap_or_default();
+    let values = figment::util::nest(key, value).into_dict();
+    let values = values.unwrap_or_default();
     Ok(Layer { origin, values })
 }
 
-/// A value of TOML; text that is none stands for itself.
+/// Reads a value of TOML; any other text stands for itself.
 fn value_of(text: &str) -> toml::Value {
     let table = format!("value = {text}").parse::<toml::Table>();
     let table = table.ok().filter(|table| table.len() == 1);
@@ -160,13 +164,7 @@ mod tests {
         assert_eq!(value_of("true"), true.into());
         assert_eq!(value_of("12"), 12.into());
         assert_eq!(value_of("\"12\""), "12".into());
-        for text in [
-            "planner-2",
-            "tcp/127.0.0.1:7447",
-            "1979-05-27",
-            "1\nother = 2",
-            "",
-        ] {
+        for text in ["tcp/127.0.0.1:7447", "1979-05-27", "1\nother = 2", ""] {
             assert_eq!(value_of(text), text.into());
         }
         assert!(value_of("[\"a\", \"b\"]").is_array());

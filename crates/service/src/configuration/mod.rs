@@ -1,4 +1,5 @@
-//! The configuration of a process: from a file, the environment and the command line, each stronger than the last.
+//! The configuration of a process: from a file, the environment and the command line, each stronger
+//! than the last.
 //!
 //! ```toml
 //! instance = "planner-1"              # of the service; unlike any other's
@@ -21,8 +22,9 @@
 //! [service]                           # what the service itself defines
 //! ```
 //!
-//! In the environment, `PPNPACK__ZENOH__CONNECT` is `zenoh.connect`; on the command line `--set zenoh.connect=...`.
-//! Values there are TOML; what is none is text. Text that looks like a number needs quotes of its own.
+//! In the environment, `PPNPACK__ZENOH__CONNECT` is `zenoh.connect`. On the command line it is
+//! `--set zenoh.connect=...`. Values there are TOML, and text where they are none. Text that looks
+//! like a number needs quotes of its own.
 
 mod layers;
 mod observability;
@@ -47,7 +49,7 @@ pub use secret::Secret;
 /// Checks that a setting lies within its limits.
 ///
 /// # Errors
-/// What the setting is, and what is possible.
+/// Names the setting, its value and the limits.
 pub fn in_range<T: PartialOrd + Display + Copy>(
     name: &str,
     value: T,
@@ -57,72 +59,60 @@ pub fn in_range<T: PartialOrd + Display + Copy>(
         return Ok(());
     }
     let (least, most) = limits.into_inner();
-    Err(format!(
-        "{name} is {value} where {least} to {most} is possible"
-    ))
+    let possible = format_args!("{least} to {most} is possible");
+    Err(format!("{name} is {value} where {possible}"))
 }
 
 /// Reads the names of cells, and of their containers, in the setting `cells`.
 ///
 /// # Errors
-/// Which name is none.
+/// Names the first that is no cell's name.
 pub fn cells(names: &[String]) -> Result<Vec<Cell>, String> {
     let cells = names.iter().map(|name| Cell::new(name));
     let cells: Result<_, _> = cells.collect();
     cells.map_err(|error| format!("cells: {error}"))
 }
 
-/// What a service itself has to configure: the section `[service]`. Its types refuse unknown keys
+/// The settings of a service itself: the section `[service]`. Its types refuse unknown keys
 /// (`#[serde(deny_unknown_fields)]`) and have a default for each.
 pub trait ServiceSettings: Serialize + DeserializeOwned + Default {
-    /// Checks what types cannot; the text says which key is wrong, and what would be right.
+    /// Checks what types cannot.
     ///
     /// # Errors
-    /// Where a value is not possible.
+    /// The key of an impossible value, and the possible ones.
     fn validate(&self) -> Result<(), String>;
 
-    /// Prepares what the service keeps on disk after a backup of it was put back: what was done since then is not known. Gives what
-    /// was done, for people.
+    /// Prepares the service's files after a backup of them was put back: what was done since then
+    /// is not known. Gives a report in words.
     ///
     /// # Errors
-    /// Where it keeps nothing, or that cannot be read or written.
+    /// The reason in words, as where the service keeps no files, or cannot read or write them.
     fn after_restore(&self) -> Result<String, String> {
         Err("this service keeps nothing that could be restored".to_owned())
     }
 
-    /// How Zenoh is reached where the configuration does not say it.
+    /// Gives the settings of Zenoh where the configuration has none.
     fn zenoh() -> ZenohSettings {
         ZenohSettings::default()
     }
 }
 
-/// Why a configuration was refused.
+/// The reason for which a configuration was refused.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigurationError {
-    /// The file cannot be read.
-    #[error("the configuration {} cannot be read: {source}", path.display())]
+    /// The file cannot be read, or is not TOML.
+    #[error("the configuration {} cannot be read: {reason}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The file is not TOML.
-    #[error("{} is not TOML: {reason}", path.display())]
-    NotToml {
-        /// The file.
-        path: PathBuf,
-        /// What the parser says, with the place.
+        /// The reason, with the place.
         reason: String,
     },
-    /// `--set` was given something else than an assignment.
-    #[error("'{0}' is no setting: give KEY=VALUE, such as zenoh.mode=client")]
-    Assignment(String),
-    /// A key is not known, or has a value of another kind.
+    /// A key is not known, or has a value of another kind; or an option is no assignment.
     #[error("{reason} (from {origin})")]
     Refused {
-        /// The key and what is wrong.
+        /// The key and the fault.
         reason: String,
         /// The file, the environment variable or the option.
         origin: String,
@@ -132,7 +122,7 @@ pub enum ConfigurationError {
     Invalid {
         /// The key.
         key: String,
-        /// What is wrong, and what would be right.
+        /// The fault, and the possible values.
         reason: String,
     },
 }
@@ -150,15 +140,10 @@ fn check(
     value: f64,
     limits: RangeInclusive<f64>,
 ) -> Result<(), ConfigurationError> {
-    if limits.contains(&value) {
-        return Ok(());
-    }
-    let (least, most) = limits.into_inner();
-    let reason = format_args!("{least} to {most} is possible");
-    Err(ConfigurationError::invalid(key, reason))
+    in_range("it", value, limits).map_err(|reason| ConfigurationError::invalid(key, reason))
 }
 
-/// Where configurations come from.
+/// The sources of a configuration.
 #[derive(Debug, Default)]
 pub struct Sources<'a> {
     /// The file, if there is one.
@@ -177,11 +162,11 @@ pub struct Sources<'a> {
     bound(deserialize = "S: ServiceSettings")
 )]
 pub struct Configuration<S> {
-    /// The name of this process among those of its service; the service and "-1" where it is not given.
+    /// The name of this process among those of its service; by default the service's and "-1".
     pub instance: String,
-    /// How long what is in flight may take after SIGTERM, in seconds.
+    /// Maximum time after SIGTERM for the work in flight, in seconds.
     pub shutdown_grace_s: f64,
-    /// How Zenoh is reached.
+    /// The way to reach Zenoh.
     pub zenoh: ZenohSettings,
     /// The admin port.
     pub admin: AdminSettings,
@@ -208,7 +193,7 @@ impl<S: ServiceSettings> Default for Configuration<S> {
 }
 
 impl<S: ServiceSettings> Configuration<S> {
-    /// Reads and checks a configuration, and fills in what depends on other values.
+    /// Reads and checks a configuration, and fills in the values that depend on others.
     ///
     /// # Errors
     /// [`ConfigurationError`]
@@ -233,7 +218,7 @@ impl<S: ServiceSettings> Configuration<S> {
             .map_err(|reason| ConfigurationError::invalid("service", reason))
     }
 
-    /// The name of this process.
+    /// Reads the name of this process.
     ///
     /// # Errors
     /// [`ConfigurationError::Invalid`] where it is none.
@@ -242,20 +227,21 @@ impl<S: ServiceSettings> Configuration<S> {
             .map_err(|error| ConfigurationError::invalid("instance", error))
     }
 
-    /// How long what is in flight may take at the end.
+    /// Gives the maximum time for the work in flight at the end.
     pub fn shutdown_grace(&self) -> Duration {
         Duration::try_from_secs_f64(self.shutdown_grace_s).unwrap_or_default()
     }
 
-    /// The configuration as TOML; secrets are `***`.
+    /// Writes the configuration as TOML; secrets are `***`.
     ///
     /// # Errors
-    /// Where the service has settings that TOML cannot express.
+    /// Fails where the service has settings that TOML cannot express.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
 
-    /// The first 16 hexadecimal digits of the BLAKE3 hash of all but the instance's name: replicas have the same.
+    /// Gives the first 16 hexadecimal digits of the BLAKE3 hash of all but the instance's name, so
+    /// that replicas have the same.
     pub fn hash(&self) -> String {
         let mut table = toml::Table::try_from(self).unwrap_or_default();
         table.remove("instance");

@@ -11,16 +11,16 @@ use super::{ConfigurationError, check};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdminSettings {
-    /// Where it listens.
+    /// The address that it listens on.
     pub listen: AdminListen,
 }
 
-/// Where the admin port listens: `"off"`, or an address such as `"127.0.0.1:9100"`.
+/// The address of the admin port, such as `"127.0.0.1:9100"`, or `"off"`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AdminListen {
-    /// Nowhere.
+    /// No admin port.
     Off,
-    /// There; at port 0 the system chooses one.
+    /// This address; at port 0 the system chooses one.
     At(SocketAddr),
 }
 
@@ -46,9 +46,8 @@ impl<'de> Deserialize<'de> for AdminListen {
             return Ok(Self::Off);
         }
         text.parse().map(Self::At).map_err(|_| {
-            serde::de::Error::custom(format!(
-                "'{text}' is no address and port such as 127.0.0.1:9100, nor \"off\""
-            ))
+            let wanted = "address and port such as 127.0.0.1:9100, nor \"off\"";
+            serde::de::Error::custom(format_args!("'{text}' is no {wanted}"))
         })
     }
 }
@@ -59,11 +58,12 @@ impl<'de> Deserialize<'de> for AdminListen {
 pub struct LogSettings {
     /// For people or for programs.
     pub format: LogFormat,
-    /// What is written, as directives of `tracing-subscriber`: `info`, or `info,ppnpack_planner=debug`.
+    /// The events that are written, as directives of `tracing-subscriber`: `info`, or
+    /// `info,ppnpack_planner=debug`.
     pub filter: String,
 }
 
-/// How a line of the log looks.
+/// The format of a line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LogFormat {
@@ -93,7 +93,8 @@ impl LogSettings {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TelemetrySettings {
-    /// Where spans are sent, as OTLP over HTTP, such as `http://127.0.0.1:4318/v1/traces`. Not given: there are none.
+    /// The collector that spans are sent to as OTLP over HTTP, such as
+    /// `http://127.0.0.1:4318/v1/traces`, if any.
     pub otlp: Option<String>,
     /// The share of traces that are recorded, of those that begin here.
     pub sampled_share: f64,
@@ -114,7 +115,8 @@ impl TelemetrySettings {
             && !endpoint.starts_with("http://")
         {
             let reason = format!(
-                "'{endpoint}' is no address such as http://127.0.0.1:4318/v1/traces; a collector at hand takes it on from there"
+                "'{endpoint}' is no address such as http://127.0.0.1:4318/v1/traces; a collector \
+                 at hand takes it on from there"
             );
             return Err(ConfigurationError::invalid("telemetry.otlp", reason));
         }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// What stands for a secret where one would be shown.
+/// The text that is shown in place of a secret.
 const HIDDEN: &str = "***";
 
 /// Text that is shown to nobody: not in logs, not by `--print-config`.
@@ -12,7 +12,7 @@ const HIDDEN: &str = "***";
 pub struct Secret(String);
 
 impl Secret {
-    /// The text itself.
+    /// Gives the text itself.
     pub fn reveal(&self) -> &str {
         &self.0
     }

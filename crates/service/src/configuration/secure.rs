@@ -1,4 +1,5 @@
-//! What has to be so where there are certificates: they are of no use beside an open door.
+//! Conditions on endpoints and keys where there are certificates, which are of no use beside an
+//! open door.
 
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -7,14 +8,15 @@ use serde_json::Value;
 
 use super::{ConfigurationError, Mode};
 
-/// What others may do with a key that is not theirs: the group may read it, as where a cluster hands it out.
+/// Permissions that nobody else may have on a key. Its group may read it, as where a cluster hands
+/// it out.
 const NOT_OF_A_KEY: u32 = 0o037;
 
 /// Checks the doors of a process, as Zenoh is told of them, from whatever file.
 ///
 /// # Errors
-/// [`ConfigurationError::Invalid`] where an endpoint is plain beside certificates, nobody vouches for those of others, whoever has one
-/// may do everything, or others may read a key.
+/// [`ConfigurationError::Invalid`] where an endpoint is plain beside certificates, nobody vouches
+/// for those of others, whoever has one may do everything, or others may read a key.
 pub(super) fn check(mode: Mode, config: &zenoh::Config) -> Result<(), ConfigurationError> {
     let said = |path: &str| -> Value {
         let text = config.get_json(path).unwrap_or_default();
@@ -26,12 +28,9 @@ pub(super) fn check(mode: Mode, config: &zenoh::Config) -> Result<(), Configurat
         Mode::Peer | Mode::Router => endpoints(mode, &said("listen/endpoints")),
     };
     let connect = endpoints(mode, &said("connect/endpoints"));
-    let files = [
-        "root_ca_certificate",
-        "listen_certificate",
-        "connect_certificate",
-    ];
-    let has_certificates = files.iter().any(|name| !tls(name).is_null());
+    let files = ["root_ca", "listen", "connect"];
+    let has = |name: &&str| !tls(&format!("{name}_certificate")).is_null();
+    let has_certificates = files.iter().any(has);
     let is_secure = |endpoint: &String| endpoint.starts_with("tls/");
     for (key, endpoints) in [("zenoh.listen", &listen), ("zenoh.connect", &connect)] {
         if has_certificates && let Some(plain) = endpoints.iter().find(|one| !is_secure(one)) {
@@ -47,8 +46,9 @@ pub(super) fn check(mode: Mode, config: &zenoh::Config) -> Result<(), Configurat
     let is_closed = said("access_control/enabled") == true
         && said("access_control/default_permission") == "deny";
     if listen.iter().any(is_secure) && !is_closed {
-        let reason = "who listens with a certificate needs access control that is enabled and denies by default, or whoever has a \
-                      certificate may do everything: deploy/secure/make makes it (router/access.json5)";
+        let reason = "who listens with a certificate needs access control that is enabled and \
+                      denies by default, or whoever has a certificate may do everything: \
+                      deploy/secure/make makes it (router/access.json5)";
         return Err(ConfigurationError::invalid("zenoh.file", reason));
     }
     for name in ["listen_private_key", "connect_private_key"] {
@@ -59,7 +59,7 @@ pub(super) fn check(mode: Mode, config: &zenoh::Config) -> Result<(), Configurat
     Ok(())
 }
 
-/// The endpoints of a mode: Zenoh's are one list, or one for each.
+/// Gives the endpoints of a mode: Zenoh's are one list, or one for each mode.
 fn endpoints(mode: Mode, said: &Value) -> Vec<String> {
     let of_mode = serde_json::to_value(mode).unwrap_or_default();
     let of_mode = of_mode.as_str().and_then(|mode| said.get(mode));

@@ -1,4 +1,4 @@
-//! How Zenoh is reached: `[zenoh]`.
+//! The way to reach Zenoh: `[zenoh]`.
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -10,10 +10,10 @@ use x509_parser::pem::Pem;
 
 use super::{ConfigurationError, Secret, check, secure};
 
-/// Where clients look for a router if nothing else is said.
+/// Default endpoint of a client.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
 
-/// What a message may have beside its content: its key and the like.
+/// Maximum size of a message beside its content: its key and the like.
 const MESSAGE_OVERHEAD_BYTES: usize = 1 << 20;
 
 /// A cloud of a million points as drivers of ROS write them, with colour: 32 bytes a point.
@@ -62,7 +62,7 @@ impl<'de> Deserialize<'de> for Endpoints {
     }
 }
 
-/// How Zenoh is reached. Multicast scouting is always off: it fails silently in containers.
+/// The way to reach Zenoh. Multicast scouting is always off: it fails silently in containers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ZenohSettings {
@@ -72,7 +72,7 @@ pub struct ZenohSettings {
     pub connect: Option<Endpoints>,
     /// Endpoints that it listens on.
     pub listen: Endpoints,
-    /// What all keys begin with on the network, so that several stacks can share it.
+    /// Prefix of all keys on the network, so that several stacks can share it.
     pub namespace: Option<String>,
     /// Certificates, for endpoints that begin with `tls/`.
     pub tls: TlsSettings,
@@ -82,13 +82,14 @@ pub struct ZenohSettings {
     pub password: Option<Secret>,
     /// A file with lines `user:password`: those who may connect to this process.
     pub users_file: Option<PathBuf>,
-    /// The largest message that is received, in bytes: a larger one does not arrive.
+    /// Maximum size of a message, in bytes: a larger one does not arrive.
     pub max_message_bytes: usize,
-    /// The most others that may be connected to this process.
+    /// Maximum number of others that are connected to this process.
     pub max_sessions: usize,
-    /// After how long of silence another counts as gone, in seconds.
+    /// Time of silence after which another counts as gone, in seconds.
     pub lease_s: f64,
-    /// A Zenoh configuration (JSON5) to begin with, such as one with access control. What is said here is stronger.
+    /// A Zenoh configuration (JSON5) to begin with, such as one with access control. The settings
+    /// here are stronger.
     pub file: Option<PathBuf>,
 }
 
@@ -96,7 +97,7 @@ pub struct ZenohSettings {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TlsSettings {
-    /// Who signs the certificates of others.
+    /// The authority that signs the certificates of others.
     pub root_ca: Option<PathBuf>,
     /// This process's certificate. Where it is given, others need one too (mutual TLS).
     pub certificate: Option<PathBuf>,
@@ -128,7 +129,8 @@ impl Default for ZenohSettings {
             user: None,
             password: None,
             users_file: None,
-            // A router may have to keep as much for each priority of all who connect: larger clouds have to be asked for.
+            // A router may have to keep as much for each priority of all who connect: larger clouds
+            // have to be asked for.
             max_message_bytes: USUAL_CLOUD_BYTES + MESSAGE_OVERHEAD_BYTES,
             max_sessions: 256,
             lease_s: 3.0,
@@ -138,7 +140,8 @@ impl Default for ZenohSettings {
 }
 
 impl ZenohSettings {
-    /// The same, with room for the largest clouds: for who hears only of its own router, or is one for this machine.
+    /// Makes room for the largest clouds: for clients of their own router, or a router of this
+    /// machine.
     #[must_use]
     pub fn with_largest_clouds(self) -> Self {
         Self {
@@ -147,16 +150,15 @@ impl ZenohSettings {
         }
     }
 
-    /// Fills in what depends on the mode.
+    /// Fills in the endpoint of a client.
     pub(super) fn fill_in(&mut self) {
-        let mode = self.mode;
-        self.connect.get_or_insert_with(|| match mode {
-            Mode::Client => Endpoints(vec![DEFAULT_ROUTER.to_owned()]),
-            Mode::Peer | Mode::Router => Endpoints::default(),
-        });
+        let is_client = self.mode == Mode::Client;
+        let default = is_client.then(|| DEFAULT_ROUTER.to_owned());
+        self.connect
+            .get_or_insert(Endpoints(Vec::from_iter(default)));
     }
 
-    /// What it connects to.
+    /// Gives the endpoints that it connects to.
     pub(crate) fn connect(&self) -> &[String] {
         self.connect.as_ref().map_or(&[], |endpoints| &endpoints.0)
     }
@@ -193,7 +195,7 @@ impl ZenohSettings {
         secure::check(self.mode, &self.to_zenoh()?)
     }
 
-    /// As Zenoh wants it.
+    /// Makes Zenoh's configuration.
     ///
     /// # Errors
     /// [`ConfigurationError::Invalid`] where Zenoh does not take a value.
@@ -204,36 +206,27 @@ impl ZenohSettings {
             None => zenoh::Config::default(),
         };
         for (key, path, value) in self.entries() {
-            if value.is_null() {
-                continue;
+            if !value.is_null() {
+                let inserted = config.insert_json5(&path, &value.to_string());
+                inserted.map_err(|error| ConfigurationError::invalid(key, error))?;
             }
-            config
-                .insert_json5(&path, &value.to_string())
-                .map_err(|error| ConfigurationError::invalid(key, error))?;
         }
         Ok(config)
     }
 
-    /// What Zenoh is told; null where it is told nothing.
+    /// Gives the entries for Zenoh's configuration; null is none.
     fn entries(&self) -> impl Iterator<Item = Entry> {
         let lease_ms = (self.lease_s * 1000.0) as u64;
         // Zenoh listens on all interfaces where it is told nothing.
         let is_said = |list: &[String]| self.file.is_none() || !list.is_empty();
         let endpoints = |list: &[String]| json!(is_said(list).then_some(list));
         let (connect, listen) = (endpoints(self.connect()), endpoints(&self.listen.0));
-        let (max_bytes, max_sessions) = (self.max_message_bytes, self.max_sessions);
+        let max_size = "transport/link/rx/max_message_size";
+        let max_sessions = "transport/unicast/max_sessions";
         let own = [
             ("mode", "mode", json!(self.mode)),
-            (
-                "max_message_bytes",
-                "transport/link/rx/max_message_size",
-                json!(max_bytes),
-            ),
-            (
-                "max_sessions",
-                "transport/unicast/max_sessions",
-                json!(max_sessions),
-            ),
+            ("max_message_bytes", max_size, json!(self.max_message_bytes)),
+            ("max_sessions", max_sessions, json!(self.max_sessions)),
             ("lease_s", "transport/link/tx/lease", json!(lease_ms)),
             ("connect", "connect/endpoints", connect),
             ("listen", "listen/endpoints", listen),
@@ -259,18 +252,15 @@ impl ZenohSettings {
 }
 
 impl TlsSettings {
-    /// When the first of the certificates of each file ends, in seconds since 1970, with the name of the setting.
+    /// Gives the end of the first certificate of each file to end, in seconds since 1970, with the
+    /// name of the setting.
     ///
     /// # Errors
     /// [`ConfigurationError::Invalid`] where a file has no certificate.
     pub(crate) fn ends(&self) -> Result<Vec<(&'static str, i64)>, ConfigurationError> {
-        let files = [
-            ("certificate", &self.certificate),
-            ("root_ca", &self.root_ca),
-        ];
-        let given = files
-            .into_iter()
-            .filter_map(|(name, path)| Some((name, path.as_ref()?)));
+        let own = self.certificate.as_ref().map(|path| ("certificate", path));
+        let authority = self.root_ca.as_ref().map(|path| ("root_ca", path));
+        let given = own.into_iter().chain(authority);
         let ends = given.map(|(name, path)| {
             let refused = |reason: &dyn Display| {
                 let reason = format!("{} is no certificate: {reason}", path.display());
@@ -291,28 +281,18 @@ impl TlsSettings {
 
     fn entries(&self) -> impl Iterator<Item = Entry> {
         let is_mutual = self.certificate.as_ref().map(|_| true);
+        let (certificate, private_key) = (&self.certificate, &self.private_key);
+        let verifies = self.verify_name;
         let entries = [
             ("root_ca", "root_ca_certificate", json!(self.root_ca)),
-            ("certificate", "listen_certificate", json!(self.certificate)),
-            (
-                "certificate",
-                "connect_certificate",
-                json!(self.certificate),
-            ),
+            ("certificate", "listen_certificate", json!(certificate)),
+            ("certificate", "connect_certificate", json!(certificate)),
             ("certificate", "enable_mtls", json!(is_mutual)),
             // Who could not connect any more does not stay connected either.
             ("certificate", "close_link_on_expiration", json!(is_mutual)),
-            ("private_key", "listen_private_key", json!(self.private_key)),
-            (
-                "private_key",
-                "connect_private_key",
-                json!(self.private_key),
-            ),
-            (
-                "verify_name",
-                "verify_name_on_connect",
-                json!(self.verify_name),
-            ),
+            ("private_key", "listen_private_key", json!(private_key)),
+            ("private_key", "connect_private_key", json!(private_key)),
+            ("verify_name", "verify_name_on_connect", json!(verifies)),
         ];
         entries.into_iter().map(|(key, path, value)| {
             let path = format!("transport/link/tls/{path}");
@@ -321,7 +301,7 @@ impl TlsSettings {
     }
 }
 
-/// What is the same for every process: paths in Zenoh's configuration with their values.
+/// Gives the entries that are the same for every process: paths with their values.
 fn fixed_entries(mode: Mode) -> [(&'static str, Value); 7] {
     let retry =
         json!({"period_init_ms": 100, "period_max_ms": 1000, "period_increase_factor": 2.0});
@@ -329,7 +309,8 @@ fn fixed_entries(mode: Mode) -> [(&'static str, Value); 7] {
     let scouting_delay = (mode == Mode::Router).then_some(0);
     // A router asks itself where it listens, and who is connected.
     let tells = (mode == Mode::Router).then_some(true);
-    // A reader that does not read is cut off after so long; until then it holds up who writes to it.
+    // A reader that does not read is cut off after so long; until then it holds up who writes to
+    // it.
     let block_us = json!(2_000_000);
     let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
     [
@@ -338,8 +319,9 @@ fn fixed_entries(mode: Mode) -> [(&'static str, Value); 7] {
         ("connect/retry", retry),
         ("transport/unicast/open_timeout", json!(2000)),
         (block, block_us),
-        // What streams have waiting on a link, in batches of 64 KiB: with Zenoh's two, a record or a cloud, which takes several, is dropped
-        // where the machine is busy for a few milliseconds. It is the most that Zenoh allows.
+        // Maximum number of batches of 64 KiB that wait on a link, and the most that Zenoh allows.
+        // A record or a cloud takes several: with Zenoh's two it is dropped where the machine is
+        // busy for a few milliseconds.
         ("transport/link/tx/queue/size/data", json!(16)),
         ("scouting/delay", json!(scouting_delay)),
         ("adminspace/enabled", json!(tells)),

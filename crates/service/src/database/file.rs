@@ -12,7 +12,7 @@ use redb::{Database, ReadableDatabase, ReadableTable, WriteTransaction};
 use super::mark::Mark;
 use super::{FORMAT, Fault, OwnFault, REVISION_KEY, VERSION_KEY, builder, guarded, read};
 
-/// A database, and where its file is.
+/// A database with its file.
 pub struct DatabaseFile {
     database: Database,
     /// `None` in memory.
@@ -35,7 +35,7 @@ impl Place {
         })
     }
 
-    /// Whether the path still leads to the file that is open.
+    /// Says whether the path still leads to the file that is open.
     fn is_kept(&self) -> bool {
         let there = fs::metadata(&self.path);
         there.is_ok_and(|there| identity(&there) == self.file)
@@ -46,11 +46,11 @@ fn identity(metadata: &fs::Metadata) -> (u64, u64) {
     (metadata.dev(), metadata.ino())
 }
 
-/// Opens a file, and begins it where there is none. What another program, or the disk, changed in
-/// it is found here; so is an older copy of it.
+/// Opens a file, and begins it where there is none. A change of it by another program, or the disk,
+/// is found here; so is an older copy of it.
 ///
 /// # Errors
-/// [`Fault`] says why that cannot be.
+/// [`Fault`]
 pub fn open<Own: OwnFault>(path: &Path) -> Result<DatabaseFile, Fault<Own>> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
@@ -75,14 +75,13 @@ pub fn open<Own: OwnFault>(path: &Path) -> Result<DatabaseFile, Fault<Own>> {
     })
 }
 
-/// A new database in memory, which is lost with the process.
+/// Makes a database in memory, which is lost with the process.
 ///
 /// # Errors
-/// [`Fault`] says why that cannot be.
+/// [`Fault`]
 pub fn in_memory<Own: OwnFault>() -> Result<DatabaseFile, Fault<Own>> {
-    Ok(builder()
-        .create_with_backend(InMemoryBackend::new())?
-        .into())
+    let database = builder().create_with_backend(InMemoryBackend::new())?;
+    Ok(database.into())
 }
 
 impl From<Database> for DatabaseFile {
@@ -103,8 +102,8 @@ impl Deref for DatabaseFile {
 }
 
 impl DatabaseFile {
-    /// Writes what the work does, as this version, and counts the revision up. It is on disk when
-    /// this returns.
+    /// Writes the changes of the work, as this version, and counts the revision up. They are on
+    /// disk when this returns.
     ///
     /// # Errors
     /// [`Fault::Moved`] where the path does not lead to the file any more; that of the work, or of
@@ -114,9 +113,7 @@ impl DatabaseFile {
         version: u64,
         work: impl FnOnce(&mut WriteTransaction) -> Result<(), Fault<Own>>,
     ) -> Result<(), Fault<Own>> {
-        if let Some(place) = &self.place
-            && !place.is_kept()
-        {
+        if let Some(place) = self.place.as_ref().filter(|place| !place.is_kept()) {
             return Err(Fault::Moved(place.path.clone()));
         }
         let mut transaction = self.database.begin_write()?;

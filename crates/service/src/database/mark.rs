@@ -1,17 +1,17 @@
-//! How far a file has come, noted beside it.
+//! The mark of a database: the number of its last commit, in a file beside it.
 //!
-//! A database whose last commit is damaged goes on with the one before, as after a crash in the middle of the last. By the mark,
-//! which is written once a commit is on disk, the two are told apart. It is not waited for: after a power failure it may be behind,
-//! never ahead.
+//! A database whose last commit is damaged goes on with the one before, as after a crash in the
+//! middle of the last. The mark tells the two apart, as it is written once a commit is on disk.
+//! Nobody waits for it: after a power failure it may be behind, never ahead.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The number of the last commit, and its complement.
+/// Size of a mark: the number of the last commit, and its complement.
 const BYTES: usize = 16;
 
-/// Where the mark of a database is.
+/// Gives the path of a database's mark.
 fn path_of(database: &Path) -> PathBuf {
     let mut name = database.as_os_str().to_owned();
     name.push(".revision");
@@ -29,7 +29,7 @@ impl Mark {
         options.open(path_of(database)).map(Self)
     }
 
-    /// The number of a commit that was on disk; zero where the mark is new or damaged.
+    /// Reads the number of a commit that was on disk; zero where the mark is new or damaged.
     pub(super) fn read(&mut self) -> io::Result<u64> {
         let mut bytes = [0; BYTES];
         self.0.seek(SeekFrom::Start(0))?;
@@ -45,20 +45,17 @@ impl Mark {
     /// Notes that a commit is on disk. Where that fails, the mark stays behind and tells less.
     pub(super) fn write(&mut self, revision: u64) {
         let noted = u128::from(revision) | u128::from(!revision) << 64;
-        let written = self
-            .0
-            .seek(SeekFrom::Start(0))
-            .and_then(|_| self.0.write_all(&noted.to_le_bytes()));
-        if let Err(error) = written {
+        let begun = self.0.seek(SeekFrom::Start(0));
+        if let Err(error) = begun.and_then(|_| self.0.write_all(&noted.to_le_bytes())) {
             tracing::warn!(%error, revision, "the mark of a database cannot be written");
         }
     }
 }
 
-/// Forgets the mark of a database that is put aside, or of which an older copy counts from now on.
+/// Removes the mark of a database that is put aside, or of which an older copy counts from now on.
 ///
 /// # Errors
-/// What the system says.
+/// Those of the system.
 pub fn remove(database: &Path) -> io::Result<()> {
     match fs::remove_file(path_of(database)) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),

@@ -1,14 +1,14 @@
-//! Who has a cell, over real sessions.
+//! Leases over real sessions.
 
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread::{self, JoinHandle};
 
-use ppnpack_wire::keys::Key;
+use ppnpack_wire::keys::{Key, Start};
+use zenoh::Wait;
 
 use crate::embedded::{self, Hub};
-use crate::health::Health;
-use crate::process::Identity;
+use crate::process::Core;
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 
@@ -27,23 +27,14 @@ fn name() -> Instance {
 
 /// A bridge that ends by itself; all have one name.
 fn bridge(hub: &Hub, nonce: u64) -> Process {
-    let mut identity = Identity::new(Service::Bridge, name(), String::new());
-    identity.start.nonce = nonce;
-    let shutdown = Shutdown::default();
-    let supervisor = Supervisor::new(shutdown.clone());
+    let supervisor = Supervisor::new(Shutdown::default());
+    let mut core = Core::new(Service::Bridge, name(), String::new(), supervisor);
+    core.nonce = nonce;
     let session = embedded::session(hub).unwrap();
-    let process = Process::new(
-        session,
-        ppnpack_wire::MAX_MESSAGE_BYTES,
-        Arc::new(identity),
-        Health::default(),
-        shutdown,
-        supervisor,
-    );
-    process.unwrap()
+    Process::new(session, ppnpack_wire::MAX_MESSAGE_BYTES, Arc::new(core)).unwrap()
 }
 
-/// What a bridge takes, one cell after the other.
+/// The leases that a bridge takes, one cell after the other.
 struct Taking {
     taken: Receiver<(Option<Cell>, Lease)>,
     thread: JoinHandle<Result<(), ServiceError>>,
@@ -112,7 +103,7 @@ fn another_of_the_same_name_is_waited_for_while_free_cells_are_served() {
 
     // The first one is back, as after a cut, and knows nothing of what the second did.
     let latch = first.health().check("lease");
-    let _back = Wanted::new(cell("c1")).take(&first, latch).unwrap();
+    let _back = Wanted::of(cell("c1")).take(&first, latch).unwrap();
     assert!(first.shutdown().wait_timeout(PATIENCE));
     let fault = first.supervisor().fault().unwrap();
     assert!(fault.contains("another bridge, instance bridge-1, serves cell c1"));
@@ -123,14 +114,10 @@ fn another_of_the_same_name_is_waited_for_while_free_cells_are_served() {
 fn of_two_that_start_together_exactly_one_stays() {
     let hub = embedded::hub().unwrap();
     let (first, later) = (bridge(&hub, 1), bridge(&hub, 2));
-    let start_of = |process: &Process| process.identity().start;
     // Both have found nobody, and neither watches yet when the other announces itself.
-    let _tokens = [&later, &first].map(|process| {
-        let cell = cell("c1");
-        alive::announce_start(process, cell.as_ref(), start_of(process)).unwrap()
-    });
-    let _watching =
-        [&later, &first].map(|process| watch(process, cell("c1"), start_of(process)).unwrap());
+    let both = [&later, &first];
+    let _tokens = both.map(|process| alive::announce(process, cell("c1").as_ref()).unwrap());
+    let _watching = both.map(|process| watch(process, cell("c1"), 0).unwrap());
     assert!(later.shutdown().wait_timeout(PATIENCE));
     assert!(!first.shutdown().wait_timeout(ANSWER_LIMIT));
 }
@@ -171,7 +158,8 @@ fn who_waits_takes_nothing_over_while_the_router_is_away_and_comes_back() {
 
 #[test]
 fn two_starts_of_one_name_are_told_apart() {
-    let started = || Identity::new(Service::Bridge, name(), String::new()).start;
+    let supervisor = Supervisor::new(Shutdown::default());
+    let started = || Core::new(Service::Bridge, name(), String::new(), supervisor.clone());
     assert_ne!(started().nonce, started().nonce);
 }
 

@@ -18,28 +18,28 @@ use zenoh::{Session, Wait};
 
 use super::error::{CallError, Refusal};
 use super::trace;
-use crate::alive::Found;
 use crate::metrics::{self, Metric};
 use crate::payload;
 
-/// How long to wait before a request that nobody answered is sent again: at first, and at most.
+/// Minimum and maximum pause before a request that nobody answered is sent again.
 const FIRST_PAUSE: Duration = Duration::from_millis(5);
 const LONGEST_PAUSE: Duration = Duration::from_millis(100);
 
-/// How long to wait for an answer before a request is sent again: at first; each time twice as long. A request may be lost without
-/// anybody being told, as when who was to answer is killed while it is on its way.
+/// Minimum wait for an answer before a request is sent again; each time twice as long. A request
+/// may be lost without anybody being told, as when who was to answer is killed meanwhile.
 const FIRST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// Zenoh keeps a request so much longer than its caller, so that the caller is the one who gives up.
+/// Time that Zenoh keeps a request beyond its caller's patience: the caller is to give up first.
 const ZENOH_MARGIN: Duration = Duration::from_millis(100);
 
-/// The most replies, and ends of them, that are kept for the caller to look at.
+/// Maximum number of replies, and ends of them, that are kept for the caller.
 const KEPT_EVENTS: usize = 16;
 
-/// Numbers the requests of this operating-system process.
+/// The number of requests of this operating-system process.
 static REQUESTS: AtomicU64 = AtomicU64::new(0);
 
-/// Asks others. Requests get a fresh id unless they have one; their time limit is what is left to the deadline.
+/// Asks others. Requests get a fresh id unless they have one; their time limit is what is left to
+/// the deadline.
 #[derive(Debug, Clone)]
 pub struct Client {
     session: Session,
@@ -48,7 +48,7 @@ pub struct Client {
 }
 
 impl Client {
-    /// A client on a session.
+    /// Makes a client on a session.
     pub fn new(session: &Session) -> Self {
         Self {
             session: session.clone(),
@@ -64,7 +64,8 @@ impl Client {
         self
     }
 
-    /// Asks planners as the controller of this packing session: they refuse it once another session is under way.
+    /// Asks planners as the controller of this packing session: they refuse it once another session
+    /// is under way.
     #[must_use]
     pub fn of_session(mut self, session_id: &str) -> Self {
         self.session_id = Some(session_id.to_owned());
@@ -81,7 +82,7 @@ impl Client {
         request: R,
         deadline: Instant,
     ) -> Result<R::Reply, CallError> {
-        self.insist(&Target::of::<R>(cell, None)?, request, deadline)
+        self.insist(Target::of::<R>(cell, None)?, request, deadline)
     }
 
     /// Asks this instance, and again where it does not answer, until the deadline.
@@ -95,10 +96,10 @@ impl Client {
         request: R,
         deadline: Instant,
     ) -> Result<R::Reply, CallError> {
-        self.insist(&Target::of::<R>(cell, Some(instance))?, request, deadline)
+        self.insist(Target::of::<R>(cell, Some(instance))?, request, deadline)
     }
 
-    /// Asks an instance of a service for its health, and again where it does not answer, until the deadline.
+    /// Asks an instance for its health, and again where it does not answer, until the deadline.
     ///
     /// # Errors
     /// [`CallError`]
@@ -109,29 +110,28 @@ impl Client {
         deadline: Instant,
     ) -> Result<v1::HealthReply, CallError> {
         let target = Target::new(None, service, Method::Health, Some(instance));
-        self.insist(&target, v1::HealthRequest::default(), deadline)
+        self.insist(target, v1::HealthRequest::default(), deadline)
     }
 
-    /// Asks these instances for their health, each once and all at the same time. The answers are in their order.
-    pub fn health_of_all(
+    /// Asks these instances for their health, each once and all at the same time. The answers are
+    /// in their order.
+    pub(crate) fn health_of_all<'a>(
         &self,
-        instances: &[Found],
+        instances: impl Iterator<Item = (Service, &'a Instance)>,
         deadline: Instant,
     ) -> Vec<Result<v1::HealthReply, CallError>> {
-        let begin = |Found {
-                         service, instance, ..
-                     }: &Found| {
-            let target = Target::new(None, *service, Method::Health, Some(instance));
-            self.begin(&target, &mut v1::HealthRequest::default(), deadline)
+        let begin = |(service, instance)| {
+            let target = Target::new(None, service, Method::Health, Some(instance));
+            self.begin(target, &mut v1::HealthRequest::default(), deadline)
         };
-        let calls: Vec<_> = instances.iter().map(begin).collect();
+        let calls: Vec<_> = instances.map(begin).collect();
         let answers = calls.into_iter().map(|call| call?.wait());
         answers.collect()
     }
 
     fn insist<R: Request>(
         &self,
-        target: &Target,
+        target: Target,
         mut request: R,
         deadline: Instant,
     ) -> Result<R::Reply, CallError> {
@@ -146,38 +146,35 @@ impl Client {
                 Err(CallError::TimedOut) if Instant::now() < deadline => patience *= 2,
                 result => return call.ended(result),
             }
-            self.send(target, &mut request, &mut call)?;
+            self.send(&mut request, &mut call)?;
         }
     }
 
     fn begin<R: Request>(
         &self,
-        target: &Target,
+        target: Target,
         request: &mut R,
         deadline: Instant,
     ) -> Result<PendingCall<R>, CallError> {
-        let (service, method) = (target.service, target.method);
         let (sender, events) = sync_channel(KEPT_EVENTS);
         let mut call = PendingCall {
             sender,
             events,
             under_way: 0,
             request_id: String::new(),
-            service,
-            method,
             began: Instant::now(),
             deadline,
-            span: trace::calling(service, method),
+            span: trace::calling(target.service, target.method),
+            target,
             request: PhantomData,
         };
-        self.send(target, request, &mut call)?;
+        self.send(request, &mut call)?;
         Ok(call)
     }
 
     /// Sends the request of a call, maybe once more, under the same id.
     fn send<R: Request>(
         &self,
-        target: &Target,
         request: &mut R,
         call: &mut PendingCall<R>,
     ) -> Result<(), CallError> {
@@ -185,11 +182,11 @@ impl Client {
         if time_limit.is_zero() {
             return Err(CallError::TimedOut);
         }
-        call.request_id = self.set_header(target, request, time_limit);
-        let (service, method) = (target.service, target.method);
+        call.request_id = self.set_header(&call.target, request, time_limit);
+        let labels = call.target.labels();
         let events = Events(call.sender.clone());
         self.session
-            .get(target.key.as_str())
+            .get(call.target.key.as_str())
             .payload(request.encode_to_vec())
             .encoding(encoding_of::<R>())
             .attachment(trace::attachment(&call.span))
@@ -202,7 +199,7 @@ impl Client {
             .callback(move |reply| {
                 // Fails where the caller has left.
                 if events.0.try_send(Event::Reply(reply)).is_err() {
-                    stray(service, method);
+                    metrics::counter(Metric::StrayRepliesTotal, &labels).increment(1);
                 }
             })
             .wait()
@@ -234,7 +231,7 @@ impl Client {
     }
 }
 
-/// The cell, the service, the method and the instance that a request goes to.
+/// The address of a request.
 struct Target {
     cell: Option<Cell>,
     service: Service,
@@ -249,12 +246,13 @@ impl Target {
         method: Method,
         instance: Option<&Instance>,
     ) -> Self {
-        let key = Key::Request(cell.cloned(), service, method, instance.cloned());
+        let cell = cell.cloned();
+        let key = Key::Request(cell.clone(), service, method, instance.cloned()).to_string();
         Self {
-            cell: cell.cloned(),
+            cell,
             service,
             method,
-            key: key.to_string(),
+            key,
         }
     }
 
@@ -264,16 +262,20 @@ impl Target {
         let service = R::SERVICE.ok_or_else(no_service)?;
         Ok(Self::new(Some(cell), service, R::METHOD, instance))
     }
+
+    fn labels(&self) -> [(&'static str, &'static str); 2] {
+        metrics::method_labels(self.service, self.method)
+    }
 }
 
-/// What comes of a request that was sent.
+/// An event of a request that was sent.
 enum Event {
     Reply(Reply),
     /// No more replies can come.
     Over,
 }
 
-/// Tells of a request that was sent, also of its end.
+/// Passes on the events of a request that was sent, its end by being dropped.
 struct Events(SyncSender<Event>);
 
 impl Drop for Events {
@@ -284,13 +286,12 @@ impl Drop for Events {
 
 /// A request that was sent, maybe more than once.
 struct PendingCall<R: Request> {
+    target: Target,
     sender: SyncSender<Event>,
     events: Receiver<Event>,
-    /// How many times it was sent and may still be answered.
+    /// The number of times it was sent that may still be answered.
     under_way: usize,
     request_id: String,
-    service: Service,
-    method: Method,
     began: Instant,
     deadline: Instant,
     /// Ends with the call.
@@ -306,7 +307,7 @@ impl<R: Request> PendingCall<R> {
     }
 
     fn ended(&self, result: Result<R::Reply, CallError>) -> Result<R::Reply, CallError> {
-        let labels @ [service, method] = metrics::method_labels(self.service, self.method);
+        let labels @ [service, method] = self.target.labels();
         let outcome = result.as_ref().err().map_or("ok", CallError::outcome);
         metrics::counter(Metric::CallsTotal, &[service, method, ("outcome", outcome)]).increment(1);
         metrics::histogram(Metric::CallSeconds, &labels).record(self.began.elapsed());
@@ -315,8 +316,10 @@ impl<R: Request> PendingCall<R> {
 
     fn first_answer(&mut self, until: Instant) -> Result<R::Reply, CallError> {
         loop {
+            let Target {
+                service, method, ..
+            } = self.target;
             if self.under_way == 0 {
-                let (service, method) = (self.service, self.method);
                 return Err(CallError::NoAnswer { service, method });
             }
             let left = until.saturating_duration_since(Instant::now());
@@ -329,21 +332,21 @@ impl<R: Request> PendingCall<R> {
                 // It is never disconnected, as the sender is kept.
                 Err(_) => return Err(CallError::TimedOut),
             };
-            let read = reply
-                .into_result()
-                .map(|sample| self.read(sample.payload()));
-            match read {
-                Ok(Some(result)) => return result,
-                Ok(None) => {}
+            match reply.into_result() {
+                Ok(sample) => {
+                    if let Some(result) = self.read(sample.payload()) {
+                        return result;
+                    }
+                }
                 Err(error) => {
                     tracing::debug!(error = ?error.payload(), "an error instead of a reply");
                 }
             }
-            stray(self.service, self.method);
+            metrics::counter(Metric::StrayRepliesTotal, &self.target.labels()).increment(1);
         }
     }
 
-    /// What a reply says; `None` where it belongs to another request.
+    /// Reads a reply; `None` where it belongs to another request.
     fn read(&self, payload: &ZBytes) -> Option<Result<R::Reply, CallError>> {
         let reply: R::Reply = match payload::read(payload, MAX_MESSAGE_BYTES) {
             Ok(reply) => reply,
@@ -369,10 +372,4 @@ impl<R: Request> PendingCall<R> {
             }),
         })
     }
-}
-
-/// Counts a reply that came late or belongs to another request.
-fn stray(service: Service, method: Method) {
-    let labels = metrics::method_labels(service, method);
-    metrics::counter(Metric::StrayRepliesTotal, &labels).increment(1);
 }

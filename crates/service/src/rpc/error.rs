@@ -9,20 +9,20 @@ use prost::{Message, Name};
 #[derive(Debug, Clone, thiserror::Error)]
 #[non_exhaustive]
 pub enum CallError {
-    /// Nobody answered: none is there, or it died. The request may have been carried out all the same.
+    /// Nobody answered: none is there, or it died. The request may have been carried out.
     #[error("no {service} answered {method}; is one running?")]
     NoAnswer {
-        /// Who was asked.
+        /// The service that was asked.
         service: Service,
-        /// What was asked.
+        /// The method that was called.
         method: Method,
     },
     /// It was refused.
     #[error("{}: {message}", status.as_str_name())]
     Refused {
-        /// Why.
+        /// The reason.
         status: Status,
-        /// Why, for people.
+        /// The reason in words.
         message: String,
         /// The whole reply.
         reply: Refusal,
@@ -30,7 +30,7 @@ pub enum CallError {
     /// The answer is no reply to this request.
     #[error("the answer is malformed: {0}")]
     Malformed(#[from] WireError),
-    /// There was no answer in time. The request may have been carried out all the same.
+    /// There was no answer in time. The request may have been carried out.
     #[error("no answer in time")]
     TimedOut,
     /// Zenoh refused to send the request.
@@ -39,7 +39,7 @@ pub enum CallError {
 }
 
 impl CallError {
-    /// The status of a refusal.
+    /// Gives the status of a refusal.
     pub fn status(&self) -> Option<Status> {
         match self {
             Self::Refused { status, .. } => Some(*status),
@@ -63,7 +63,7 @@ impl CallError {
 pub struct Refusal(pub(super) Vec<u8>);
 
 impl Refusal {
-    /// The reply.
+    /// Decodes the reply.
     ///
     /// # Errors
     /// [`WireError`] where it is another one.

@@ -22,16 +22,17 @@ use crate::alive::Alive;
 use crate::clock::Boottime;
 use crate::metrics::{self, Metric};
 use crate::payload::Malformed;
-use crate::process::Identity;
+use crate::process::Core;
 
-/// Who waits is answered so long before the time limit passes, or a tenth of it, that the answer still comes in time.
+/// Maximum time before its time limit, at most a tenth of it, at which a waiting request is
+/// answered, so that the answer comes in time.
 const ANSWER_BEFORE: Duration = Duration::from_millis(20);
 
-/// The most stages in a reply.
+/// Maximum number of stages in a reply.
 const MAX_STAGES: usize = 32;
 
 thread_local! {
-    /// What a request is answered with that is dropped without an answer.
+    /// The answer to a request that is dropped without one.
     static WHEN_DROPPED: ThreadCell<(Status, &'static str)> =
         const { ThreadCell::new((Status::Failed, "the service gave the request up")) };
 }
@@ -44,17 +45,17 @@ pub struct Incoming<R: Request> {
     pub(super) pending: Pending<R>,
 }
 
-/// What is said with an answer.
+/// A report on the work, which goes with an answer.
 #[derive(Debug, Clone, Default)]
 pub struct Done {
-    /// How long the stages of the work took. The wait in the mailbox comes before them by itself, as `queue`.
+    /// The times of the stages. The wait in the mailbox comes before them by itself, as `queue`.
     pub stages: Vec<v1::StageTiming>,
     /// The network that took part.
     pub model: Option<String>,
 }
 
 impl Done {
-    /// Of work in one stage.
+    /// Reports work in one stage.
     pub fn in_one(stage: &str, took: Duration) -> Self {
         Self {
             stages: vec![header::stage(stage, took)],
@@ -90,45 +91,43 @@ impl<R: Request> Incoming<R> {
         &self.cell
     }
 
-    /// When it came.
+    /// Gives the time at which it came.
     pub fn came(&self) -> Boottime {
         self.pending.came
     }
 
-    fn received(&self) -> Instant {
-        self.pending.received
-    }
-
-    /// When its caller stops to wait.
+    /// Gives the time at which its caller stops waiting.
     pub fn deadline(&self) -> Instant {
-        self.received() + self.header.time_limit
+        self.pending.received + self.header.time_limit
     }
 
-    /// When it has to be answered, so that the answer comes while its caller still waits.
+    /// Gives the time by which it has to be answered, so that its caller still waits.
     pub fn answer_by(&self) -> Instant {
         self.deadline() - ANSWER_BEFORE.min(self.header.time_limit / 10)
     }
 
-    /// Whether its caller has stopped to wait.
+    /// Says whether its caller has stopped waiting.
     pub fn has_expired(&self) -> bool {
         Instant::now() >= self.deadline()
     }
 
-    /// The request, if its answer is still waited for: in time, and its planner has not gone since. Else it is refused.
+    /// Gives the request, if its answer is still waited for: in time, and its planner has not gone
+    /// since. Else it is refused.
     pub fn still_wanted(self, planners: &Alive) -> Option<Self> {
         if self.has_expired() {
             self.refuse(Status::TimedOut, "the time limit passed in the queue");
             return None;
         }
-        let caller = self.header.caller.as_ref();
-        if caller.is_some_and(|caller| planners.has_left_since(caller, self.received())) {
+        let has_left = |caller| planners.has_left_since(caller, self.pending.received);
+        if self.header.caller.as_ref().is_some_and(has_left) {
             self.refuse(Status::Unavailable, "the planner that asked has gone");
             return None;
         }
         Some(self)
     }
 
-    /// The span of the work on it. Enter it where the work is done: what is called there belongs to the same trace.
+    /// The span of the work on it. Enter it where the work is done: calls from there belong to the
+    /// same trace.
     pub fn span(&self) -> &Span {
         &self.pending.span
     }
@@ -150,28 +149,28 @@ impl<R: Request> Incoming<R> {
     }
 }
 
-/// Drops what holds a request that has no answer, which is refused by that.
+/// Drops the holder of a request that has no answer, which is refused by that.
 pub(crate) fn drop_with<T>(holder: T, status: Status, message: &'static str) {
     let before = WHEN_DROPPED.replace((status, message));
     drop(holder);
     WHEN_DROPPED.set(before);
 }
 
-/// What all requests of a method have in common.
+/// The common part of all requests of a method.
 pub(super) struct Answering {
-    identity: Arc<Identity>,
+    core: Arc<Core>,
     service: Service,
     method: Method,
     reply_encoding: Encoding,
     queued: Histogram,
     worked: Histogram,
-    /// By status.
+    /// The counters of answers, by status.
     answered: Vec<Counter>,
     pub(super) malformed: Malformed,
 }
 
 impl Answering {
-    pub(super) fn new<R: Request>(identity: Arc<Identity>, service: Service) -> Self {
+    pub(super) fn new<R: Request>(core: Arc<Core>, service: Service) -> Self {
         let method = R::METHOD;
         let labels @ [of_service, of_method] = metrics::method_labels(service, method);
         let statuses = (0..).map_while(|number| Status::try_from(number).ok());
@@ -180,7 +179,7 @@ impl Answering {
             metrics::counter(Metric::RequestsTotal, &[of_service, of_method, status])
         });
         Self {
-            identity,
+            core,
             service,
             method,
             reply_encoding: encoding_of::<R::Reply>().into(),
@@ -249,9 +248,9 @@ impl<R: Request> Pending<R> {
             status: status.into(),
             message: header::text(message),
             stages,
-            versions: Some(answering.identity.versions(done.model.as_deref())),
+            versions: Some(answering.core.versions(done.model.as_deref())),
         });
-        // Of the query's qualities, replies have all but this one by themselves.
+        // Replies have all qualities of their query but this one.
         let sent = query
             .reply(query.key_expr().clone(), reply.encode_to_vec())
             .encoding(answering.reply_encoding.clone())

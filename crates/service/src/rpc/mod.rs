@@ -1,12 +1,14 @@
 //! Requests and their answers.
 //!
-//! A service declares what it answers with [`listen`]; each request comes as an [`Incoming`], is handed to an
-//! actor of the service by the [`Address`](crate::actor::Address) of its mailbox, and is answered from there. A [`Client`] makes requests. Every request carries an id and
-//! a time limit, every answer the id and a status.
+//! A service declares the methods that it answers with [`listen`]. Each request comes as an
+//! [`Incoming`], goes to an actor's mailbox by its [`Address`](crate::actor::Address), and is
+//! answered from there. A [`Client`] makes requests. Every request carries an id and a time limit,
+//! every answer the id and a status.
 //!
-//! Zenoh's `get` gives no reply at all where nobody is there, where the other dies, and for a moment after a
-//! reconnect. That is no refusal: the client tries again until the deadline. Requests are sent so that a reader that is
-//! slow holds the writer up for at most two seconds; then it is cut off.
+//! Zenoh's `get` gives no reply at all where nobody is there, where the other dies, and for a
+//! moment after a reconnect. That is no refusal: the client tries again until the deadline. A
+//! reader that is slow holds the writer of a request up for at most two seconds; then it is cut
+//! off.
 
 mod client;
 mod error;

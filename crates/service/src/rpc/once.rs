@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 /// Maximum number of ids that are remembered.
 const KEPT: usize = 256;
 
-/// Ids of the last requests that were carried out. One that is sent again, or comes twice, changes nothing.
+/// The idempotency keys of the last requests that were carried out, which are their ids.
 #[derive(Debug, Default)]
 pub struct Once(VecDeque<String>);
 
 impl Once {
-    /// Whether a request of this id was carried out. One without an id never was.
+    /// Says whether a request of this id was carried out. One without an id never was.
     pub fn has(&self, request_id: &str) -> bool {
         self.0.iter().any(|own| own == request_id)
     }

@@ -1,4 +1,4 @@
-//! What a service answers.
+//! Requests that a service answers.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,20 +14,16 @@ use zenoh::{Session, Wait};
 
 use super::incoming::{Answering, Done, Incoming, Pending};
 use crate::error::ServiceError;
-use crate::health::Health;
 use crate::payload;
-use crate::process::{Identity, Process};
+use crate::process::{Core, Process};
 
 /// Answers a method, until it is dropped.
 pub struct Listener {
     _queryables: Vec<Queryable<()>>,
 }
 
-/// Answers a method for a cell, or for every cell. `accept` runs on Zenoh's thread: it must only hand the request on.
-/// What is malformed is refused before.
-///
-/// # Errors
-/// [`ServiceError::Zenoh`] where the session is closed.
+/// Answers a method for a cell, or for every cell. `accept` runs on Zenoh's thread: it must only
+/// hand the request on. Malformed requests are refused before.
 pub fn listen<R: Request>(
     process: &Process,
     cell: Option<&Cell>,
@@ -42,39 +38,36 @@ pub fn listen<R: Request>(
         }),
         None => pending.refuse(v1::Status::Invalid, "send this to a cell, not to all"),
     };
-    let identity = process.identity();
-    let names = std::slice::from_ref(&identity.instance);
-    declare(process.session(), identity, cell, names, on_request)
+    let core = process.core();
+    let names = std::slice::from_ref(&core.instance);
+    declare(process.session(), core, cell, names, on_request)
 }
 
-/// Answers for the health of a process, by its name and by that of its start: others may have the same name.
-pub(crate) fn answer_health(
-    session: &Session,
-    identity: &Arc<Identity>,
-    health: &Health,
-) -> Result<Listener, ServiceError> {
-    let (who, health) = (identity.clone(), health.clone());
+/// Answers for the health of a process, by its name and by that of its start: others may have the
+/// same name.
+pub(crate) fn answer_health(session: &Session, core: &Arc<Core>) -> Result<Listener, ServiceError> {
+    let own = core.clone();
     let on_request = move |_, _, _, pending: Pending<v1::HealthRequest>| {
         let done = Done {
-            model: who.model(),
+            model: own.model(),
             ..Done::default()
         };
-        pending.reply(who.health_reply(&health), done);
+        pending.reply(own.health_reply(), done);
     };
-    let names = [identity.instance.clone(), identity.start.name()];
-    declare(session, identity, None, &names, on_request)
+    let names = [core.instance.clone(), core.start(0).name()];
+    declare(session, core, None, &names, on_request)
 }
 
-/// Answers to these names. `on_request` is told the cell: `None` for what is sent to no single one.
+/// Answers to these names. `on_request` is given the cell: `None` for a request to no single one.
 fn declare<R: Request>(
     session: &Session,
-    identity: &Arc<Identity>,
+    core: &Arc<Core>,
     cell: Option<&Cell>,
     names: &[Instance],
     on_request: impl Fn(Option<Cell>, R, RequestHeader, Pending<R>) + Send + Sync + 'static,
 ) -> Result<Listener, ServiceError> {
-    let service = R::SERVICE.unwrap_or(identity.service);
-    let answering = Arc::new(Answering::new::<R>(identity.clone(), service));
+    let service = R::SERVICE.unwrap_or(core.service);
+    let answering = Arc::new(Answering::new::<R>(core.clone(), service));
     let on_request = Arc::new(on_request);
     let own_cell = cell.cloned();
     let queryable = |key: String| {
@@ -106,7 +99,7 @@ fn declare<R: Request>(
     })
 }
 
-/// Why a request is not one for this cell, where it came to another than it is for; `own` is none where all cells are served.
+/// Says why a request is not for the cell that it came to; `own` is none where all are served.
 fn strayed(own: Option<&Cell>, of_key: Option<&Cell>, meant: Option<&Cell>) -> Option<String> {
     let came_to = own.or(of_key)?;
     let cells = [of_key, meant].into_iter().flatten();
@@ -117,7 +110,7 @@ fn strayed(own: Option<&Cell>, of_key: Option<&Cell>, meant: Option<&Cell>) -> O
     ))
 }
 
-/// Reads a request; refuses what is malformed.
+/// Reads a request; refuses a malformed one.
 fn receive<R: Request>(
     answering: &Arc<Answering>,
     query: Query,
@@ -152,7 +145,7 @@ fn receive<R: Request>(
     }
 }
 
-/// The id of a request, as far as it has one.
+/// Gives the id of a request, as far as it has one.
 fn id_of(request: &impl Request) -> String {
     let id = request.header().map_or("", |header| &header.request_id);
     let id = header::id("header.request_id", id);

@@ -1,7 +1,7 @@
 //! One trace over several processes: W3C trace context in Zenoh's attachments.
 //!
-//! The attachment is the value of the header `traceparent`. Spans have a level that only the layer of the traces
-//! enables: without it they cost a look at a flag, and nothing is attached.
+//! The attachment is the value of the header `traceparent`. Spans have a level that only the layer
+//! of the traces enables: without it they cost a look at a flag, and nothing is attached.
 
 use opentelemetry::Context;
 use opentelemetry::propagation::{Extractor, Injector, TextMapPropagator};
@@ -16,10 +16,10 @@ pub(crate) const TARGET: &str = "ppnpack::trace";
 
 const HEADER: &str = "traceparent";
 
-/// The longest attachment that is looked at, in bytes; a traceparent has 55.
+/// Maximum size of an attachment that is read, in bytes; a traceparent has 55.
 const MAX_ATTACHMENT_BYTES: usize = 128;
 
-/// The span of a request that is made.
+/// Makes the span of a request that is sent.
 pub(super) fn calling(service: Service, method: Method) -> Span {
     tracing::span!(
         target: TARGET,
@@ -30,7 +30,7 @@ pub(super) fn calling(service: Service, method: Method) -> Span {
     )
 }
 
-/// The span of a request that is answered, within the trace of its caller.
+/// Makes the span of a request that is answered, within the trace of its caller.
 pub(super) fn serving(
     service: Service,
     method: Method,
@@ -54,7 +54,7 @@ pub(super) fn serving(
     span
 }
 
-/// What goes with a request so that its answer belongs to the same trace.
+/// Makes the attachment of a request, by which its answer belongs to the same trace.
 pub(super) fn attachment(span: &Span) -> Option<ZBytes> {
     if span.is_disabled() {
         return None;

@@ -7,8 +7,8 @@ use ppnpack_wire::keys::Service;
 
 /// Runs a service of ppnpack until SIGTERM or SIGINT.
 ///
-/// The configuration comes from the file, then the environment (PPNPACK__ZENOH__CONNECT is zenoh.connect), then --set,
-/// each stronger than the one before.
+/// The configuration comes from the file, then the environment (PPNPACK__ZENOH__CONNECT is
+/// zenoh.connect), then --set, each stronger than the one before.
 #[derive(Debug, Parser)]
 #[command(version)]
 pub(super) struct Arguments {
@@ -24,7 +24,8 @@ pub(super) struct Arguments {
     /// Prints the configuration as TOML, secrets as ***, and ends.
     #[arg(long, group = "instead")]
     pub(super) print_config: bool,
-    /// Prepares what is on disk after a backup of it was put back, while the service does not run, and ends: exit code 0 or 1.
+    /// Prepares what is on disk after a backup of it was put back, while the service does not run,
+    /// and ends: exit code 0 or 1.
     #[arg(long, group = "instead")]
     pub(super) after_restore: bool,
 }

@@ -9,7 +9,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use crate::error::ServiceError;
 use crate::shutdown::Shutdown;
 
-/// The exit code of who does not wait for the end.
+/// Exit code after a second signal.
 const EXIT_IMPATIENT: i32 = 1;
 
 /// Asks for the end at the first signal; ends at once at the second.

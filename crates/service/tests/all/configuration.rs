@@ -50,6 +50,24 @@ impl ServiceSettings for Settings {
     }
 }
 
+#[derive(Debug, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct RouterSettings {}
+
+impl ServiceSettings for RouterSettings {
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn zenoh() -> ZenohSettings {
+        ZenohSettings {
+            mode: Mode::Router,
+            listen: Endpoints(vec!["tcp/127.0.0.1:7447".to_owned()]),
+            ..ZenohSettings::default()
+        }
+    }
+}
+
 fn load(
     file: Option<&str>,
     environment: &[(&str, &str)],
@@ -66,6 +84,19 @@ fn load(
         assignments: &assignments,
     };
     Configuration::load(Service::Planner, &sources)
+}
+
+fn set(assignments: &[&str]) -> Configuration<Settings> {
+    load(None, &[], assignments).unwrap()
+}
+
+fn load_router(assignments: &[String]) -> Result<ZenohSettings, ConfigurationError> {
+    let sources = Sources {
+        assignments,
+        ..Sources::default()
+    };
+    let router = Configuration::<RouterSettings>::load(Service::Router, &sources);
+    router.map(|router| router.zenoh)
 }
 
 #[test]
@@ -93,11 +124,9 @@ fn later_sources_are_stronger() {
     assert_eq!(configuration.instance, "from-environment");
     assert_eq!(configuration.shutdown_grace().as_secs(), 2);
     assert_eq!(configuration.admin.listen, AdminListen::Off);
-    assert_eq!(
-        (configuration.service.threads, configuration.service.share),
-        (3, 1.0)
-    );
-    assert_eq!(configuration.service.store.folder, "/a");
+    let service = configuration.service;
+    assert_eq!((service.threads, service.share), (3, 1.0));
+    assert_eq!(service.store.folder, "/a");
     let zenoh = configuration.zenoh;
     assert_eq!(zenoh.mode, Mode::Peer);
     let connect = ["tcp/a:1", "tcp/b:2"].map(str::to_owned);
@@ -105,19 +134,26 @@ fn later_sources_are_stronger() {
 }
 
 #[test]
-fn nothing_given_is_a_client_on_this_machine() {
-    let configuration = load(None, &[], &[]).unwrap();
+fn a_service_is_a_client_on_this_machine_or_has_its_own_way_where_nothing_else_is_said() {
+    let configuration = set(&[]);
     assert_eq!(configuration.instance, "planner-1");
     assert_eq!(configuration.zenoh.mode, Mode::Client);
-    assert_eq!(
-        configuration.zenoh.connect.unwrap().0,
-        ["tcp/127.0.0.1:7447"]
-    );
+    let connect = configuration.zenoh.connect.unwrap();
+    assert_eq!(connect.0, ["tcp/127.0.0.1:7447"]);
+    for (assignments, port) in [
+        (vec![], 7447),
+        (vec!["zenoh.listen=tcp/127.0.0.1:7448".to_owned()], 7448),
+    ] {
+        let router = load_router(&assignments).unwrap();
+        assert_eq!(router.mode, Mode::Router);
+        assert_eq!(router.listen.0, [format!("tcp/127.0.0.1:{port}")]);
+        assert_eq!(router.connect, Some(Endpoints::default()));
+    }
 }
 
 #[test]
 fn messages_are_as_large_as_those_of_the_protocol_and_usual_clouds_by_default() {
-    let zenoh = load(None, &[], &[]).unwrap().zenoh;
+    let zenoh = set(&[]).zenoh;
     let said = |zenoh: ZenohSettings| -> usize {
         let config = zenoh.to_zenoh().unwrap();
         let said = config.get_json("transport/link/rx/max_message_size");
@@ -138,67 +174,58 @@ fn a_link_is_closed_when_its_certificate_ends() {
     let given = ["certificate", "root_ca"].map(|of| format!("zenoh.tls.{of}={}", path.display()));
     let with = vec![&*given[0], &*given[1], "zenoh.connect=tls/a:1"];
     for (assignments, closes) in [(with, "true"), (vec![], "null")] {
-        let zenoh = load(None, &[], &assignments).unwrap().zenoh;
-        let zenoh = zenoh.to_zenoh().unwrap();
+        let zenoh = set(&assignments).zenoh.to_zenoh().unwrap();
         let said = zenoh.get_json("transport/link/tls/close_link_on_expiration");
         assert_eq!(said.unwrap(), closes);
     }
 }
 
-/// A router with these settings, with a certificate and an authority, and with the files of a folder by their names.
-fn load_router(folder: &Path, assignments: &[&str]) -> Result<(), ConfigurationError> {
+/// Loads a router with a certificate and an authority, and with the files of a folder by their
+/// names.
+fn load_secure_router(folder: &Path, assignments: &[&str]) -> Result<(), ConfigurationError> {
     let certificate = folder.join("certificate.pem");
     std::fs::write(&certificate, include_str!("certificate.pem")).unwrap();
-    let own = ["certificate", "root_ca"];
-    let own = own.map(|of| format!("zenoh.tls.{of}={}", certificate.display()));
-    let given = assignments
-        .iter()
-        .map(|text| text.replace("FOLDER", folder.to_str().unwrap()));
-    let assignments: Vec<String> = own.into_iter().chain(given).collect();
-    let sources = Sources {
-        assignments: &assignments,
-        ..Sources::default()
-    };
-    Configuration::<RouterSettings>::load(Service::Router, &sources).map(drop)
+    let own = [
+        "certificate=FOLDER/certificate.pem",
+        "root_ca=FOLDER/certificate.pem",
+    ];
+    let own = own.map(|file| format!("zenoh.tls.{file}"));
+    let given = assignments.iter().map(|&given| given.to_owned());
+    let all = own.into_iter().chain(given);
+    let all: Vec<String> = all
+        .map(|it| it.replace("FOLDER", folder.to_str().unwrap()))
+        .collect();
+    load_router(&all).map(drop)
 }
+
+const CLOSED: &str = "{access_control: {enabled: true, default_permission: 'deny'}}";
 
 #[test]
 fn a_router_with_a_certificate_denies_by_default_or_does_not_start() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
+    let plain = CLOSED.replace("}}", "}, listen: {endpoints: {router: ['tcp/a:1']}}}");
     for (name, text) in [
         ("none", "{}"),
-        (
-            "open",
-            "{access_control: {enabled: true, default_permission: 'allow'}}",
-        ),
-        (
-            "off",
-            "{access_control: {enabled: false, default_permission: 'deny'}}",
-        ),
-        (
-            "closed",
-            "{access_control: {enabled: true, default_permission: 'deny'}}",
-        ),
-        (
-            "plain",
-            "{access_control: {enabled: true, default_permission: 'deny'}, listen: {endpoints: {router: ['tcp/a:1']}}}",
-        ),
+        ("open", &CLOSED.replace("deny", "allow")),
+        ("off", &CLOSED.replace("true", "false")),
+        ("closed", CLOSED),
+        ("plain", &plain),
     ] {
         std::fs::write(folder.join(format!("{name}.json5")), text).unwrap();
     }
     let tls = "zenoh.listen=tls/0.0.0.0:7447";
-    let closed = "zenoh.file=FOLDER/closed.json5";
+    let [closed, plain] = [
+        "zenoh.file=FOLDER/closed.json5",
+        "zenoh.file=FOLDER/plain.json5",
+    ];
     for (assignments, key) in [
         (vec![tls], "zenoh.file: "),
         (vec![tls, "zenoh.file=FOLDER/none.json5"], "zenoh.file: "),
         (vec![tls, "zenoh.file=FOLDER/open.json5"], "zenoh.file: "),
         (vec![tls, "zenoh.file=FOLDER/off.json5"], "zenoh.file: "),
         (vec![closed], "zenoh.listen: "),
-        (
-            vec!["zenoh.listen=[]", "zenoh.file=FOLDER/plain.json5"],
-            "zenoh.listen: ",
-        ),
+        (vec!["zenoh.listen=[]", plain], "zenoh.listen: "),
         (
             vec!["zenoh.listen=tls/a:1, tcp/a:2", closed],
             "zenoh.listen: ",
@@ -208,10 +235,12 @@ fn a_router_with_a_certificate_denies_by_default_or_does_not_start() {
             "zenoh.connect: ",
         ),
     ] {
-        let refused = load_router(folder, &assignments).unwrap_err().to_string();
+        let refused = load_secure_router(folder, &assignments)
+            .unwrap_err()
+            .to_string();
         assert!(refused.starts_with(key), "{assignments:?}: {refused}");
     }
-    load_router(folder, &[tls, closed]).unwrap();
+    load_secure_router(folder, &[tls, closed]).unwrap();
 }
 
 #[test]
@@ -219,11 +248,7 @@ fn a_key_that_others_may_read_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let key = folder.path().join("key.pem");
     std::fs::write(&key, "").unwrap();
-    std::fs::write(
-        folder.path().join("closed.json5"),
-        "{access_control: {enabled: true, default_permission: 'deny'}}",
-    )
-    .unwrap();
+    std::fs::write(folder.path().join("closed.json5"), CLOSED).unwrap();
     let assignments = [
         "zenoh.listen=tls/0.0.0.0:7447",
         "zenoh.file=FOLDER/closed.json5",
@@ -237,7 +262,7 @@ fn a_key_that_others_may_read_is_refused() {
         (0o660, true),
     ] {
         std::fs::set_permissions(&key, Permissions::from_mode(mode)).unwrap();
-        let loaded = load_router(folder.path(), &assignments);
+        let loaded = load_secure_router(folder.path(), &assignments);
         let told = loaded.map_err(|error| error.to_string()).err();
         let remedy = format!("chmod 600 {}", key.display());
         let names_it = told.as_ref().map(|told| told.contains(&remedy));
@@ -272,7 +297,7 @@ fn wrong_settings_are_refused_with_key_and_origin() {
     for (set, parts) in [
         (
             "service.store.file=x",
-            "service.store.file; option --set service.store.file",
+            "service.store.file; --set service.store.file",
         ),
         ("zenoh.mode=server", "zenoh.mode; server; client; --set"),
         ("admin.listen=9100", "admin.listen; --set"),
@@ -301,10 +326,8 @@ fn wrong_settings_are_refused_with_key_and_origin() {
         file: Some(Path::new("/no/such/file")),
         ..Sources::default()
     };
-    let error = Configuration::<Settings>::load(Service::Ppn, &missing)
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("/no/such/file"), "{error}");
+    let error = Configuration::<Settings>::load(Service::Ppn, &missing).unwrap_err();
+    assert!(error.to_string().contains("/no/such/file"), "{error}");
 }
 
 #[test]
@@ -317,10 +340,8 @@ fn what_is_printed_can_be_read_again_and_shows_no_secret() {
     ];
     let password = [("PPNPACK__ZENOH__PASSWORD", "12345")];
     let configuration = load(None, &password, &assignments).unwrap();
-    assert_eq!(
-        configuration.zenoh.password.as_ref().map(Secret::reveal),
-        Some("12345")
-    );
+    let password = configuration.zenoh.password.as_ref();
+    assert_eq!(password.map(Secret::reveal), Some("12345"));
     let text = configuration.to_toml().unwrap();
     assert!(
         !text.contains("12345") && text.contains("password = \"***\""),
@@ -337,50 +358,8 @@ fn what_is_printed_can_be_read_again_and_shows_no_secret() {
 
 #[test]
 fn the_hash_tells_settings_apart_but_not_replicas() {
-    let hash = |assignments: &[&str]| load(None, &[], assignments).unwrap().hash();
+    let hash = |assignments: &[&str]| set(assignments).hash();
     assert_eq!(hash(&[]).len(), 16);
     assert_eq!(hash(&["instance=a"]), hash(&["instance=b"]));
     assert_ne!(hash(&[]), hash(&["service.threads=2"]));
-}
-
-#[derive(Debug, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-struct RouterSettings {}
-
-impl ServiceSettings for RouterSettings {
-    fn validate(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    fn zenoh() -> ZenohSettings {
-        ZenohSettings {
-            mode: Mode::Router,
-            listen: Endpoints(vec!["tcp/127.0.0.1:7447".to_owned()]),
-            ..ZenohSettings::default()
-        }
-    }
-}
-
-#[test]
-fn a_service_has_its_own_way_to_zenoh_where_nothing_else_is_said() {
-    let load = |assignments: &[String]| {
-        let sources = Sources {
-            assignments,
-            ..Sources::default()
-        };
-        Configuration::<RouterSettings>::load(Service::Router, &sources)
-            .unwrap()
-            .zenoh
-    };
-    let default = load(&[]);
-    assert_eq!(
-        (default.mode, default.listen.0),
-        (Mode::Router, vec!["tcp/127.0.0.1:7447".to_owned()])
-    );
-    assert_eq!(default.connect, Some(Endpoints::default()));
-    let moved = load(&["zenoh.listen=tcp/127.0.0.1:7448".to_owned()]);
-    assert_eq!(
-        (moved.mode, moved.listen.0),
-        (Mode::Router, vec!["tcp/127.0.0.1:7448".to_owned()])
-    );
 }

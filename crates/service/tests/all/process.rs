@@ -2,7 +2,6 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::path::PathBuf;
 use std::process::{Child, ChildStderr, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,15 +11,13 @@ use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Service};
 use ppnpack_wire::v1::{HeightmapRequest, Status};
 
-/// The example, which cargo builds beside the tests.
+/// Runs the example, which cargo builds beside the tests.
 fn tiny() -> Command {
     let test = std::env::current_exe().unwrap();
     let profile = test.parent().unwrap().parent().unwrap();
-    let path: PathBuf = profile.join("examples/tiny");
-    assert!(
-        path.exists(),
-        "build it first: cargo build -p ppnpack-service --example tiny"
-    );
+    let path = profile.join("examples/tiny");
+    let remedy = "build it first: cargo build -p ppnpack-service --example tiny";
+    assert!(path.exists(), "{remedy}");
     Command::new(path)
 }
 
@@ -77,46 +74,42 @@ impl Tiny {
     fn await_line(&mut self, message: &str) -> serde_json::Value {
         loop {
             let mut line = String::new();
-            assert!(
-                self.log.read_line(&mut line).unwrap() > 0,
-                "no line '{message}'"
-            );
+            let bytes = self.log.read_line(&mut line).unwrap();
+            assert!(bytes > 0, "no line '{message}'");
             let line: serde_json::Value = serde_json::from_str(&line).unwrap();
-            if line["message"]
-                .as_str()
-                .is_some_and(|own| own.contains(message))
-            {
+            let own = line["message"].as_str();
+            if own.is_some_and(|own| own.contains(message)) {
                 return line;
             }
         }
     }
 
+    /// The address of the admin port, once it is open.
+    fn admin(&mut self) -> String {
+        let opened = self.await_line("admin port open");
+        opened["address"].as_str().unwrap().to_owned()
+    }
+
     fn signal(&self, name: &str) {
         let id = self.child.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args([name, &id])
-                .status()
-                .unwrap()
-                .success()
-        );
+        let status = Command::new("kill").args([name, &id]).status();
+        assert!(status.unwrap().success());
+    }
+
+    fn exit_code(&mut self) -> Option<i32> {
+        self.child.wait().unwrap().code()
     }
 }
 
 fn get(address: &str, path: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(address).unwrap();
-    write!(
-        stream,
-        "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"
-    )
-    .unwrap();
+    let request = format!("GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).unwrap();
     let mut answer = String::new();
     stream.read_to_string(&mut answer).unwrap();
     let (head, body) = answer.split_once("\r\n\r\n").unwrap();
-    (
-        head.split(' ').nth(1).unwrap().parse().unwrap(),
-        body.to_owned(),
-    )
+    let status = head.split(' ').nth(1).unwrap();
+    (status.parse().unwrap(), body.to_owned())
 }
 
 /// Asks until the status is as wanted. The port has no events.
@@ -136,37 +129,32 @@ fn await_status(address: &str, path: &str, wanted: u16) -> String {
 fn a_wrong_configuration_ends_with_64_before_a_port_is_opened() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let listen = format!("admin.listen={}", taken.local_addr().unwrap());
-    let output = run(&["--set", &listen, "--set", "zenoh.moed=client"]);
-    assert_eq!(output.status.code(), Some(64));
-    let error = text(&output.stderr);
-    assert!(
-        error.contains("zenoh.moed") && error.contains("--set zenoh.moed"),
-        "{error}"
-    );
-    let output = run(&["--set", &listen]);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        text(&output.stderr).contains("admin port"),
-        "{}",
-        text(&output.stderr)
-    );
-    assert_eq!(run(&["--no-such-option"]).status.code(), Some(64));
-    assert_eq!(
-        run(&["--set", "service.excuse=", "--validate-config"])
-            .status
-            .code(),
-        Some(64)
-    );
-    assert_eq!(run(&["--validate-config"]).status.code(), Some(0));
-    assert_eq!(run(&["--help"]).status.code(), Some(0));
+    for (arguments, code, parts) in [
+        (
+            &["--set", &listen, "--set", "zenoh.moed=client"][..],
+            64,
+            &["zenoh.moed", "--set zenoh.moed"][..],
+        ),
+        (&["--set", &listen], 1, &["admin port"]),
+        (&["--no-such-option"], 64, &[]),
+        (&["--set", "service.excuse=", "--validate-config"], 64, &[]),
+        (&["--validate-config"], 0, &[]),
+        (&["--help"], 0, &[]),
+    ] {
+        let output = run(arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+        for part in parts {
+            assert!(error.contains(part), "{part} is not in {error}");
+        }
+    }
 }
 
 #[test]
 fn a_process_serves_and_ends_with_0() {
     let hub = hub().unwrap();
     let mut tiny = Tiny::start(hub.endpoint(), &["instance=t1"]);
-    let opened = tiny.await_line("admin port open");
-    let address = opened["address"].as_str().unwrap().to_owned();
+    let address = tiny.admin();
     tiny.await_line("started");
     assert_eq!(get(&address, "/livez").0, 200);
     assert_eq!(get(&address, "/startupz").0, 200);
@@ -185,14 +173,11 @@ fn a_process_serves_and_ends_with_0() {
     let soon = Instant::now() + Duration::from_secs(20);
     assert!(alive.wait(soon, |now| now.len() == 1));
     let client = Client::new(&session);
-    let request = HeightmapRequest::default();
-    let error = client
-        .call(&Cell::new("c1").unwrap(), request, soon)
-        .unwrap_err();
-    assert_eq!(error.status(), Some(Status::Unavailable));
-    let health = client
-        .health(Service::Perception, &alive.instances()[0], soon)
-        .unwrap();
+    let cell = Cell::new("c1").unwrap();
+    let error = client.call(&cell, HeightmapRequest::default(), soon);
+    assert_eq!(error.unwrap_err().status(), Some(Status::Unavailable));
+    let health = client.health(Service::Perception, &alive.instances()[0], soon);
+    let health = health.unwrap();
     assert!(health.is_ready);
     let versions = health.header.unwrap().versions.unwrap();
     assert_eq!(info["configuration"], versions.configuration);
@@ -203,7 +188,7 @@ fn a_process_serves_and_ends_with_0() {
     tiny.signal("-TERM");
     tiny.await_line("shutting down");
     tiny.await_line("finished everything");
-    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+    assert_eq!(tiny.exit_code(), Some(0));
     assert!(alive.wait(soon, |now| now.is_empty()));
 }
 
@@ -214,8 +199,7 @@ fn a_process_tells_when_its_certificates_end() {
     std::fs::write(&path, include_str!("certificate.pem")).unwrap();
     let given = ["certificate", "root_ca"].map(|of| format!("zenoh.tls.{of}={}", path.display()));
     let mut tiny = Tiny::start("tls/127.0.0.1:1", &[&given[0], &given[1]]);
-    let opened = tiny.await_line("admin port open");
-    let metrics = get(opened["address"].as_str().unwrap(), "/metrics").1;
+    let metrics = get(&tiny.admin(), "/metrics").1;
     for of in ["certificate", "root_ca"] {
         // As `openssl x509 -enddate` says: 16 July 2051, 14:53:59.
         let line = format!("ppnpack_certificate_ends{{of=\"{of}\"}} 2573132039");
@@ -225,10 +209,8 @@ fn a_process_tells_when_its_certificates_end() {
     let output = run(&["--validate-config", "--set", &given[0]]);
     let error = text(&output.stderr);
     assert_eq!(output.status.code(), Some(64));
-    assert!(
-        error.contains("zenoh.tls.certificate") && error.contains("is no certificate"),
-        "{error}"
-    );
+    let names_it = error.contains("zenoh.tls.certificate") && error.contains("is no certificate");
+    assert!(names_it, "{error}");
 }
 
 #[test]
@@ -236,8 +218,7 @@ fn a_process_is_ready_again_when_the_router_is_back() {
     let first = hub().unwrap();
     let endpoint = first.endpoint().to_owned();
     let mut tiny = Tiny::start(&endpoint, &[]);
-    let opened = tiny.await_line("admin port open");
-    let address = opened["address"].as_str().unwrap();
+    let address = &tiny.admin();
     await_status(address, "/readyz", 200);
     assert_eq!(ask_health(&[address]).status.code(), Some(0));
     drop(first);
@@ -246,20 +227,15 @@ fn a_process_is_ready_again_when_the_router_is_back() {
     let began = Instant::now();
     let second = hub_at(std::slice::from_ref(&endpoint)).unwrap();
     await_status(address, "/readyz", 200);
-    assert!(
-        began.elapsed() < Duration::from_secs(5),
-        "{:?}",
-        began.elapsed()
-    );
-    // What it had declared is there again.
+    let took = began.elapsed();
+    assert!(took < Duration::from_secs(5), "{took:?}");
+    // Its declarations are there again.
     let session = embedded::session(&second).unwrap();
     let alive = Alive::watch(&session, Service::Perception).unwrap();
-    assert!(
-        alive.wait(Instant::now() + Duration::from_secs(5), |now| now.len()
-            == 1)
-    );
+    let soon = Instant::now() + Duration::from_secs(5);
+    assert!(alive.wait(soon, |now| now.len() == 1));
     tiny.signal("-TERM");
-    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+    assert_eq!(tiny.exit_code(), Some(0));
 }
 
 #[test]
@@ -274,7 +250,7 @@ fn a_process_whose_router_is_away_for_long_ends_with_an_error() {
     assert!(began.elapsed() > Duration::from_secs(6));
     let fault = line["fault"].as_str().unwrap();
     assert!(fault.contains("no connection to any of tcp/"), "{fault}");
-    assert_eq!(tiny.child.wait().unwrap().code(), Some(1));
+    assert_eq!(tiny.exit_code(), Some(1));
 }
 
 #[test]
@@ -282,16 +258,8 @@ fn a_process_waits_for_a_router_and_is_not_ready() {
     let first = hub().unwrap();
     let endpoint = first.endpoint().to_owned();
     drop(first);
-    // A port that the health check can be told of.
-    let port = TcpListener::bind("127.0.0.1:0")
-        .unwrap()
-        .local_addr()
-        .unwrap()
-        .port();
-    let listen = format!("admin.listen=127.0.0.1:{port}");
-    let mut tiny = Tiny::start(&endpoint, &[&listen]);
-    tiny.await_line("admin port open");
-    let address = format!("127.0.0.1:{port}");
+    let mut tiny = Tiny::start(&endpoint, &[]);
+    let address = tiny.admin();
     assert_eq!(get(&address, "/livez").0, 200);
     let body = await_status(&address, "/readyz", 503);
     assert!(body.contains("zenoh"), "{body}");
@@ -302,5 +270,5 @@ fn a_process_waits_for_a_router_and_is_not_ready() {
     assert!(reason.contains("zenoh"), "{reason}");
     // It can be ended even now.
     tiny.signal("-INT");
-    assert_eq!(tiny.child.wait().unwrap().code(), Some(0));
+    assert_eq!(tiny.exit_code(), Some(0));
 }

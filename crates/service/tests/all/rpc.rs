@@ -12,8 +12,8 @@ use ppnpack_service::rpc::{CallError, Client, Done, Incoming, Listener, listen};
 use ppnpack_wire::keys::{Cell, Instance, Service};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{
-    EvaluateReply, EvaluateRequest, Heightmap, HeightmapReply, HeightmapRequest, ReplyHeader,
-    RequestHeader, Status,
+    EvaluateReply, EvaluateRequest, Heightmap, HeightmapReply, HeightmapRequest, RequestHeader,
+    Status,
 };
 use prost::Message;
 use zenoh::Wait;
@@ -31,16 +31,21 @@ impl Pair {
         let hub = hub().unwrap();
         let server = embedded::process(&hub, service, "s1").unwrap();
         let session = embedded::session(&hub).unwrap();
-        let client = Client::new(&session);
         Self {
+            client: Client::new(&session),
             hub,
             server,
-            client,
             session,
         }
     }
 
-    /// A server whose mailbox the test reads.
+    /// Begins a server that answers in a thread until it is not listened to any more.
+    fn echo(&self) -> (Listener, JoinHandle<()>) {
+        let (listener, mailbox) = self.mailbox(4);
+        (listener, thread::spawn(move || actor::run(Echo, &mailbox)))
+    }
+
+    /// Begins a server whose mailbox the test reads.
     fn mailbox<R: Request>(&self, size: usize) -> (Listener, Mailbox<Incoming<R>>) {
         let (address, mailbox) = actor::mailbox(size);
         let listener = address.listen(&self.server, None, |incoming| incoming);
@@ -48,8 +53,8 @@ impl Pair {
     }
 
     fn ask(&self, least_state_number: u64, deadline: Instant) -> Result<HeightmapReply, CallError> {
-        self.client
-            .call(&cell(), wants(least_state_number), deadline)
+        let request = wants(least_state_number);
+        self.client.call(&cell(), request, deadline)
     }
 
     /// Asks this server in a thread.
@@ -81,13 +86,12 @@ fn soon() -> Instant {
 }
 
 fn heightmap(state_number: u64) -> HeightmapReply {
-    let heightmap = Heightmap {
+    let heightmap = Some(Heightmap {
         state_number,
         ..Heightmap::default()
-    };
+    });
     HeightmapReply {
-        header: None,
-        heightmap: Some(heightmap),
+        heightmap,
         ..HeightmapReply::default()
     }
 }
@@ -120,16 +124,10 @@ impl Actor for Echo {
     }
 }
 
-/// Answers in a thread until the mailbox is closed.
-fn echo(mailbox: Mailbox<Incoming<HeightmapRequest>>) -> thread::JoinHandle<()> {
-    thread::spawn(move || actor::run(Echo, &mailbox))
-}
-
 #[test]
 fn a_request_is_answered_with_its_id_and_versions() {
     let pair = Pair::new(Service::Perception);
-    let (listener, mailbox) = pair.mailbox(4);
-    let thread = echo(mailbox);
+    let (listener, thread) = pair.echo();
     let header = RequestHeader {
         request_id: "mine".to_owned(),
         ..RequestHeader::default()
@@ -141,16 +139,10 @@ fn a_request_is_answered_with_its_id_and_versions() {
     let reply = pair.client.call(&cell(), request, soon()).unwrap();
     assert_eq!(reply.heightmap.unwrap().state_number, 7);
     let header = reply.header.unwrap();
-    assert_eq!(
-        (header.request_id.as_str(), header.status()),
-        ("mine", Status::Ok)
-    );
+    assert_eq!((&*header.request_id, header.status()), ("mine", Status::Ok));
     assert_eq!(header.stages[0].stage, "queue");
     let versions = header.versions.unwrap();
-    assert_eq!(
-        (versions.instance.as_str(), versions.model.as_str()),
-        ("s1", "m")
-    );
+    assert_eq!((&*versions.instance, &*versions.model), ("s1", "m"));
 
     // The same of one instance, several at once.
     let calls: Vec<_> = (0..3).map(|number| pair.begin(number)).collect();
@@ -175,22 +167,15 @@ fn a_refusal_says_why() {
         incoming.refuse_with(reply, Status::MissingItems, "one is missing");
     })
     .unwrap();
-    let error = pair
+    let called = pair
         .client
-        .call(&cell(), EvaluateRequest::default(), soon())
-        .unwrap_err();
-    let CallError::Refused {
-        status,
-        message,
-        reply,
-    } = error
-    else {
+        .call(&cell(), EvaluateRequest::default(), soon());
+    let error = called.unwrap_err();
+    assert_eq!(error.status(), Some(Status::MissingItems));
+    assert!(error.to_string().ends_with(": one is missing"), "{error}");
+    let CallError::Refused { reply, .. } = error else {
         panic!("{error}")
     };
-    assert_eq!(
-        (status, message.as_str()),
-        (Status::MissingItems, "one is missing")
-    );
     let reply: EvaluateReply = reply.decode().unwrap();
     assert_eq!(reply.missing_items, [vec![1; 32]]);
 }
@@ -222,22 +207,16 @@ fn a_full_mailbox_refuses_as_busy_and_a_closed_one_as_unavailable() {
 fn a_late_answer_is_dropped() {
     let pair = Pair::new(Service::Perception);
     let (_listener, mailbox) = pair.mailbox::<HeightmapRequest>(4);
-    let error = pair
-        .ask(1, Instant::now() + Duration::from_millis(300))
-        .unwrap_err();
-    assert!(matches!(error, CallError::TimedOut), "{error}");
+    let asked = pair.ask(1, Instant::now() + Duration::from_millis(300));
+    assert!(matches!(asked, Err(CallError::TimedOut)), "{asked:?}");
     let late = next(&mailbox);
     // The limit counts from when the request was received, which is after it was sent.
     thread::sleep(late.deadline().saturating_duration_since(Instant::now()));
     assert!(late.has_expired());
     late.reply(heightmap(1), Done::default());
-    let thread = echo(mailbox);
-    assert_eq!(
-        pair.ask(2, soon()).unwrap().heightmap.unwrap().state_number,
-        2
-    );
-    drop(_listener);
-    thread.join().unwrap();
+    thread::spawn(move || actor::run(Echo, &mailbox));
+    let next = pair.ask(2, soon()).unwrap();
+    assert_eq!(next.heightmap.unwrap().state_number, 2);
 }
 
 #[test]
@@ -292,15 +271,14 @@ fn what_waits_for_a_planner_that_has_gone_is_dropped() {
     let other = other.still_wanted(&planners);
     other.expect("no planner asked").refuse(Status::Busy, "");
 
-    // It comes back under its name: what it asks now is wanted, whether its token is seen already or not.
+    // It comes back under its name: what it asks now is wanted, whether its token is seen already
+    // or not.
     let asked = waiting(&of_planner).still_wanted(&planners);
     let asked = asked.expect("it asked after it had gone");
     let _token = announce(&planner, None).unwrap();
     assert!(planners.wait(soon(), |there| there.len() == 1));
-    asked
-        .still_wanted(&planners)
-        .expect("it is there")
-        .refuse(Status::Busy, "");
+    let asked = asked.still_wanted(&planners).expect("it is there");
+    asked.refuse(Status::Busy, "");
 }
 
 #[test]
@@ -308,37 +286,26 @@ fn no_answer_at_all_is_no_refusal() {
     let pair = Pair::new(Service::Perception);
     let error = pair.ask(0, Instant::now() + Duration::from_millis(300));
     assert_eq!(error.unwrap_err().status(), None);
-    let call = thread::spawn({
-        let client = pair.client.clone();
-        move || client.call(&cell(), HeightmapRequest::default(), soon())
-    });
-    let (_listener, mailbox) = pair.mailbox(4);
-    let thread = echo(mailbox);
+    let call = pair.begin(0);
+    let _echo = pair.echo();
     assert!(call.join().unwrap().is_ok());
-    drop(_listener);
-    thread.join().unwrap();
 }
 
 #[test]
 fn malformed_requests_are_refused() {
     let pair = Pair::new(Service::Perception);
-    let (_listener, mailbox) = pair.mailbox(4);
-    let thread = echo(mailbox);
+    let _echo = pair.echo();
     pair.ask(1, soon()).unwrap();
     let header = |request_id: &str, time_limit_us| {
-        let header = RequestHeader {
+        let header = Some(RequestHeader {
             request_id: request_id.to_owned(),
             time_limit_us,
-            caller: String::new(),
             ..RequestHeader::default()
-        };
-        HeightmapRequest {
-            header: Some(header),
-            least_state_number: 0,
-        }
-        .encode_to_vec()
+        });
+        HeightmapRequest { header, ..wants(0) }.encode_to_vec()
     };
     let key = "ppnpack/v1/c1/rpc/perception/heightmap";
+    let to_all = "ppnpack/v1/all/rpc/perception/heightmap";
     for (key, payload, request_id) in [
         (key, b"\xff\xff\xff\xff".to_vec(), ""),
         (key, Vec::new(), ""),
@@ -346,35 +313,19 @@ fn malformed_requests_are_refused() {
         (key, header("good", 0), "good"),
         (key, header("good", u64::MAX), "good"),
         (key, vec![0; (16 << 20) + 1], ""),
-        (
-            "ppnpack/v1/all/rpc/perception/heightmap",
-            header("good", 1000),
-            "good",
-        ),
+        (to_all, header("good", 1000), "good"),
     ] {
         let sample = pair.send_raw(key, &payload).into_result().unwrap();
         let reply = HeightmapReply::decode(&*sample.payload().to_bytes()).unwrap();
-        let ReplyHeader {
-            status,
-            message,
-            request_id: id,
-            ..
-        } = reply.header.unwrap();
-        assert_eq!(
-            (status, id.as_str()),
-            (Status::Invalid.into(), request_id),
-            "{message}"
-        );
-        assert!(!message.is_empty());
+        let header = reply.header.unwrap();
+        let refused = (header.status(), &*header.request_id);
+        assert_eq!(refused, (Status::Invalid, request_id), "{}", header.message);
+        assert!(!header.message.is_empty());
     }
-    let error = pair
-        .send_raw("ppnpack/v1/*/rpc/perception/heightmap", b"")
-        .into_result();
-    assert!(error.is_err());
+    let replied = pair.send_raw("ppnpack/v1/*/rpc/perception/heightmap", b"");
+    assert!(replied.into_result().is_err());
     // After all of them it still answers.
     pair.ask(2, soon()).unwrap();
-    drop(_listener);
-    thread.join().unwrap();
 }
 
 #[test]
@@ -389,17 +340,17 @@ fn a_dropped_request_is_answered_as_failed() {
 fn health_is_answered_over_zenoh() {
     let pair = Pair::new(Service::Perception);
     let latch = pair.server.health().check("camera");
-    let _token = ppnpack_service::alive::announce(&pair.server, Some(&cell())).unwrap();
+    let _token = announce(&pair.server, Some(&cell())).unwrap();
     let ask = || {
-        pair.client
-            .health(Service::Perception, pair.server.instance(), soon())
-            .unwrap()
+        let instance = pair.server.instance();
+        let asked = pair.client.health(Service::Perception, instance, soon());
+        asked.unwrap()
     };
     let reply = ask();
     assert!(!reply.is_ready && reply.uptime_ns > 0);
     assert_eq!(
-        (reply.service.as_str(), reply.cells),
-        ("perception", vec!["c1".to_owned()])
+        (reply.service, reply.cells),
+        ("perception".to_owned(), vec!["c1".to_owned()])
     );
     assert_eq!(reply.checks[0].message, "not started");
     latch.pass();

@@ -18,19 +18,19 @@ fn soon() -> Instant {
     Instant::now() + Duration::from_secs(20)
 }
 
-fn session(step: u64) -> v1::Session {
+fn at(step: u64) -> v1::Session {
     v1::Session {
         step,
         ..v1::Session::default()
     }
 }
 
-/// Publishes a step until a reader of all steps has it: a publisher never waits, so what the network cannot take at
-/// once is dropped.
+/// Publishes a step until a reader of all steps has it: a publisher never waits, so what the
+/// network cannot take at once is dropped.
 fn deliver(publisher: &Publisher<v1::Session>, all: &Receiver<u64>, step: u64) {
     let deadline = soon();
     while Instant::now() < deadline {
-        publisher.put(&session(step)).unwrap();
+        publisher.put(&at(step)).unwrap();
         while let Ok(seen) = all.recv_timeout(Duration::from_millis(50)) {
             if seen == step {
                 return;
@@ -53,19 +53,13 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
         assert_eq!(cell.as_str(), "c1");
         sender.try_send(session.step).ok();
     };
-    let subscription = subscribe(
-        reader.session(),
-        None,
-        stream,
-        MAX_MESSAGE_BYTES,
-        on_message,
-    );
-    let _subscription = subscription.unwrap();
+    let session = reader.session();
+    let _subscription = subscribe(session, None, stream, MAX_MESSAGE_BYTES, on_message).unwrap();
     let publisher = Publisher::new(&writer, &cell(), stream).unwrap();
     // The first ones may come before the subscriptions are known.
     deliver(&publisher, &all, 0);
     for step in 1..=20 {
-        publisher.put(&session(step)).unwrap();
+        publisher.put(&at(step)).unwrap();
     }
     deliver(&publisher, &all, 21);
     let mut taken = Vec::new();
@@ -96,7 +90,7 @@ fn a_reader_of_the_latest_sees_no_older_ones() {
             assert!(read.message.is_err());
             break;
         }
-        publisher.put(&session(23)).unwrap();
+        publisher.put(&at(23)).unwrap();
     }
 }
 
@@ -123,10 +117,8 @@ fn who_is_alive_is_seen_to_come_and_go() {
     let late = embedded::process(&hub, Service::Heuristic, "h2").unwrap();
     let other = embedded::process(&hub, Service::Ppn, "p1").unwrap();
     let names = |names: &[&str]| -> Vec<Instance> {
-        names
-            .iter()
-            .map(|name| Instance::new(name).unwrap())
-            .collect()
+        let names = names.iter().map(|name| Instance::new(name).unwrap());
+        names.collect()
     };
     let _first = alive::announce(&early, None).unwrap();
     let _other = alive::announce(&other, None).unwrap();

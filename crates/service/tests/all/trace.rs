@@ -1,4 +1,5 @@
-//! What goes with a request so that its answer belongs to the same trace; `one_trace_spans_...` of the stack's tests has the spans.
+//! What goes with a request so that its answer belongs to the same trace; `one_trace_spans_...` of
+//! the stack's tests has the spans.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};

@@ -25,7 +25,8 @@ const DAMAGES: [fn(&mut Vec<u8>, usize); 5] = [
     |file, at| file.truncate(at),
 ];
 
-/// Damages each page of a file in each way, and looks at what comes of it, which is told what was done.
+/// Damages each page of a file in each way, and looks at what comes of it, which is told what was
+/// done.
 pub(crate) fn with_each_damage(file: &Path, look: impl Fn(&str)) {
     let whole = fs::read(file).unwrap();
     for at in (0..whole.len()).step_by(PAGE) {

@@ -9,7 +9,7 @@ use crate::error::WireError;
 use crate::header;
 use crate::v1::{self, Check};
 
-/// What a refusal by each check says of a placement.
+/// The cause of a refusal by each check.
 const CAUSES: [(Check, Cause); 10] = [
     (Check::PhysicalStability, Cause::Unstable),
     (Check::PublishedStability, Cause::UnstableByPublishedTest),
@@ -26,7 +26,7 @@ const CAUSES: [(Check, Cause); 10] = [
 /// Makes the checks of a request, in its order.
 ///
 /// # Errors
-/// [`WireError`] where one is unspecified or not known, comes twice, or is one that the planner asks itself.
+/// [`WireError`] where one is unspecified or not known, comes twice, or is the planner's own.
 pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
     let field = "checks";
     let mut found = Vec::new();
@@ -45,41 +45,34 @@ pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
 
 /// Reads a check.
 pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError> {
-    let check = Check::try_from(number).unwrap_or(Check::Unspecified);
-    if check == Check::Unspecified {
-        let reason = format_args!("{number} is no check that is known");
-        return Err(WireError::invalid(field, reason));
-    }
-    Ok(check)
+    let check = Check::try_from(number).ok();
+    check
+        .filter(|check| *check != Check::Unspecified)
+        .ok_or_else(|| {
+            WireError::invalid(field, format_args!("{number} is no check that is known"))
+        })
 }
 
 fn boxed(check: Check) -> Option<BoxedCheck> {
     match check {
-        Check::Unspecified
-        | Check::Arm
-        | Check::OnFloor
-        | Check::Upright
-        | Check::Trial
-        | Check::Load
-        | Check::Balance
-        | Check::Sequence => None,
         Check::PhysicalStability => Some(Box::new(PhysicalStability::new(Default::default()))),
         Check::PublishedStability => Some(Box::new(PublishedStability::default())),
         Check::Fits => Some(Box::new(Fits)),
+        _ => None,
     }
 }
 
-/// What a refusal by a check says; `None` for the unspecified one.
+/// Gives the cause of a refusal by a check; `None` for the unspecified one.
 pub fn cause(check: Check) -> Option<Cause> {
     pairs::read(&CAUSES, &check)
 }
 
-/// The check that refuses for a cause; unspecified where the wire knows none.
+/// Gives the check that refuses for a cause; unspecified where the wire knows none.
 pub fn of_cause(cause: Cause) -> Check {
     pairs::write(&CAUSES, &cause)
 }
 
-/// Reads how many placements a check refused.
+/// Reads the refusals of a check, with their number.
 pub(super) fn read_refusals(message: &v1::Refusals) -> Result<(Refusal, u64), WireError> {
     let field = "placement_counts.refusals.check";
     let check = read(field, message.check)?;
@@ -91,7 +84,7 @@ pub(super) fn read_refusals(message: &v1::Refusals) -> Result<(Refusal, u64), Wi
     Ok((refusal, message.count))
 }
 
-/// Writes how many placements were refused.
+/// Writes the refusals of a check, with their number.
 pub(super) fn write_refusals((refusal, count): (&Refusal, u64)) -> v1::Refusals {
     v1::Refusals {
         check: of_cause(refusal.cause).into(),

@@ -9,16 +9,16 @@ use crate::limits::count;
 use crate::v1;
 use crate::v1::NumericType;
 
-/// The most bytes from one point to the next.
+/// Maximum number of bytes from one point to the next.
 const MAX_STRIDE: usize = 1024;
 
-/// Bytes of a point as [`write`] lays it out.
+/// Size of a point as [`write`] lays it out.
 const POINT_BYTES: usize = 12;
 
-/// The most bytes of a sensor's name.
+/// Maximum size of a sensor's name, in bytes.
 const MAX_SENSOR_NAME: usize = 64;
 
-/// The most fields of a point.
+/// Maximum number of fields of a point.
 pub(crate) const MAX_FIELDS: usize = 32;
 
 /// A cloud whose layout is checked, so that its points can be looked at one by one.
@@ -35,7 +35,7 @@ pub struct CheckedCloud {
     layout: Layout,
 }
 
-/// How the points lie in the data, and where the sensor is.
+/// The layout of the points in the data, and the pose of the sensor.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     container_from_sensor: Isometry3<f64>,
@@ -43,7 +43,7 @@ struct Layout {
     coordinates: [Coordinate; 3],
 }
 
-/// Where a coordinate lies within a point.
+/// The place of a coordinate within a point.
 #[derive(Debug, Clone, Copy)]
 struct Coordinate {
     offset: usize,
@@ -51,16 +51,16 @@ struct Coordinate {
 }
 
 impl Coordinate {
-    /// The coordinate of a point; what no `f32` holds is infinite, a hole.
+    /// Reads the coordinate of a point; one beyond all of `f32` is infinite, a hole.
     fn of(self, point: &[u8]) -> f32 {
         let from = point.get(self.offset..).unwrap_or(&[]);
-        if self.is_double {
-            let bytes = from.first_chunk();
-            bytes.map_or(f32::NAN, |bytes| f64::from_le_bytes(*bytes) as f32)
-        } else {
-            let bytes = from.first_chunk();
-            bytes.map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes))
-        }
+        let read = match self.is_double {
+            true => from
+                .first_chunk()
+                .map(|bytes| f64::from_le_bytes(*bytes) as f32),
+            false => from.first_chunk().map(|bytes| f32::from_le_bytes(*bytes)),
+        };
+        read.unwrap_or(f32::NAN)
     }
 }
 
@@ -74,7 +74,7 @@ impl CheckedCloud {
         Ok(Self { message, layout })
     }
 
-    /// The cloud.
+    /// Gives the cloud.
     pub fn cloud(&self) -> Cloud<'_> {
         Cloud {
             message: &self.message,
@@ -84,7 +84,8 @@ impl CheckedCloud {
 }
 
 impl<'a> Cloud<'a> {
-    /// The points in the sensor's frame, in metres. Those with a coordinate that is not finite are holes.
+    /// Gives the points in the sensor's frame, in metres. Those with a coordinate that is not
+    /// finite are holes.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point3<f32>> + Clone + use<'a> {
         let [x, y, z] = self.layout.coordinates;
         let points = self.message.data.chunks_exact(self.layout.stride);
@@ -96,22 +97,22 @@ impl<'a> Cloud<'a> {
         self.message
     }
 
-    /// How many points there are, holes among them.
+    /// Counts the points, holes among them.
     pub fn len(&self) -> usize {
         self.message.data.len() / self.layout.stride
     }
 
-    /// Whether there is no point.
+    /// Says whether there is no point.
     pub fn is_empty(&self) -> bool {
         self.message.data.is_empty()
     }
 
-    /// Where the sensor is.
+    /// The pose of the sensor.
     pub fn container_from_sensor(&self) -> &Isometry3<f64> {
         &self.layout.container_from_sensor
     }
 
-    /// Counts the clouds of the sensor, from 1.
+    /// The number of the cloud among those of the sensor, from 1.
     pub fn sequence(&self) -> u64 {
         self.message.sequence
     }
@@ -121,7 +122,7 @@ impl<'a> Cloud<'a> {
         self.message.state_number
     }
 
-    /// When it was captured, in nanoseconds since 1970.
+    /// The time of its capture, in nanoseconds since 1970.
     pub fn captured_at_ns(&self) -> i64 {
         self.message.captured_at_ns
     }
@@ -201,16 +202,16 @@ fn coordinate(message: &v1::PointCloud, name: &str) -> Result<Coordinate, WireEr
     })
 }
 
-/// When and where a cloud was captured.
+/// The time and place of a cloud's capture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capture {
-    /// Counts the clouds of the sensor, from 1.
+    /// The number of the cloud among those of the sensor, from 1.
     pub sequence: u64,
-    /// In nanoseconds since 1970.
+    /// The time, in nanoseconds since 1970.
     pub captured_at_ns: i64,
     /// The state of the cell; 0 where it is not known.
     pub state_number: u64,
-    /// Where the sensor is.
+    /// The pose of the sensor.
     pub container_from_sensor: Isometry3<f64>,
 }
 

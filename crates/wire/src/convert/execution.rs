@@ -1,9 +1,9 @@
-//! Carrying out what was decided.
+//! Requests that carry out decisions.
 
 use crate::v1;
 
-/// The request that has a decision carried out. The placement takes the decision's id, so that it is executed once
-/// however often it is sent.
+/// The request that has a decision carried out. The decision's id is its idempotency key: the
+/// placement is executed once, however often it is sent.
 impl From<&v1::Decision> for v1::PlaceRequest {
     fn from(decision: &v1::Decision) -> Self {
         Self {

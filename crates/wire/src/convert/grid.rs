@@ -9,7 +9,8 @@ use crate::v1;
 /// Reads a grid.
 ///
 /// # Errors
-/// [`WireError`] where a length is missing or impossible, or there are too many cells, units or yaws.
+/// [`WireError`] where a length is missing or impossible, or there are too many cells, units or
+/// yaws.
 pub fn read(message: &v1::Grid) -> Result<Grid, WireError> {
     let container = needed("grid.container", message.container.as_ref())?;
     let container = ContainerSize {

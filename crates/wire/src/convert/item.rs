@@ -12,7 +12,8 @@ use crate::v1;
 /// Reads an item.
 ///
 /// # Errors
-/// [`WireError`] where a map has the wrong size, a surface or a length is impossible, or there is no material.
+/// [`WireError`] where a map has the wrong size, a surface or a length is impossible, or there is
+/// no material.
 pub fn read(message: &v1::Item) -> Result<Item, WireError> {
     let name = name("item.name", &message.name)?;
     count("item.views", message.views.len(), 1..=MAX_YAWS)?;

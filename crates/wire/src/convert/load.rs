@@ -1,4 +1,4 @@
-//! What an item carries, against what it may.
+//! The loads on items.
 
 use ppnpack_packing::loads::Load;
 
@@ -6,7 +6,7 @@ use crate::error::WireError;
 use crate::limits::at_least_zero;
 use crate::v1;
 
-/// Reads what an item carries.
+/// Reads the load on an item.
 ///
 /// # Errors
 /// [`WireError`] where a number is not finite, or negative.
@@ -18,7 +18,7 @@ pub fn read(message: &v1::Load) -> Result<Load, WireError> {
     })
 }
 
-/// Writes what an item carries.
+/// Writes the load on an item.
 pub fn write(load: &Load) -> v1::Load {
     v1::Load {
         item_id: load.item.clone(),

@@ -1,7 +1,7 @@
 //! Conversions between messages and types of the domain, one module per message.
 //!
-//! `read` checks everything that the schemas promise and gives the domain's type; `write` is its inverse. What was
-//! written is read as it was, bit for bit, but for the sign of a zero.
+//! `read` checks everything that the schemas promise and gives the domain's type; `write` is its
+//! inverse. A value is read as it was written, bit for bit, but for the sign of a zero.
 
 pub mod check;
 pub mod cloud;

@@ -5,7 +5,7 @@ use ppnpack_packing::grid::Units;
 use crate::error::WireError;
 use crate::limits::checked;
 
-/// Heights in units: 16-bit integers.
+/// Reads heights in units: 16-bit integers.
 pub(super) fn read_units(
     field: &'static str,
     bytes: &[u8],
@@ -15,7 +15,7 @@ pub(super) fn read_units(
     Ok(numbers.iter().copied().map(Units::from_le_bytes).collect())
 }
 
-/// Heights in metres: 32-bit floats.
+/// Reads heights in metres: 32-bit floats.
 pub(super) fn read_floats(
     field: &'static str,
     bytes: &[u8],
@@ -25,7 +25,8 @@ pub(super) fn read_floats(
     Ok(numbers.iter().copied().map(f32::from_le_bytes).collect())
 }
 
-/// The numbers of a map of `nx` x `ny`, which has to have this size before memory is taken for it.
+/// Splits a map of `nx` x `ny` into its numbers, once its size is checked: no memory is taken
+/// before.
 fn split<'a, const BYTES: usize>(
     field: &'static str,
     bytes: &'a [u8],
@@ -47,7 +48,7 @@ pub(super) fn write_floats(values: &[f32]) -> Vec<u8> {
     join(values, |value| value.to_le_bytes())
 }
 
-/// Fills memory taken once, a loop that becomes a copy.
+/// Joins the bytes of numbers: memory is taken once, and the loop becomes a copy.
 fn join<T: Copy, const BYTES: usize>(values: &[T], to_bytes: impl Fn(T) -> [u8; BYTES]) -> Vec<u8> {
     let mut bytes = vec![0; values.len() * BYTES];
     for (chunk, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {

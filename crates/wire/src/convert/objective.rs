@@ -17,10 +17,12 @@ const HEURISTICS: [(v1::Heuristic, Heuristic); 6] = [
     (v1::Heuristic::Random, Heuristic::Random),
 ];
 
-/// Reads the objective of a field. Searches only ask whether the order is balanced: else it is [`Order::Arrival`].
+/// Reads the objective of a field. Searches only ask whether the order is balanced: else it is
+/// [`Order::Arrival`].
 ///
 /// # Errors
-/// [`WireError`] where there is none, the heuristic is not known, or a weight is negative or not finite.
+/// [`WireError`] where there is none, the heuristic is not known, or a weight is negative or not
+/// finite.
 pub fn read_required(
     field: &'static str,
     message: Option<&v1::Objective>,
@@ -37,25 +39,19 @@ pub fn read_required(
         .map_err(|error| WireError::invalid("objective.weights", error))?;
     Ok(SearchSettings {
         heuristic,
-        order: if message.is_balanced {
-            Order::Balance
-        } else {
-            Order::Arrival
+        order: match message.is_balanced {
+            true => Order::Balance,
+            false => Order::Arrival,
         },
         weights,
         seed: message.seed,
-        above_rim_m: read_above_rim_m(message.above_rim_m)?,
+        above_rim_m: checked(
+            "objective.above_rim_m",
+            message.above_rim_m,
+            (0.0..=1.0).contains(&message.above_rim_m),
+            "0 to 1 m are possible",
+        )?,
     })
-}
-
-fn read_above_rim_m(above_rim_m: f64) -> Result<f64, WireError> {
-    let is_possible = (0.0..=1.0).contains(&above_rim_m);
-    checked(
-        "objective.above_rim_m",
-        above_rim_m,
-        is_possible,
-        "0 to 1 m are possible",
-    )
 }
 
 fn read_weights(weights: &v1::Weights) -> Weights {

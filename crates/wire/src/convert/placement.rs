@@ -22,10 +22,12 @@ fn cell(field: &'static str, yaw: u32, x: u32, y: u32) -> Result<Placement, Wire
     })
 }
 
-/// Reads the placements that a field holds in columns. Whether they lie within a container is not checked.
+/// Reads the placements that a field holds in columns. Whether they lie within a container is not
+/// checked.
 ///
 /// # Errors
-/// [`WireError`] where the columns differ in length, are too long, or hold an index that no grid has.
+/// [`WireError`] where the columns differ in length, are too long, or hold an index that no grid
+/// has.
 pub fn read_all(
     field: &'static str,
     message: &v1::Placements,
@@ -35,9 +37,8 @@ pub fn read_all(
     count(field, x.len(), yaw.len()..=yaw.len())?;
     count(field, y.len(), yaw.len()..=yaw.len())?;
     let columns = yaw.iter().zip(x).zip(y);
-    columns
-        .map(|((yaw, x), y)| cell(field, *yaw, *x, *y))
-        .collect()
+    let placements = columns.map(|((yaw, x), y)| cell(field, *yaw, *x, *y));
+    placements.collect()
 }
 
 /// Writes placements in columns.
@@ -102,7 +103,8 @@ pub fn write_ranked(evaluated: &Evaluated) -> v1::RankedPlacement {
     }
 }
 
-/// Writes a placement with its value, for whom items are candidates: the item's index, and in which of its poses.
+/// Writes a placement with its value, for those to whom items are candidates: the item's index, and
+/// that of its pose.
 pub fn write_ranked_item(evaluated: &Evaluated, item: usize, pose: usize) -> v1::RankedPlacement {
     v1::RankedPlacement {
         candidate: to_index(item),
@@ -111,7 +113,7 @@ pub fn write_ranked_item(evaluated: &Evaluated, item: usize, pose: usize) -> v1:
     }
 }
 
-/// Reads what became of a candidate's placements.
+/// Reads the tally of a candidate's placements.
 ///
 /// # Errors
 /// [`WireError`] where the candidate or a check is not possible.
@@ -128,7 +130,7 @@ pub fn read_tally(message: &v1::PlacementCounts) -> Result<Tally, WireError> {
     })
 }
 
-/// Writes what became of a candidate's placements.
+/// Writes the tally of a candidate's placements.
 pub fn write_tally(tally: &Tally) -> v1::PlacementCounts {
     v1::PlacementCounts {
         candidate: to_index(tally.candidate),

@@ -6,10 +6,10 @@ use crate::error::{WireError, needed};
 use crate::limits::{checked, coordinate_m};
 use crate::v1;
 
-/// How far the norm of a quaternion may be from 1.
+/// Maximum difference of a quaternion's norm from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// A norm this close to 1 is that of a unit quaternion, rounded: it is kept bit for bit.
+/// Maximum difference of a unit quaternion's norm from 1, by rounding: it is kept bit for bit.
 const ROUNDING: f64 = 1e-9;
 
 /// Reads the pose that a field holds.

@@ -11,7 +11,8 @@ use crate::v1;
 /// Reads a scene and its grid.
 ///
 /// # Errors
-/// [`WireError`] where the grid or a height is impossible, or there are not as many heights as the grid needs.
+/// [`WireError`] where the grid or a height is impossible, or there are not as many heights as the
+/// grid needs.
 pub fn read(message: &v1::Scene) -> Result<(Grid, Scene), WireError> {
     let grid = grid::read(needed("scene.grid", message.grid.as_ref())?)?;
     let size = (grid.nx(), grid.ny());

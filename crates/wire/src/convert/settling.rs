@@ -1,4 +1,4 @@
-//! What becomes of a placed item, as a simulation tells.
+//! The settling of a placed item, by a simulation.
 
 use ppnpack_packing::trial::Settling;
 
@@ -6,7 +6,7 @@ use crate::error::WireError;
 use crate::limits::at_least_zero;
 use crate::v1;
 
-/// Reads what becomes of an item.
+/// Reads the settling of an item.
 ///
 /// # Errors
 /// [`WireError`] where a number is not finite, or negative.
@@ -20,7 +20,7 @@ pub fn read(message: &v1::Settling) -> Result<Settling, WireError> {
     })
 }
 
-/// Writes what becomes of an item.
+/// Writes the settling of an item.
 pub fn write(settling: &Settling) -> v1::Settling {
     v1::Settling {
         tilt_rad: settling.tilt_rad,

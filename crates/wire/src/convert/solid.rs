@@ -42,12 +42,16 @@ pub fn read(message: &v1::Solid) -> Result<Model, WireError> {
     })
 }
 
+/// Splits numbers or indices into threes.
+fn threes<'a, T>(field: &'static str, all: &'a [T]) -> Result<&'a [[T; 3]], WireError> {
+    let (threes, rest) = all.as_chunks();
+    let refused =
+        || WireError::invalid(field, format_args!("{} is no multiple of three", all.len()));
+    rest.is_empty().then_some(threes).ok_or_else(refused)
+}
+
 fn read_points(field: &'static str, numbers: &[f64]) -> Result<Vec<Point3<f64>>, WireError> {
-    let (points, rest) = numbers.as_chunks::<3>();
-    if !rest.is_empty() {
-        let reason = format_args!("{} numbers are no points of three", numbers.len());
-        return Err(WireError::invalid(field, reason));
-    }
+    let points = threes(field, numbers)?;
     for number in numbers {
         coordinate_m(field, *number)?;
     }
@@ -56,11 +60,7 @@ fn read_points(field: &'static str, numbers: &[f64]) -> Result<Vec<Point3<f64>>,
 
 fn read_triangles(indices: &[u32], vertices: usize) -> Result<Vec<[u32; 3]>, WireError> {
     let field = "solid.triangles";
-    let (triangles, rest) = indices.as_chunks::<3>();
-    if !rest.is_empty() {
-        let reason = format_args!("{} vertices are no triangles of three", indices.len());
-        return Err(WireError::invalid(field, reason));
-    }
+    let triangles = threes(field, indices)?;
     match indices.iter().find(|index| **index as usize >= vertices) {
         Some(index) => {
             let reason = format_args!("vertex {index} of {vertices}");
@@ -85,18 +85,15 @@ pub fn write(model: &Model) -> v1::Solid {
         centre_of_mass_m,
         inertia_kg_m2,
     } = model.mass;
+    let pieces = model.pieces.iter().map(|piece| v1::ConvexPiece {
+        vertices_m: write_points(&piece.vertices),
+    });
     v1::Solid {
         name: model.name.clone(),
         vertices_m: write_points(&model.mesh.vertices),
         triangles: model.mesh.triangles.iter().flatten().copied().collect(),
         volume_m3: model.volume_m3,
-        pieces: model
-            .pieces
-            .iter()
-            .map(|piece| v1::ConvexPiece {
-                vertices_m: write_points(&piece.vertices),
-            })
-            .collect(),
+        pieces: pieces.collect(),
         mass_kg,
         centre_of_mass: Some(pose::write_vector(&centre_of_mass_m.coords)),
         inertia_kg_m2: inertia_kg_m2.as_slice().to_vec(),
@@ -107,6 +104,6 @@ pub fn write(model: &Model) -> v1::Solid {
 fn write_points(points: &[Point3<f64>]) -> Vec<f64> {
     points
         .iter()
-        .flat_map(|point| [point.x, point.y, point.z])
+        .flat_map(|point| <[f64; 3]>::from(*point))
         .collect()
 }

@@ -1,21 +1,22 @@
 //! Plain CDR: how ROS 2 puts messages into bytes.
 //!
-//! A payload is an encapsulation header of four bytes, two that name the encoding and two of options, and the message.
-//! A number of N bytes begins at a multiple of N from the end of the header. A text is its length as a 32-bit number, the
-//! terminating zero included, and its bytes; a sequence is the number of its elements and these. Source: OMG
-//! DDS-XTypes 1.3, sections 7.4.1 (encoding version 1) and 7.6.3.1.2 (encapsulation); the numbers of the encodings
-//! there and in DDSI-RTPS 2.5, section 10.5, which differ for the second version.
+//! A payload is an encapsulation header of four bytes, two that name the encoding and two of
+//! options, and the message. A number of N bytes begins at a multiple of N from the end of the
+//! header. A text is its length as a 32-bit number, the terminating zero included, and its bytes; a
+//! sequence is the number of its elements and these. Source: OMG DDS-XTypes 1.3, sections 7.4.1
+//! (encoding version 1) and 7.6.3.1.2 (encapsulation); the numbers of the encodings there and in
+//! DDSI-RTPS 2.5, section 10.5, which differ for the second version.
 
 use crate::error::WireError;
 use crate::limits::checked;
 
-/// The longest text, in bytes.
+/// Maximum size of a text, in bytes.
 const MAX_TEXT_BYTES: usize = 256;
 
 /// Reads a message from the front.
 #[derive(Debug)]
 pub(super) struct Reader<'a> {
-    /// What follows the encapsulation header.
+    /// The rest of the payload after the encapsulation header.
     body: &'a [u8],
     at: usize,
     is_big_endian: bool,
@@ -33,11 +34,10 @@ impl<'a> Reader<'a> {
         let number = u16::from_be_bytes([high, low]);
         let other = match number {
             0 | 1 => {
-                let (at, is_big_endian) = (0, number == 0);
                 return Ok(Self {
                     body,
-                    at,
-                    is_big_endian,
+                    at: 0,
+                    is_big_endian: number == 0,
                 });
             }
             2 | 3 => "PL_CDR",
@@ -53,7 +53,7 @@ impl<'a> Reader<'a> {
         refused(format!("{other} is not read, only PLAIN_CDR is"))
     }
 
-    /// The next bytes.
+    /// Takes the next bytes.
     fn take(&mut self, field: &'static str, count: usize) -> Result<&'a [u8], WireError> {
         let left = self.body.get(self.at..).unwrap_or(&[]);
         let needed = format_args!("{count} bytes are needed");
@@ -63,47 +63,47 @@ impl<'a> Reader<'a> {
         Ok(left.get(..count).unwrap_or(left))
     }
 
-    /// A number without a sign of 8 bits.
+    /// Reads a number without a sign of 8 bits.
     pub(super) fn uint8(&mut self, field: &'static str) -> Result<u8, WireError> {
         Ok(self.take(field, 1)?.first().copied().unwrap_or_default())
     }
 
-    /// A truth value.
+    /// Reads a truth value.
     pub(super) fn boolean(&mut self, field: &'static str) -> Result<bool, WireError> {
         let value = self.uint8(field)?;
         checked(field, value, value <= 1, "0 or 1 is needed").map(|value| value == 1)
     }
 
-    /// A number without a sign of 32 bits.
+    /// Reads a number without a sign of 32 bits.
     pub(super) fn uint32(&mut self, field: &'static str) -> Result<u32, WireError> {
         self.at = self.at.next_multiple_of(4);
         let bytes = self.take(field, 4)?.first_chunk().copied();
         let bytes = bytes.unwrap_or_default();
-        Ok(if self.is_big_endian {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
+        Ok(match self.is_big_endian {
+            true => u32::from_be_bytes(bytes),
+            false => u32::from_le_bytes(bytes),
         })
     }
 
-    /// A number with a sign of 32 bits.
+    /// Reads a number with a sign of 32 bits.
     pub(super) fn int32(&mut self, field: &'static str) -> Result<i32, WireError> {
         self.uint32(field).map(u32::cast_signed)
     }
 
-    /// A length, which counts bytes or elements.
+    /// Reads a length, which counts bytes or elements.
     fn length(&mut self, field: &'static str) -> Result<usize, WireError> {
         let length = self.uint32(field)?;
         Ok(usize::try_from(length).unwrap_or(usize::MAX))
     }
 
-    /// A sequence of bytes, where it lies.
+    /// Gives a sequence of bytes, where it lies.
     pub(super) fn bytes(&mut self, field: &'static str) -> Result<&'a [u8], WireError> {
         let length = self.length(field)?;
         self.take(field, length)
     }
 
-    /// How many elements a sequence has: at most `limit`, and no more than what is left has room for.
+    /// Reads the number of a sequence's elements: at most `limit`, and no more than the rest has
+    /// room for.
     pub(super) fn elements(
         &mut self,
         field: &'static str,
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
         Ok(count)
     }
 
-    /// A text. An empty one may lack its terminating zero: some write it so.
+    /// Reads a text. An empty one may lack its terminating zero: some write it so.
     pub(super) fn text(&mut self, field: &'static str) -> Result<&'a str, WireError> {
         let refused = |reason: &str| WireError::invalid(field, reason);
         let text = match self.bytes(field)?.split_last() {

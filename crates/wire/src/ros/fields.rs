@@ -1,4 +1,4 @@
-//! The fields of points: which are kept, and where their numbers lie.
+//! The fields of points that are kept, and the places of their numbers.
 
 use super::message::{PointCloud2, PointField, datatype};
 use crate::convert::cloud::MAX_FIELDS;
@@ -9,7 +9,7 @@ use crate::v1::NumericType;
 /// The fields that a point cannot be without.
 const COORDINATES: [&str; 3] = ["x", "y", "z"];
 
-/// Where a number lies within a point, in bytes from its beginning.
+/// The place of a number within a point, in bytes from its beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Number {
     pub(super) offset: usize,
@@ -80,7 +80,7 @@ fn is_coordinate(field: &PointField<'_>) -> bool {
     COORDINATES.contains(&field.name)
 }
 
-/// The bytes of a number of a type, and its type in the workspace's clouds where these have it.
+/// Gives the bytes of a number of a type, and its type in the workspace's clouds, if any.
 fn layout(datatype: u8) -> Option<(usize, Option<NumericType>)> {
     Some(match datatype {
         datatype::INT8 => (1, Some(NumericType::Int8)),

@@ -5,10 +5,11 @@ use super::topic::check_size;
 use crate::error::WireError;
 use crate::limits::checked;
 
-/// The most fields that are looked at. Many drivers have more than a cloud of the workspace, which keeps the first.
+/// Maximum number of fields that are read. Many drivers have more than a cloud of the workspace,
+/// which keeps the first.
 const MAX_FIELDS: usize = 256;
 
-/// The fewest bytes of a field: an empty name, the offset, the type and the count.
+/// Minimum size of a field: an empty name, the offset, the type and the count.
 const LEAST_FIELD_BYTES: usize = 4 + 4 + 1 + 4;
 
 /// The types of fields, as `sensor_msgs/PointField` numbers them.
@@ -47,7 +48,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// In nanoseconds since 1970.
+    /// Gives the nanoseconds since 1970.
     ///
     /// # Errors
     /// [`WireError::Invalid`] where the rest is a second or more.
@@ -63,20 +64,20 @@ impl Stamp {
 /// `sensor_msgs/PointField`: a field of a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PointField<'a> {
-    /// Such as "x".
+    /// Its name, such as "x".
     pub name: &'a str,
     /// Bytes from the beginning of the point.
     pub offset: u32,
-    /// What the bytes are; see [`datatype`].
+    /// The type of its bytes; see [`datatype`].
     pub datatype: u8,
-    /// How many elements it has. 0 means 1: some drivers write it so.
+    /// The number of its elements. 0 means 1: some drivers write it so.
     pub count: u32,
 }
 
 /// `sensor_msgs/PointCloud2`. Names are those of ROS.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PointCloud2<'a> {
-    /// When it was captured.
+    /// The time of its capture.
     pub stamp: Stamp,
     /// The frame of the coordinates.
     pub frame_id: &'a str,
@@ -99,13 +100,15 @@ pub struct PointCloud2<'a> {
 }
 
 impl<'a> PointCloud2<'a> {
-    /// Takes a payload in plain CDR apart. Whether its parts fit together, [`to_cloud`](super::to_cloud) checks.
+    /// Takes a payload in plain CDR apart. Whether its parts fit together,
+    /// [`to_cloud`](super::to_cloud) checks.
     ///
-    /// What follows the message is not looked at: publishers in shared memory send the rest of their buffer.
+    /// Bytes after the message are not read: publishers in shared memory send the rest of their
+    /// buffer.
     ///
     /// # Errors
-    /// [`WireError`] where it is larger than [`MAX_CLOUD_BYTES`](crate::MAX_CLOUD_BYTES), is encoded otherwise, or ends
-    /// early, or where a length, a text or a truth value is impossible.
+    /// [`WireError`] where it is larger than [`MAX_CLOUD_BYTES`](crate::MAX_CLOUD_BYTES), is
+    /// encoded otherwise, or ends early, or where a length, a text or a truth value is impossible.
     pub fn read(payload: &'a [u8]) -> Result<Self, WireError> {
         check_size(payload.len())?;
         let mut reader = Reader::new(payload)?;

@@ -19,8 +19,9 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// The rows of a cloud, whose data have to be one point after the other, or rows of `row_step` bytes of which the
-    /// last may lack its padding. Where no row is padded, `row_step` does not matter: many drivers do not set it.
+    /// The rows of a cloud, whose data have to be one point after the other, or rows of `row_step`
+    /// bytes of which the last may lack its padding. Where no row is padded, `row_step` does not
+    /// matter: many drivers do not set it.
     pub(super) fn of(message: &PointCloud2<'a>) -> Result<Self, WireError> {
         let found = message.data.len() as u128;
         let [width, height] = [message.width, message.height].map(u128::from);

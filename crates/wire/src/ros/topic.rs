@@ -1,8 +1,8 @@
-//! What the keys of ROS 2 say.
+//! The keys of ROS 2.
 //!
 //! `rmw_zenoh` publishes a topic under `<domain>/<topic>/<type>/<hash>`, such as
-//! `0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_...`; the bridge of ROS 2 over DDS under the topic's
-//! name alone, without its first slash.
+//! `0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2_/RIHS01_...`; the bridge of ROS 2
+//! over DDS under the topic's name alone, without its first slash.
 
 use crate::decode::MAX_CLOUD_BYTES;
 use crate::error::{self, WireError};

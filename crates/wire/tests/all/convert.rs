@@ -8,7 +8,7 @@ use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::search::SearchSettings;
 use ppnpack_packing::step::{Evaluated, PlacementCounts};
 use ppnpack_packing::valid::Tally;
-use ppnpack_wire::convert::{cloud, grid, item, objective, placement, pose, scene, solid};
+use ppnpack_wire::convert::{cloud, cycle, grid, item, objective, placement, pose, scene, solid};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{decode, v1};
 use proptest::prelude::*;
@@ -196,6 +196,12 @@ proptest! {
         prop_assert_eq!(taken.state_number(), 7);
         prop_assert_eq!(taken.container_from_sensor(), &container_from_sensor);
     }
+}
+
+#[test]
+fn a_cycle_is_read_as_it_was_written() {
+    let given = domain::cycle();
+    assert_eq!(cycle::read(&sent(&cycle::write(&given))), Ok(given));
 }
 
 #[test]

@@ -1,6 +1,8 @@
-//! `descriptors.binpb` is what the schemas in `proto/` compile to, with their comments. `PPNPACK_RECORD=1` writes it anew.
+//! `descriptors.binpb` is what the schemas in `proto/` compile to, with their comments.
+//! `PPNPACK_RECORD=1` writes it anew.
 //!
-//! It is kept with the sources because the compiler of the schemas takes longer to build than all of this crate.
+//! It is kept with the sources because the compiler of the schemas takes longer to build than all
+//! of this crate.
 
 use std::path::{Path, PathBuf};
 

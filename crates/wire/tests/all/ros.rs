@@ -1,4 +1,5 @@
-//! Clouds of ROS 2 become the clouds that they are, or are refused with an error that names what is wrong.
+//! Clouds of ROS 2 become the clouds that they are, or are refused with an error that names what is
+//! wrong.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 use ppnpack_wire::convert::cloud;
@@ -6,6 +7,7 @@ use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype, to_cloud};
 use ppnpack_wire::{MAX_CLOUD_BYTES, WireError, v1};
 
 use crate::payload::payload;
+use crate::support::refused;
 
 /// One point (1, 2, 0.5) in plain CDR, little-endian, byte for byte as the specification says.
 #[rustfmt::skip]
@@ -41,7 +43,8 @@ const BIG: [u8; 121] = [
     1,
 ];
 
-/// The bytes of the golden messages from which their lengths begin: frame_id, fields, the first name, data.
+/// The bytes of the golden messages from which their lengths begin: frame_id, fields, the first
+/// name, data.
 const LENGTHS: [usize; 4] = [12, 28, 32, 104];
 
 fn pose() -> Isometry3<f64> {
@@ -209,104 +212,82 @@ fn texts_and_truth_values_have_to_be_what_they_are() {
     refused("PointCloud2.is_bigendian", 92, 2);
     refused("PointCloud2.is_dense", 120, 255);
     let long = "x".repeat(257);
-    let message = PointCloud2 {
+    let long = PointCloud2 {
         frame_id: &long,
         ..golden()
     };
-    let error = PointCloud2::read(&payload(&message, false))
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("257 bytes where 256"), "{error}");
-    let message = PointCloud2 {
+    let many = PointCloud2 {
         fields: vec![golden().fields[0]; 257],
         ..golden()
     };
-    let error = PointCloud2::read(&payload(&message, false))
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains("257 elements where at most 256"), "{error}");
+    for (message, text) in [
+        (long, "257 bytes where 256"),
+        (many, "257 elements where at most 256"),
+    ] {
+        let error = PointCloud2::read(&payload(&message, false)).unwrap_err();
+        assert!(error.to_string().contains(text), "{error}");
+    }
 }
 
 /// Some write an empty text without its terminating zero.
 #[test]
 fn empty_texts_may_lack_their_zero() {
-    let mut payload = LITTLE.to_vec();
-    payload.splice(12..20, [0, 0, 0, 0]);
-    assert_eq!(PointCloud2::read(&payload).unwrap().frame_id, "");
-    let mut payload = LITTLE.to_vec();
-    payload.splice(12..20, [1, 0, 0, 0, 0, 0, 0, 0]);
-    assert_eq!(PointCloud2::read(&payload).unwrap().frame_id, "");
+    for text in [&[0, 0, 0, 0][..], &[1, 0, 0, 0, 0, 0, 0, 0]] {
+        let mut payload = LITTLE.to_vec();
+        payload.splice(12..20, text.iter().copied());
+        assert_eq!(PointCloud2::read(&payload).unwrap().frame_id, "");
+    }
 }
 
 #[test]
 fn impossible_clouds_are_refused_by_field() {
-    type Change = fn(&mut PointCloud2<'_>);
-    let changes: [(&str, Change); 19] = [
-        ("PointCloud2.header.stamp.nanosec", |m| {
-            m.stamp.nanosec = 1_000_000_000;
-        }),
-        ("PointCloud2.data", |m| m.width = 2),
-        ("PointCloud2.data", |m| m.height = 0),
-        ("PointCloud2.data", |m| m.data = &m.data[..11]),
-        ("PointCloud2.data", |m| {
-            (m.height, m.row_step) = (2, 11);
-        }),
-        ("PointCloud2.fields.datatype", |m| m.fields[1].datatype = 0),
-        ("PointCloud2.fields.datatype", |m| m.fields[1].datatype = 12),
-        ("cloud.fields", |m| m.fields[1].datatype = datatype::INT64),
-        ("cloud.fields.type", |m| {
-            m.fields[1].datatype = datatype::INT32;
-        }),
-        ("PointCloud2.fields.count", |m| m.fields[2].count = 2),
-        ("PointCloud2.fields.offset", |m| m.fields[2].offset = 9),
-        ("PointCloud2.fields.offset", |m| {
-            m.fields[2].offset = u32::MAX;
-        }),
-        ("PointCloud2.fields.offset", |m| m.fields[2].offset = 6),
-        ("PointCloud2.fields.offset", |m| m.fields[2].offset = 4),
-        ("PointCloud2.fields.offset", |m| {
-            m.fields[0].name = "normals";
-            m.fields[0].count = u32::MAX;
-        }),
-        ("cloud.fields", |m| m.fields.truncate(2)),
-        ("cloud.fields", |m| m.fields[2].name = "x"),
-        ("cloud.fields", |m| m.fields[2].name = "Z"),
-        ("cloud.fields", |m| m.fields.clear()),
-    ];
-    assert!(convert(&golden()).is_ok());
-    for (index, (field, change)) in changes.into_iter().enumerate() {
-        let mut message = golden();
-        change(&mut message);
-        let error = convert(&message).unwrap_err();
-        assert_eq!(named(&error), field, "change {index}: {error}");
+    refused! {
+        &golden(), convert, it;
+        "PointCloud2.header.stamp.nanosec" => it.stamp.nanosec = 1_000_000_000;
+        "PointCloud2.data" => it.width = 2;
+        "PointCloud2.data" => it.height = 0;
+        "PointCloud2.data" => it.data = &it.data[..11];
+        "PointCloud2.data" => (it.height, it.row_step) = (2, 11);
+        "PointCloud2.fields.datatype" => it.fields[1].datatype = 0;
+        "PointCloud2.fields.datatype" => it.fields[1].datatype = 12;
+        "cloud.fields" => it.fields[1].datatype = datatype::INT64;
+        "cloud.fields.type" => it.fields[1].datatype = datatype::INT32;
+        "PointCloud2.fields.count" => it.fields[2].count = 2;
+        "PointCloud2.fields.offset" => it.fields[2].offset = 9;
+        "PointCloud2.fields.offset" => it.fields[2].offset = u32::MAX;
+        "PointCloud2.fields.offset" => it.fields[2].offset = 6;
+        "PointCloud2.fields.offset" => it.fields[2].offset = 4;
+        "PointCloud2.fields.offset" => { it.fields[0].name = "normals"; it.fields[0].count = u32::MAX };
+        "cloud.fields" => it.fields.truncate(2);
+        "cloud.fields" => it.fields[2].name = "x";
+        "cloud.fields" => it.fields[2].name = "Z";
+        "cloud.fields" => it.fields.clear();
     }
     let error = to_cloud(&golden(), 0, &pose()).unwrap_err();
     assert_eq!(named(&error), "cloud.sequence");
     let far = Translation3::new(f64::NAN, 0.0, 0.0).into();
     let error = to_cloud(&golden(), 1, &far).unwrap_err();
     assert_eq!(named(&error), "cloud.container_from_sensor");
-    let wide = vec![0; 1025];
-    let message = PointCloud2 {
-        point_step: 1025,
-        data: &wide,
-        ..golden()
+    // As many whole points of this size as so many bytes have room for.
+    let of_points = |bytes: usize, room: usize| {
+        let data = vec![0; room / bytes * bytes];
+        convert(&PointCloud2 {
+            point_step: u32::try_from(bytes).unwrap(),
+            width: u32::try_from(room / bytes).unwrap(),
+            data: &data,
+            ..golden()
+        })
     };
-    assert_eq!(named(&convert(&message).unwrap_err()), "cloud.point_stride");
-    let large = vec![0; (128 << 20) + 12];
-    let message = PointCloud2 {
-        point_step: 16,
-        width: u32::try_from(large.len() / 16).unwrap(),
-        data: &large[..large.len() / 16 * 16],
-        ..golden()
-    };
-    assert!(convert(&message).is_ok());
-    let message = PointCloud2 {
-        point_step: 12,
-        width: u32::try_from(large.len() / 12).unwrap(),
-        data: &large[..large.len() / 12 * 12],
-        ..golden()
-    };
-    assert_eq!(named(&convert(&message).unwrap_err()), "PointCloud2.data");
+    let large = (128 << 20) + 12;
+    assert_eq!(
+        named(&of_points(1025, 1025).unwrap_err()),
+        "cloud.point_stride"
+    );
+    assert!(of_points(16, large).is_ok());
+    assert_eq!(
+        named(&of_points(12, large).unwrap_err()),
+        "PointCloud2.data"
+    );
 }
 
 #[test]
@@ -322,7 +303,8 @@ fn clouds_may_be_empty() {
     }
 }
 
-/// Many drivers leave `row_step` at 0 or write something else into it, and others read their clouds none the less.
+/// Many drivers leave `row_step` at 0 or write something else into it, and others read their clouds
+/// none the less.
 #[test]
 fn row_step_does_not_matter_where_no_row_is_padded() {
     let data = LITTLE[108..120].repeat(6);
@@ -334,10 +316,8 @@ fn row_step_does_not_matter_where_no_row_is_padded() {
             data: &data,
             ..golden()
         };
-        assert_eq!(
-            coordinates(&convert(&message).unwrap()),
-            [[1.0, 2.0, 0.5]; 6]
-        );
+        let made = convert(&message).unwrap();
+        assert_eq!(coordinates(&made), [[1.0, 2.0, 0.5]; 6]);
     }
 }
 
@@ -359,18 +339,15 @@ fn the_coordinates_are_kept_among_many_fields() {
     });
     message.fields = others.chain(golden().fields).collect();
     let made = convert(&message).unwrap();
-    let kept: Vec<&str> = made
-        .fields
-        .iter()
-        .map(|field| field.name.as_str())
-        .collect();
+    let kept = made.fields.iter().map(|field| field.name.as_str());
+    let kept: Vec<&str> = kept.collect();
     assert_eq!(kept[..4], ["x", "y", "z", "field-0"]);
     assert_eq!(kept.len(), 32);
     assert_eq!(coordinates(&made), [[1.0, 2.0, 0.5]]);
 }
 
-/// `rgb` as a number and `r`, `g`, `b` in its bytes: in little-endian points both can be seen, in big-endian ones the
-/// first.
+/// `rgb` as a number and `r`, `g`, `b` in its bytes: in little-endian points both can be seen, in
+/// big-endian ones the first.
 #[test]
 fn fields_that_share_bytes_do_not_spoil_each_other() {
     let field = |name, offset, datatype| PointField {

@@ -1,4 +1,5 @@
-//! The schema may grow, but what was once recorded of it stays. `PPNPACK_RECORD=1` records what is new.
+//! The schema may grow, but what was once recorded of it stays. `PPNPACK_RECORD=1` records what is
+//! new.
 
 use std::collections::BTreeSet;
 

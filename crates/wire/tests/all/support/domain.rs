@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaterni
 use ppnpack_packing::grid::{ContainerSize, Grid, MAX_UNITS, Resolution, Units, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind};
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use proptest::prelude::*;
 
@@ -134,4 +135,30 @@ pub(crate) fn points() -> impl Strategy<Value = Vec<Point3<f32>>> {
     let coordinate = || prop_oneof![Just(f32::NAN), any::<f32>(), -1.0_f32..1.0];
     let point = (coordinate(), coordinate(), coordinate());
     proptest::collection::vec(point.prop_map(|(x, y, z)| Point3::new(x, y, z)), 0..40)
+}
+
+/// A cycle of two legs.
+pub(crate) fn cycle() -> Cycle {
+    let leg = |kind, times_s: &[f64]| Leg {
+        kind,
+        points: times_s
+            .iter()
+            .map(|time_s| JointPoint {
+                time_s: *time_s,
+                position_rad: [0.1, -0.2, *time_s, 3.0, -6.0, 12.5],
+            })
+            .collect(),
+    };
+    Cycle {
+        arm: "an arm".to_owned(),
+        cycle_s: 2.5,
+        container_from_item_at_pick: Isometry3::translation(0.1, -0.35, 0.02),
+        grasp_yaw_rad: 0.75,
+        grip_s: 0.2,
+        release_s: 0.15,
+        legs: vec![
+            leg(LegKind::Descend, &[0.0, 0.01, 0.02]),
+            leg(LegKind::Lift, &[0.0]),
+        ],
+    }
 }

@@ -71,6 +71,39 @@ messages! {
     Scene Surface Heightmap HeightmapId HeightmapQuality Doubt
 }
 
+/// The field that an error shall name, and a change that makes a valid message impossible.
+pub(crate) type Change<M> = (&'static str, fn(&mut M));
+
+/// Has a valid message refused after each of these changes.
+macro_rules! refused {
+    ($valid:expr, $read:expr, $it:ident; $($field:literal => $change:expr;)*) => {
+        $crate::support::refused_by_each($valid, $read, &[$(($field, |$it| { $change; })),*])
+    };
+}
+pub(crate) use refused;
+
+/// Makes each change to a message that is accepted as it is, and looks at which field is named.
+pub(crate) fn refused_by_each<M: Clone, T>(
+    valid: &M,
+    read: impl Fn(&M) -> Result<T, WireError>,
+    changes: &[Change<M>],
+) {
+    if let Err(error) = read(valid) {
+        panic!("the message is refused before any change: {error}");
+    }
+    for (index, (field, change)) in changes.iter().enumerate() {
+        let mut changed = valid.clone();
+        change(&mut changed);
+        match read(&changed) {
+            Ok(_) => panic!("change {index}, of {field}, is accepted"),
+            Err(WireError::Missing { field: named } | WireError::Invalid { field: named, .. }) => {
+                assert_eq!(named, *field, "change {index}");
+            }
+            Err(error) => panic!("change {index}, of {field}: {error}"),
+        }
+    }
+}
+
 /// The text of a file of recorded values; empty where there is none.
 pub(crate) fn recorded(file: &str) -> String {
     std::fs::read_to_string(path(file)).unwrap_or_default()
