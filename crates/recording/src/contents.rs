@@ -1,4 +1,4 @@
-//! What is in a recording.
+//! The contents of a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -11,14 +11,14 @@ use crate::error::RecordingError;
 use crate::reader::{Reader, RecordedMessage};
 use crate::topic::Topic;
 
-/// What is in a recording.
+/// The contents of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Contents {
     /// The program that wrote it.
     pub library: String,
     /// Whether its recorder ended it; otherwise that was killed, or is still writing it.
     pub is_whole: bool,
-    /// What is wrong with the file, where something is; what is before that is counted.
+    /// The fault of a damaged file; all messages before it are counted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damage: Option<String>,
     /// When the first and the last message came, in nanoseconds since 1970; 0 where there is none.
@@ -29,13 +29,13 @@ pub struct Contents {
     pub topics: BTreeMap<String, TopicContents>,
     /// The cells and containers that published something.
     pub cells: BTreeSet<String>,
-    /// What the records say of the steps that were planned.
+    /// The steps that were planned, as records have them.
     pub decisions: Decisions,
-    /// Which software planned them, as release, configuration and instance of each planner.
+    /// The software that planned them: release, configuration and instance of each planner.
     pub planners: BTreeSet<String>,
 }
 
-/// What is in a channel.
+/// The contents of a channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct TopicContents {
     /// The full name of the messages.
@@ -51,11 +51,11 @@ pub struct TopicContents {
 /// The steps that were planned, as records have them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Decisions {
-    /// Those that led to a decision.
+    /// Steps that led to a decision.
     pub decided: u64,
-    /// Those in which nothing had a valid placement.
+    /// Steps in which nothing had a valid placement.
     pub nothing_fitted: u64,
-    /// Those of them whose time was over before everything was looked at.
+    /// Steps whose time was over before everything was looked at.
     pub cut: u64,
 }
 

@@ -1,4 +1,4 @@
-//! What two messages do not have alike.
+//! The first difference between two messages.
 
 use std::fmt;
 
@@ -11,18 +11,19 @@ use crate::error::RecordingError;
 /// The first field that two messages do not have alike.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// Which one, such as `placement.placement.x` or `alternatives[2].value`.
+    /// Its path, such as `placement.placement.x` or `alternatives[2].value`.
     pub field: String,
-    /// What the first message has there.
+    /// Its value in the first message.
     pub first: String,
-    /// What the second has.
+    /// Its value in the second.
     pub second: String,
 }
 
-/// The longest text of a value, in bytes.
+/// Maximum length of the text of a value, in bytes.
 const MOST_SHOWN_BYTES: usize = 200;
 
-/// The first field, in the order of the schema, that two messages do not have alike, bit for bit; `None` where they are the same.
+/// Finds the first field, in the order of the schema, in which two messages differ by any bit.
+/// `None` where they are the same.
 ///
 /// # Errors
 /// [`RecordingError::Message`] where it is no message of this protocol.
@@ -67,7 +68,7 @@ fn of_messages(at: &str, first: &DynamicMessage, second: &DynamicMessage) -> Opt
     })
 }
 
-/// What a field has that is not there: numbers are 0 then.
+/// Shows a field that is not there: numbers are 0 then.
 fn absent(field: &prost_reflect::FieldDescriptor, message: &DynamicMessage) -> String {
     if field.supports_presence() || field.is_list() {
         return "nothing".to_owned();

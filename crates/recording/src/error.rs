@@ -1,26 +1,26 @@
-//! What keeps a recording from being written or read.
+//! Reasons why a recording cannot be written or read.
 
 use std::path::PathBuf;
 use std::thread::JoinHandle;
 
-/// What keeps a recording from being written or read.
+/// A reason why a recording cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
     /// A file or a folder cannot be used.
     #[error("{} cannot be {action}: {source}", path.display())]
     File {
-        /// Which one.
+        /// Its path.
         path: PathBuf,
-        /// What was to be done with it, such as `read`.
+        /// The act that failed, such as `read`.
         action: &'static str,
-        /// Why it could not.
+        /// The cause.
         source: std::io::Error,
     },
     /// The file is no recording at all.
     #[error("{} is no MCAP file: recordings are those that `ppnpack record` writes", path.display())]
     NoRecording {
-        /// Which one.
+        /// Its path.
         path: PathBuf,
     },
     /// The file is damaged.
@@ -29,19 +29,11 @@ pub enum RecordingError {
         path.display()
     )]
     Damaged {
-        /// Which one.
+        /// Its path.
         path: PathBuf,
         /// How many bytes are good.
         offset: u64,
-        /// What is wrong there.
-        reason: String,
-    },
-    /// A message cannot be written.
-    #[error("{} cannot be written: {reason}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// Why.
+        /// The fault there.
         reason: String,
     },
     /// The streams cannot be read.
@@ -50,12 +42,12 @@ pub enum RecordingError {
     /// A thread ended by a panic.
     #[error("a thread of the recorder ended by a panic")]
     Thread,
-    /// Messages that cannot be compared.
+    /// Two messages cannot be compared, or one has no schema.
     #[error("messages that cannot be compared: {0}")]
     Message(String),
 }
 
-/// What a thread gives at its end.
+/// Gives what a thread gives at its end.
 pub(crate) fn joined<T>(thread: JoinHandle<T>) -> Result<T, RecordingError> {
     thread.join().map_err(|_| RecordingError::Thread)
 }

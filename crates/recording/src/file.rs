@@ -2,55 +2,41 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fs::File;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, Error, IntoInnerError};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{Compression, WriteOptions, Writer};
+use mcap::write::NoSeek;
+use mcap::{Compression, McapError, WriteOptions, Writer};
 use zenoh::bytes::ZBytes;
 
 use crate::error::RecordingError;
 use crate::queue::Entry;
 use crate::topic::Topic;
 
-/// How much a chunk holds before it is written, in bytes. Every flush writes one, too.
+/// Maximum size of a chunk before it is written, in bytes. Every flush writes one, too.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// What the messages of all channels are encoded in, and their schemas.
-pub(crate) const PROTOBUF: &str = "protobuf";
+/// The encoding of all messages and their schemas.
+const PROTOBUF: &str = "protobuf";
 
 /// The name of the metadata that says how many messages were dropped so far, by channel.
 pub(crate) const DROPPED: &str = "dropped";
 
-/// A file that is written. What was flushed can be read, whatever becomes of the process.
+/// A file that is written. All that was flushed can be read, whatever becomes of the process.
 pub(crate) struct RecordingFile {
-    path: PathBuf,
-    writer: Writer<Counted>,
+    pub(crate) path: PathBuf,
+    writer: Writer<NoSeek<BufWriter<File>>>,
     /// The same file, to have what was written on disk.
     disk: File,
-    bytes: Arc<AtomicU64>,
-    channels: HashMap<Topic, Channel>,
-    /// The schemas that are in it, by the names of the messages.
-    schemas: HashMap<String, u16>,
+    /// The headers of the channels' next messages, but for the time.
+    channels: HashMap<Topic, MessageHeader>,
     /// The ids of shapes that are in it.
     shapes: HashSet<Vec<u8>>,
-    begun: Instant,
-    /// As it was last written.
+    pub(crate) begun: Instant,
+    /// The counts of dropped messages that were written last.
     dropped: BTreeMap<Topic, u64>,
-}
-
-struct Channel {
-    id: u16,
-    sequence: u32,
-}
-
-/// A file, and how much was written to it.
-struct Counted {
-    file: BufWriter<File>,
-    bytes: Arc<AtomicU64>,
 }
 
 impl RecordingFile {
@@ -73,51 +59,34 @@ impl RecordingFile {
             .chunk_size(Some(CHUNK_BYTES))
             // A chunk is in the file when it is complete, and never changed again.
             .disable_seeking(true);
-        let bytes = Arc::new(AtomicU64::new(0));
-        let counted = Counted {
-            file: BufWriter::new(file),
-            bytes: Arc::clone(&bytes),
-        };
-        let writer = options.create(counted);
+        let writer = options.create(NoSeek::new(BufWriter::new(file)));
         Ok(Self {
-            writer: writer.map_err(|error| failed(&path, &error))?,
+            writer: writer.map_err(|error| failed(&path, error))?,
             path,
             disk,
-            bytes,
             channels: HashMap::new(),
-            schemas: HashMap::new(),
             shapes: HashSet::new(),
             begun: Instant::now(),
             dropped: BTreeMap::new(),
         })
     }
 
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// When it was begun.
-    pub(crate) fn begun(&self) -> Instant {
-        self.begun
-    }
-
-    /// How much was flushed.
+    /// How many bytes are in it; what was not flushed is not.
     pub(crate) fn bytes(&self) -> u64 {
-        self.bytes.load(Ordering::Relaxed)
+        self.disk.metadata().map_or(0, |metadata| metadata.len())
     }
 
     /// Writes a message, and before it the shapes that it names and that are not in the file yet.
     pub(crate) fn write(&mut self, entry: &Entry) -> Result<(), RecordingError> {
-        let Entry { sample, shapes } = entry;
-        if let Some(cell) = sample.topic.cell() {
+        if let Some(cell) = entry.topic.cell() {
             let topic = Topic::Shape(cell.clone());
-            for shape in shapes {
-                if self.shapes.insert(shape.id.clone()) {
-                    self.write_to(&topic, sample.at_ns, &shape.payload)?;
+            for (id, payload) in &entry.shapes {
+                if self.shapes.insert(id.clone()) {
+                    self.write_to(&topic, entry.at_ns, payload)?;
                 }
             }
         }
-        self.write_to(&sample.topic, sample.at_ns, &sample.payload)
+        self.write_to(&entry.topic, entry.at_ns, &entry.payload)
     }
 
     fn write_to(
@@ -126,62 +95,48 @@ impl RecordingFile {
         at_ns: u64,
         payload: &ZBytes,
     ) -> Result<(), RecordingError> {
-        let header = self.header(topic, at_ns)?;
-        let written = self
-            .writer
-            .write_to_known_channel(&header, &payload.to_bytes());
-        written.map_err(|error| failed(&self.path, &error))
-    }
-
-    /// The header of a channel's next message.
-    fn header(&mut self, topic: &Topic, at_ns: u64) -> Result<MessageHeader, RecordingError> {
-        if !self.channels.contains_key(topic) {
-            let id = self.add_channel(topic)?;
-            self.channels
-                .insert(topic.clone(), Channel { id, sequence: 0 });
-        }
-        let mut header = MessageHeader {
-            channel_id: 0,
-            sequence: 0,
-            log_time: at_ns,
-            publish_time: at_ns,
-        };
-        if let Some(channel) = self.channels.get_mut(topic) {
-            (header.channel_id, header.sequence) = (channel.id, channel.sequence);
-            channel.sequence = channel.sequence.wrapping_add(1);
-        }
-        Ok(header)
-    }
-
-    fn add_channel(&mut self, topic: &Topic) -> Result<u16, RecordingError> {
-        let path = self.path.clone();
-        let schema = topic.schema();
-        let schema = schema.map_err(|error| RecordingError::Message(error.to_string()))?;
-        let schema_id = match self.schemas.get(&schema.name) {
-            Some(id) => *id,
+        let next = match self.channels.get_mut(topic) {
+            Some(next) => next,
             None => {
-                let added = self
-                    .writer
-                    .add_schema(&schema.name, PROTOBUF, &schema.descriptors);
-                let id = added.map_err(|error| failed(&path, &error))?;
-                self.schemas.insert(schema.name, id);
-                id
+                let channel = self.add_channel(topic)?;
+                self.channels.entry(topic.clone()).or_insert(channel)
             }
         };
-        let name = topic.to_string();
-        let added = self
-            .writer
-            .add_channel(schema_id, &name, PROTOBUF, &BTreeMap::new());
-        added.map_err(|error| failed(&path, &error))
+        let header = MessageHeader {
+            log_time: at_ns,
+            publish_time: at_ns,
+            ..*next
+        };
+        next.sequence = next.sequence.wrapping_add(1);
+        let payload = payload.to_bytes();
+        let written = self.writer.write_to_known_channel(&header, &payload);
+        written.map_err(|error| failed(&self.path, error))
     }
 
-    /// Has everything that was written on disk.
+    /// Adds a channel; gives the header of its first message.
+    fn add_channel(&mut self, topic: &Topic) -> Result<MessageHeader, RecordingError> {
+        let schema = topic.schema();
+        let schema = schema.map_err(|error| RecordingError::Message(error.to_string()))?;
+        let (writer, name) = (&mut self.writer, topic.to_string());
+        let channel_id = writer
+            .add_schema(&schema.name, PROTOBUF, &schema.descriptors)
+            .and_then(|schema| writer.add_channel(schema, &name, PROTOBUF, &BTreeMap::new()))
+            .map_err(|error| failed(&self.path, error))?;
+        Ok(MessageHeader {
+            channel_id,
+            sequence: 0,
+            log_time: 0,
+            publish_time: 0,
+        })
+    }
+
+    /// Puts everything that was written on disk.
     pub(crate) fn flush(&mut self, dropped: &BTreeMap<Topic, u64>) -> Result<(), RecordingError> {
         self.write_dropped(dropped)?;
         let flushed = self.writer.flush();
-        flushed.map_err(|error| failed(&self.path, &error))?;
+        flushed.map_err(|error| failed(&self.path, error))?;
         let synced = self.disk.sync_data();
-        synced.map_err(|source| failed_to_write(&self.path, source))
+        synced.map_err(|error| failed(&self.path, error.into()))
     }
 
     fn write_dropped(&mut self, dropped: &BTreeMap<Topic, u64>) -> Result<(), RecordingError> {
@@ -196,26 +151,26 @@ impl RecordingFile {
             metadata: counts.collect(),
         };
         let written = self.writer.write_metadata(&metadata);
-        written.map_err(|error| failed(&self.path, &error))
+        written.map_err(|error| failed(&self.path, error))
     }
 
-    /// Ends the file whole, and has it on disk.
+    /// Ends the file whole, and puts it on disk.
     pub(crate) fn finish(
         mut self,
         dropped: &BTreeMap<Topic, u64>,
     ) -> Result<PathBuf, RecordingError> {
         self.write_dropped(dropped)?;
         let finished = self.writer.finish();
-        finished.map_err(|error| failed(&self.path, &error))?;
-        let flushed = self.writer.into_inner().file.into_inner();
-        let flushed = flushed.map_err(std::io::IntoInnerError::into_error);
+        finished.map_err(|error| failed(&self.path, error))?;
+        let flushed = self.writer.into_inner().into_inner().into_inner();
+        let flushed = flushed.map_err(IntoInnerError::into_error);
         let synced = flushed.and_then(|file| file.sync_all());
-        synced.map_err(|source| failed_to_write(&self.path, source))?;
+        synced.map_err(|error| failed(&self.path, error.into()))?;
         Ok(self.path)
     }
 }
 
-/// Has the name of a file on disk.
+/// Puts the name of a file on disk.
 fn sync_name(path: &Path) -> std::io::Result<()> {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),
@@ -223,42 +178,13 @@ fn sync_name(path: &Path) -> std::io::Result<()> {
     }
 }
 
-fn failed_to_write(path: &Path, source: std::io::Error) -> RecordingError {
+fn failed(path: &Path, error: McapError) -> RecordingError {
     RecordingError::File {
         path: path.to_owned(),
         action: "written",
-        source,
-    }
-}
-
-fn failed(path: &Path, error: &mcap::McapError) -> RecordingError {
-    let reason = match error {
-        mcap::McapError::Io(error) => error.to_string(),
-        error => error.to_string(),
-    };
-    let path = path.to_owned();
-    RecordingError::Write { path, reason }
-}
-
-impl Write for Counted {
-    fn write(&mut self, buffer: &[u8]) -> std::io::Result<usize> {
-        let written = self.file.write(buffer)?;
-        self.bytes.fetch_add(written as u64, Ordering::Relaxed);
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
-}
-
-impl Seek for Counted {
-    fn seek(&mut self, position: std::io::SeekFrom) -> std::io::Result<u64> {
-        self.file.seek(position)
-    }
-
-    /// Nothing is written but at the end.
-    fn stream_position(&mut self) -> std::io::Result<u64> {
-        Ok(self.bytes.load(Ordering::Relaxed))
+        source: match error {
+            McapError::Io(error) => error,
+            error => Error::other(error.to_string()),
+        },
     }
 }

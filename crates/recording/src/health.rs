@@ -4,14 +4,13 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::thread;
-use ppnpack_service::{Shutdown, survey};
+use ppnpack_service::{ServiceError, Shutdown, survey};
 use prost::Message;
 use zenoh::Session;
 
 use crate::error::{RecordingError, joined};
-use crate::queue::{Entry, Queue, Sample};
+use crate::queue::{Entry, Queue};
 use crate::topic::Topic;
 
 /// How often services are asked.
@@ -27,39 +26,32 @@ pub(crate) struct HealthThread {
 }
 
 impl HealthThread {
-    /// Has nothing asked any more.
+    /// Starts to ask, and puts the answers into the queue.
+    pub(crate) fn start(session: &Session, queue: &Arc<Queue>) -> Result<Self, ServiceError> {
+        let end = Shutdown::default();
+        let (session, queue, asked) = (session.clone(), Arc::clone(queue), end.clone());
+        let thread = thread("health", move || {
+            ask(&session, &queue);
+            while !asked.wait_timeout(ASKED_EVERY) {
+                ask(&session, &queue);
+            }
+        })?;
+        Ok(Self { thread, end })
+    }
+
+    /// Ends it, and waits for that.
     pub(crate) fn finish(self) -> Result<(), RecordingError> {
         self.end.request();
         joined(self.thread)
     }
 }
 
-/// Starts to ask, and puts the answers into the queue.
-pub(crate) fn start(session: &Session, queue: &Arc<Queue>) -> Result<HealthThread, RecordingError> {
-    let end = Shutdown::default();
-    let (session, queue, asked) = (session.clone(), Arc::clone(queue), end.clone());
-    let thread = thread("health", move || {
-        ask(&session, &queue);
-        while !asked.wait_timeout(ASKED_EVERY) {
-            ask(&session, &queue);
-        }
-    })?;
-    Ok(HealthThread { thread, end })
-}
-
 fn ask(session: &Session, queue: &Queue) {
-    let replies = match survey::health(session, PATIENCE) {
-        Ok(replies) => replies,
-        Err(error) => {
-            tracing::warn!(%error, "the health of the services is not recorded");
-            return;
-        }
-    };
+    let replies = survey::health(session, PATIENCE).unwrap_or_else(|error| {
+        tracing::warn!(%error, "the health of the services is not recorded");
+        Vec::new()
+    });
     for reply in replies {
-        queue.push(Entry::new(Sample {
-            topic: Topic::Health,
-            at_ns: now_ns(),
-            payload: reply.encode_to_vec().into(),
-        }));
+        queue.push(Entry::now(Topic::Health, reply.encode_to_vec()));
     }
 }

@@ -1,12 +1,15 @@
-//! Recordings of packing cells: [MCAP](https://mcap.dev) files with what the cells published, and with all that each decision depended on.
+//! Recordings of packing cells: [MCAP](https://mcap.dev) files with what the cells published, and
+//! all that each decision depended on.
 //!
-//! [`Recorder`] writes them as the cells work. It reads the cells' streams through a queue with a bound, and whatever does not fit is
-//! counted and said in the file. [`Reader`] reads them, also those whose recorder was killed, and [`Contents`] says what is in one.
-//! [`difference`] finds what two messages do not have alike.
+//! [`Recorder`] writes them as the cells work. It reads the cells' streams through a bounded queue,
+//! and counts in the file whatever does not fit. [`Reader`] reads them, also those whose recorder
+//! was killed, and [`Contents`] says what is in one. [`difference`] finds what two messages do not
+//! have alike.
 //!
-//! A file has a channel for each stream of each cell, such as `/cell-1/plan`, with the protobuf schema of its messages. What steps were
-//! planned on is on `/cell-1/record`; the items and solids that this names are on `/cell-1/shape`, each once, and before they are named.
-//! What services say of their health is on `/all/health`.
+//! A file has a channel for each stream of each cell, such as `/cell-1/plan`, with the protobuf
+//! schema of its messages. What steps were planned on is on `/cell-1/record`; the items and solids
+//! that this names are on `/cell-1/shape`, each once, and before they are named. What services say
+//! of their health is on `/all/health`.
 
 mod contents;
 mod difference;
@@ -18,7 +21,6 @@ mod reader;
 mod recorder;
 mod rotation;
 mod shapes;
-mod source;
 mod topic;
 
 pub use contents::{Contents, Decisions, TopicContents};

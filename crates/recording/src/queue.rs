@@ -1,78 +1,58 @@
-//! What came and was not written yet: a queue with a bound, that holds nobody up.
+//! Messages that wait to be written: a bounded queue that holds nobody up.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Instant;
 
+use ppnpack_service::actor::Closed;
+use ppnpack_service::clock::now_ns;
 use ppnpack_service::sync::lock;
 use zenoh::bytes::ZBytes;
 
 use crate::topic::Topic;
 
-/// Entries at most, however small.
+/// Maximum of entries, however small.
 const MOST_ENTRIES: usize = 65_536;
 
-/// A message of a channel.
-#[derive(Debug, Clone)]
-pub(crate) struct Sample {
+/// A message to be written.
+#[derive(Debug)]
+pub(crate) struct Entry {
     pub(crate) topic: Topic,
     /// When it came, in nanoseconds since 1970.
     pub(crate) at_ns: u64,
     pub(crate) payload: ZBytes,
-}
-
-/// Something to be written.
-#[derive(Debug, Clone)]
-pub(crate) struct Entry {
-    pub(crate) sample: Sample,
-    /// Which must be in the file before it, each by its id.
+    /// Shapes that have to be in the file before it.
     pub(crate) shapes: Vec<NamedShape>,
 }
 
-/// An encoded [`Shape`](ppnpack_wire::v1::Shape), and its id.
-#[derive(Debug, Clone)]
-pub(crate) struct NamedShape {
-    pub(crate) id: Vec<u8>,
-    pub(crate) payload: ZBytes,
-}
+/// The id of a [`Shape`](ppnpack_wire::v1::Shape), and its encoding.
+pub(crate) type NamedShape = (Vec<u8>, ZBytes);
 
 impl Entry {
-    pub(crate) fn new(sample: Sample) -> Self {
+    /// Takes a message that comes now and names no shapes.
+    pub(crate) fn now(topic: Topic, payload: impl Into<ZBytes>) -> Self {
         Self {
-            sample,
+            topic,
+            at_ns: now_ns(),
+            payload: payload.into(),
             shapes: Vec::new(),
         }
     }
-
-    fn bytes(&self) -> usize {
-        self.sample.payload.len()
-    }
 }
 
-/// A queue of samples that takes at most so many bytes. What does not fit is dropped, and counted by channel.
-#[derive(Debug)]
+/// A queue of at most so many bytes. Drops what does not fit, and counts it by channel.
 pub(crate) struct Queue {
     state: Mutex<State>,
     arrived: Condvar,
     limit_bytes: usize,
 }
 
-#[derive(Debug, Default)]
+#[derive(Default)]
 struct State {
     entries: VecDeque<Entry>,
     bytes: usize,
     dropped: BTreeMap<Topic, u64>,
     is_closed: bool,
-}
-
-/// What a queue gives.
-#[derive(Debug)]
-pub(crate) enum Taken {
-    Entry(Box<Entry>),
-    /// Nothing came before the deadline.
-    Nothing,
-    /// Nothing comes any more.
-    End,
 }
 
 impl Queue {
@@ -87,48 +67,49 @@ impl Queue {
     /// Adds an entry, or drops it where there is no room.
     pub(crate) fn push(&self, entry: Entry) {
         let mut state = lock(&self.state);
-        let bytes = entry.bytes();
-        let has_room = state.bytes + bytes <= self.limit_bytes;
-        if state.is_closed || !has_room || state.entries.len() >= MOST_ENTRIES {
-            *state.dropped.entry(entry.sample.topic).or_default() += 1;
+        let bytes = state.bytes + entry.payload.len();
+        if state.is_closed || bytes > self.limit_bytes || state.entries.len() >= MOST_ENTRIES {
+            *state.dropped.entry(entry.topic).or_default() += 1;
             return;
         }
-        state.bytes += bytes;
+        state.bytes = bytes;
         state.entries.push_back(entry);
         drop(state);
         self.arrived.notify_one();
     }
 
-    /// Counts a sample that was dropped elsewhere.
-    pub(crate) fn count_dropped(&self, topic: &Topic) {
-        *lock(&self.state).dropped.entry(topic.clone()).or_default() += 1;
+    /// Counts a message that was dropped elsewhere.
+    pub(crate) fn count_dropped(&self, topic: Topic) {
+        *lock(&self.state).dropped.entry(topic).or_default() += 1;
     }
 
-    /// The next entry; waits for it until the deadline.
-    pub(crate) fn take(&self, deadline: Instant) -> Taken {
+    /// Takes the next entry; `None` where none comes before the deadline.
+    ///
+    /// # Errors
+    /// [`Closed`] once the queue is closed and empty.
+    pub(crate) fn take(&self, deadline: Instant) -> Result<Option<Entry>, Closed> {
         let left = deadline.saturating_duration_since(Instant::now());
         let waits = |state: &mut State| state.entries.is_empty() && !state.is_closed;
-        let waited = self
-            .arrived
-            .wait_timeout_while(lock(&self.state), left, waits);
+        let state = lock(&self.state);
+        let waited = self.arrived.wait_timeout_while(state, left, waits);
         let mut state = waited.unwrap_or_else(PoisonError::into_inner).0;
         match state.entries.pop_front() {
             Some(entry) => {
-                state.bytes -= entry.bytes();
-                Taken::Entry(Box::new(entry))
+                state.bytes -= entry.payload.len();
+                Ok(Some(entry))
             }
-            None if state.is_closed => Taken::End,
-            None => Taken::Nothing,
+            None if state.is_closed => Err(Closed),
+            None => Ok(None),
         }
     }
 
-    /// Takes nothing more; what is in it is still given.
+    /// Takes nothing more in; what is in it is still given.
     pub(crate) fn close(&self) {
         lock(&self.state).is_closed = true;
         self.arrived.notify_all();
     }
 
-    /// How many samples were dropped so far, by channel.
+    /// How many messages were dropped so far, by channel.
     pub(crate) fn dropped(&self) -> BTreeMap<Topic, u64> {
         lock(&self.state).dropped.clone()
     }
@@ -145,18 +126,12 @@ mod tests {
     }
 
     fn entry(stream: Stream, bytes: usize) -> Entry {
-        Entry::new(Sample {
-            topic: topic(stream),
-            at_ns: 0,
-            payload: vec![0; bytes].into(),
-        })
+        Entry::now(topic(stream), vec![0; bytes])
     }
 
-    fn taken(queue: &Queue) -> Option<usize> {
-        match queue.take(Instant::now()) {
-            Taken::Entry(entry) => Some(entry.bytes()),
-            Taken::Nothing | Taken::End => None,
-        }
+    fn taken(queue: &Queue) -> Result<Option<usize>, Closed> {
+        let taken = queue.take(Instant::now());
+        taken.map(|entry| entry.map(|entry| entry.payload.len()))
     }
 
     #[test]
@@ -165,12 +140,13 @@ mod tests {
         queue.push(entry(Stream::Plan, 60));
         queue.push(entry(Stream::Cloud, 50));
         queue.push(entry(Stream::Plan, 40));
-        assert_eq!(taken(&queue), Some(60));
+        assert_eq!(taken(&queue), Ok(Some(60)));
         queue.push(entry(Stream::Cloud, 50));
-        assert_eq!([taken(&queue), taken(&queue)], [Some(40), Some(50)]);
-        assert_eq!(taken(&queue), None);
-        let dropped = queue.dropped().into_iter().collect::<Vec<_>>();
-        assert_eq!(dropped, [(topic(Stream::Cloud), 1)]);
+        assert_eq!(taken(&queue), Ok(Some(40)));
+        assert_eq!(taken(&queue), Ok(Some(50)));
+        assert_eq!(taken(&queue), Ok(None));
+        let dropped = BTreeMap::from([(topic(Stream::Cloud), 1)]);
+        assert_eq!(queue.dropped(), dropped);
     }
 
     #[test]
@@ -179,7 +155,7 @@ mod tests {
         queue.push(entry(Stream::Plan, 1));
         queue.close();
         queue.push(entry(Stream::Plan, 2));
-        assert_eq!(taken(&queue), Some(1));
-        assert!(matches!(queue.take(Instant::now()), Taken::End));
+        assert_eq!(taken(&queue), Ok(Some(1)));
+        assert_eq!(taken(&queue), Err(Closed));
     }
 }

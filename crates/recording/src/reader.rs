@@ -13,7 +13,7 @@ use mcap::{McapError, parse_record};
 use crate::error::RecordingError;
 use crate::file::DROPPED;
 
-/// Records beyond this are not read, in bytes: they are no recorder's.
+/// Maximum size of a record, in bytes: a larger one is no recorder's.
 const MOST_RECORD_BYTES: usize = 512 << 20;
 
 /// A message of a recording.
@@ -34,24 +34,19 @@ pub struct Reader {
     path: PathBuf,
     file: File,
     records: LinearReader,
-    /// Up to here all is good.
+    /// How many bytes are good.
     offset: u64,
     /// The names of schemas.
     schemas: HashMap<u16, Arc<str>>,
-    channels: HashMap<u16, Channel>,
+    /// The names of channels, with the ids of their schemas.
+    channels: HashMap<u16, (Arc<str>, u16)>,
     ready: VecDeque<RecordedMessage>,
     dropped: HashMap<String, u64>,
-    /// Once its header was read.
+    /// The program that wrote it, once the header was read.
     library: Option<String>,
     /// Whether nothing more is read.
     is_over: bool,
     is_whole: bool,
-}
-
-#[derive(Clone)]
-struct Channel {
-    topic: Arc<str>,
-    schema: u16,
 }
 
 impl Reader {
@@ -89,7 +84,7 @@ impl Reader {
         Ok(reader)
     }
 
-    /// The next message; `None` after the last: [`Self::is_whole`] says how the file ends.
+    /// Gives the next message; `None` after the last: [`Self::is_whole`] says how the file ends.
     ///
     /// # Errors
     /// [`RecordingError::Damaged`] where the file is; nothing comes after that.
@@ -105,12 +100,13 @@ impl Reader {
         }
     }
 
-    /// Whether the recorder ended the file, once all was read. Else it was killed, or is still writing: what it had not flushed is missing.
+    /// Whether the recorder ended the file, once all was read. Else it was killed or still writes,
+    /// and what it had not flushed is missing.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
 
-    /// The program that wrote it.
+    /// Names the program that wrote it.
     pub fn library(&self) -> &str {
         self.library.as_deref().unwrap_or_default()
     }
@@ -175,8 +171,7 @@ impl Reader {
         match opcode {
             op::FOOTER => (self.is_over, self.is_whole) = (true, true),
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => {
-                let record = parse_record(opcode, data)?;
-                let message = self.take_record(record)?;
+                let message = self.take_record(parse_record(opcode, data)?)?;
                 self.ready.extend(message);
             }
             op::CHUNK => self.take_chunk(data)?,
@@ -185,7 +180,8 @@ impl Reader {
         Ok(())
     }
 
-    /// Takes what is in a chunk, once all of it is known to be good: a damaged one may say any length of a record in it.
+    /// Takes the records of a chunk, once its checksum is right: a damaged one may say any length
+    /// of a record in it.
     fn take_chunk(&mut self, chunk: &[u8]) -> Result<(), McapError> {
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
@@ -220,19 +216,16 @@ impl Reader {
                 self.schemas.insert(header.id, header.name.into());
             }
             Record::Channel(channel) => {
-                let known = Channel {
-                    topic: channel.topic.as_str().into(),
-                    schema: channel.schema_id,
-                };
+                let known = (channel.topic.into(), channel.schema_id);
                 self.channels.insert(channel.id, known);
             }
             Record::Message { header, data } => {
                 let unknown = || McapError::UnknownChannel(header.sequence, header.channel_id);
-                let channel = self.channels.get(&header.channel_id).ok_or_else(unknown)?;
-                let schema = self.schemas.get(&channel.schema);
+                let channel = self.channels.get(&header.channel_id);
+                let (topic, schema) = channel.ok_or_else(unknown)?;
                 return Ok(Some(RecordedMessage {
-                    topic: Arc::clone(&channel.topic),
-                    schema: schema.cloned().unwrap_or_else(|| "".into()),
+                    topic: Arc::clone(topic),
+                    schema: self.schemas.get(schema).cloned().unwrap_or_default(),
                     at_ns: header.log_time,
                     payload: data.into_owned(),
                 }));
@@ -256,7 +249,7 @@ mod tests {
 
     use super::*;
     use crate::file::RecordingFile;
-    use crate::queue::{Entry, Sample};
+    use crate::queue::Entry;
     use crate::topic::Topic;
 
     /// A recording of some messages, in chunks.
@@ -266,12 +259,8 @@ mod tests {
         for number in 0..40_u8 {
             let streams = [Stream::Plan, Stream::State];
             let topic = Topic::Stream(cell.clone(), streams[usize::from(number % 2)]);
-            file.write(&Entry::new(Sample {
-                topic,
-                at_ns: u64::from(number),
-                payload: vec![number; 50].into(),
-            }))
-            .unwrap();
+            let entry = Entry::now(topic, vec![number; 50]);
+            file.write(&entry).unwrap();
             if number % 10 == 9 {
                 file.flush(&BTreeMap::new()).unwrap();
             }
@@ -337,7 +326,8 @@ mod tests {
             }
             std::fs::write(&damaged, &other).unwrap();
             let (messages, end) = read(&damaged);
-            // Of a channel that is not known any more nothing is told, and names outside of chunks have no checksum.
+            // Messages of unknown channels are left out, and names outside of chunks have no
+            // checksum.
             let known =
                 |message: &RecordedMessage| all.iter().any(|of| of.payload == message.payload);
             assert!(messages.iter().all(known), "{at}");

@@ -7,26 +7,27 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::thread;
 use ppnpack_service::rpc::Client;
-use ppnpack_service::stream::Subscription;
+use ppnpack_service::stream::{self, Subscription};
 use ppnpack_wire::keys::{Cell, Stream};
 use zenoh::Session;
+use zenoh::bytes::ZBytes;
 
 use crate::error::{RecordingError, joined};
 use crate::file::RecordingFile;
-use crate::health::{self, HealthThread};
-use crate::queue::{Entry, Queue, Taken};
+use crate::health::HealthThread;
+use crate::queue::{Entry, Queue};
 use crate::rotation::{Rotation, delete_oldest, name};
-use crate::shapes::{self, FetcherThread, RecordInlet};
-use crate::source;
+use crate::shapes::{FetcherThread, RecordInlet};
 use crate::topic::Topic;
 
-/// How often what came is on disk: what is lost at most where the recorder is killed, or has no power any more.
+/// How often what came is put on disk: at most this is lost to a kill or a power cut.
 const FLUSHED_EVERY: Duration = Duration::from_secs(1);
 
-/// What is recorded, and where.
+/// The cells and streams that are recorded, and the folder for them.
 #[derive(Debug, Clone)]
 pub struct RecordSettings {
     /// The folder of the files; it has to be there.
@@ -39,7 +40,7 @@ pub struct RecordSettings {
     pub has_health: bool,
     /// When another file is begun, and how many are kept.
     pub rotation: Rotation,
-    /// How much may wait to be written, in bytes; more is dropped and counted.
+    /// Maximum that waits to be written, in bytes; more is dropped and counted.
     pub queue_bytes: usize,
 }
 
@@ -53,7 +54,7 @@ pub struct Recorder {
     writer: JoinHandle<Result<Recorded, RecordingError>>,
 }
 
-/// A queue that something is put into, until it is dropped.
+/// A queue that is closed when this is dropped.
 struct OpenQueue(Arc<Queue>);
 
 impl Drop for OpenQueue {
@@ -62,7 +63,7 @@ impl Drop for OpenQueue {
     }
 }
 
-/// What was recorded.
+/// The outcome of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The files, the oldest first; some may be deleted by now.
@@ -81,10 +82,11 @@ impl Recorder {
     pub fn start(session: &Session, settings: &RecordSettings) -> Result<Self, RecordingError> {
         let queue = Arc::new(Queue::new(settings.queue_bytes));
         let writer = Writer::begin(settings)?;
-        let (records, fetcher) = shapes::start(Client::new(session), &queue)?;
-        let RecordSettings { cells, streams, .. } = settings;
-        let subscriptions = source::subscribe(session, cells, streams, &queue, &records)?;
-        let health = settings.has_health.then(|| health::start(session, &queue));
+        let (records, fetcher) = FetcherThread::start(Client::new(session), &queue)?;
+        let subscriptions = subscribe(session, settings, &queue, &records)?;
+        let health = settings
+            .has_health
+            .then(|| HealthThread::start(session, &queue));
         let entries = Arc::clone(&queue);
         let writer = thread("recorder", move || {
             let recorded = writer.run(&entries);
@@ -120,12 +122,37 @@ impl Recorder {
     }
 }
 
-/// Writes what comes.
+/// Puts what cells publish into a queue; records go where their shapes are fetched.
+fn subscribe(
+    session: &Session,
+    settings: &RecordSettings,
+    queue: &Arc<Queue>,
+    records: &RecordInlet,
+) -> Result<Vec<Subscription>, ServiceError> {
+    let mut subscriptions = Vec::new();
+    for cell in stream::each_or_all(&settings.cells) {
+        for stream in settings.streams.iter().copied() {
+            let (queue, records) = (Arc::clone(queue), records.clone());
+            let on_payload = move |cell: Cell, payload: ZBytes| {
+                let entry = Entry::now(Topic::Stream(cell, stream), payload);
+                match stream {
+                    Stream::Record => records.push(entry),
+                    _ => queue.push(entry),
+                }
+            };
+            let subscription = stream::subscribe_payloads(session, cell, stream, on_payload);
+            subscriptions.push(subscription?);
+        }
+    }
+    Ok(subscriptions)
+}
+
+/// The thread that writes what comes.
 struct Writer {
     folder: PathBuf,
     rotation: Rotation,
     file: RecordingFile,
-    /// Of the file, counted up from file to file.
+    /// The number of the file, counted up from file to file.
     number: u64,
     recorded: Recorded,
 }
@@ -137,7 +164,7 @@ impl Writer {
             folder: settings.folder.clone(),
             rotation: settings.rotation,
             recorded: Recorded {
-                files: vec![file.path().to_owned()],
+                files: vec![file.path.clone()],
                 ..Recorded::default()
             },
             file,
@@ -151,11 +178,9 @@ impl Writer {
 
     fn run(mut self, queue: &Queue) -> Result<Recorded, RecordingError> {
         let mut next_flush = Instant::now() + FLUSHED_EVERY;
-        loop {
-            match queue.take(next_flush) {
-                Taken::Entry(entry) => self.write(&entry, queue)?,
-                Taken::Nothing => {}
-                Taken::End => break,
+        while let Ok(entry) = queue.take(next_flush) {
+            if let Some(entry) = entry {
+                self.write(&entry, queue)?;
             }
             if Instant::now() >= next_flush {
                 self.file.flush(&queue.dropped())?;
@@ -168,11 +193,9 @@ impl Writer {
     }
 
     fn write(&mut self, entry: &Entry, queue: &Queue) -> Result<(), RecordingError> {
-        let Rotation {
-            size_bytes, age, ..
-        } = self.rotation;
-        let is_old = age.is_some_and(|age| self.file.begun().elapsed() >= age);
-        if is_old || self.file.bytes() >= size_bytes {
+        let age = self.rotation.age;
+        let is_old = age.is_some_and(|age| self.file.begun.elapsed() >= age);
+        if is_old || self.file.bytes() >= self.rotation.size_bytes {
             self.go_on_in_another_file(queue)?;
         }
         self.file.write(entry)?;
@@ -183,7 +206,7 @@ impl Writer {
     fn go_on_in_another_file(&mut self, queue: &Queue) -> Result<(), RecordingError> {
         let (next, number) = begin_file(&self.folder, self.number + 1)?;
         self.number = number;
-        self.recorded.files.push(next.path().to_owned());
+        self.recorded.files.push(next.path.clone());
         let full = std::mem::replace(&mut self.file, next);
         full.finish(&queue.dropped())?;
         self.delete_oldest()
@@ -200,18 +223,15 @@ impl Writer {
     }
 }
 
-/// Begins a file of this number, or of the next one that is free: another recorder may write into the folder, too.
+/// Begins a file of this number, or of the next free one: another recorder may write there, too.
 fn begin_file(folder: &Path, first: u64) -> Result<(RecordingFile, u64), RecordingError> {
     let mut number = first;
     loop {
         match RecordingFile::begin(name(folder, now_ns(), number)) {
-            Ok(file) => return Ok((file, number)),
             Err(RecordingError::File { source, .. })
-                if source.kind() == ErrorKind::AlreadyExists =>
-            {
-                number += 1;
-            }
-            Err(error) => return Err(error),
+                if source.kind() == ErrorKind::AlreadyExists => {}
+            begun => return Ok((begun?, number)),
         }
+        number += 1;
     }
 }

@@ -7,10 +7,10 @@ use time::OffsetDateTime;
 
 use crate::error::RecordingError;
 
-/// What the names of all recordings begin with.
+/// The beginning of the names of all recordings.
 const PREFIX: &str = "ppnpack-";
 
-/// What they end with.
+/// Their end.
 const SUFFIX: &str = ".mcap";
 
 /// When a recording goes on in another file, and how many files are kept.
@@ -20,7 +20,7 @@ pub struct Rotation {
     pub size_bytes: u64,
     /// A file that was begun so long ago is followed by another one.
     pub age: Option<Duration>,
-    /// How many recordings the folder holds at most, the newest; older ones are deleted. `None`: all.
+    /// Maximum of recordings in the folder; the oldest ones are deleted. `None`: all are kept.
     pub keep: Option<usize>,
 }
 
@@ -34,13 +34,15 @@ impl Default for Rotation {
     }
 }
 
-/// The name of a file that is begun now, such as `ppnpack-20260131T235959Z-000001.mcap`; the number tells those of one second apart.
+/// Names a file that is begun now, such as `ppnpack-20260131T235959Z-000001.mcap`. The number tells
+/// those of one second apart.
 pub(crate) fn name(folder: &Path, now_ns: u64, number: u64) -> PathBuf {
     let at = utc(now_ns / 1_000_000_000);
     folder.join(format!("{PREFIX}{at}-{number:06}{SUFFIX}"))
 }
 
-/// Deletes the oldest recordings of a folder, by their names, until no more than `keep` are left. Gives those that were.
+/// Deletes the oldest recordings of a folder, by their names, until no more than `keep` are left.
+/// Gives the deleted ones.
 pub(crate) fn delete_oldest(folder: &Path, keep: usize) -> Result<Vec<PathBuf>, RecordingError> {
     let failed = |source| RecordingError::File {
         path: folder.to_owned(),
@@ -68,7 +70,7 @@ pub(crate) fn delete_oldest(folder: &Path, keep: usize) -> Result<Vec<PathBuf>, 
     Ok(recordings)
 }
 
-/// A time of the Gregorian calendar in UTC, such as `20260131T235959Z`.
+/// Writes a time of the Gregorian calendar in UTC, such as `20260131T235959Z`.
 pub fn utc(seconds: u64) -> String {
     let seconds = i64::try_from(seconds).unwrap_or(i64::MAX);
     // What is past the calendar's end is no time of a recording.

@@ -1,23 +1,23 @@
 //! The items and solids that records name, fetched from the planner that published them.
 
 use std::collections::{BTreeSet, HashMap};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::process::thread;
 use ppnpack_service::rpc::Client;
-use ppnpack_service::shapes;
+use ppnpack_service::{ServiceError, shapes};
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
 use prost::Message;
 use zenoh::bytes::ZBytes;
 
 use crate::error::{RecordingError, joined};
-use crate::queue::{Entry, NamedShape, Queue, Sample};
+use crate::queue::{Entry, NamedShape, Queue};
 
-/// Records that wait for their shapes at most; more are dropped.
+/// Maximum of records that wait for their shapes; more are dropped.
 const MOST_WAITING: usize = 64;
 
 /// How long a planner may take to answer: it plans a step before.
@@ -26,14 +26,26 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// How long the planners may take altogether once the recording ends.
 const LAST_PATIENCE: Duration = Duration::from_secs(2);
 
-/// How much is kept before all is forgotten and fetched anew, in bytes.
+/// Maximum that is kept before all is forgotten and fetched anew, in bytes.
 const MOST_KEPT_BYTES: usize = 256 << 20;
 
-/// Where records are put. Cheap to clone.
+/// The way in for records. Cheap to clone.
 #[derive(Clone)]
 pub(crate) struct RecordInlet {
-    waiting: SyncSender<Sample>,
+    waiting: SyncSender<Entry>,
     queue: Arc<Queue>,
+}
+
+impl RecordInlet {
+    /// Adds a record, or drops it where too many wait.
+    pub(crate) fn push(&self, record: Entry) {
+        match self.waiting.try_send(record) {
+            Ok(()) => {}
+            Err(TrySendError::Full(record) | TrySendError::Disconnected(record)) => {
+                self.queue.count_dropped(record.topic);
+            }
+        }
+    }
 }
 
 /// The thread that fetches shapes. It ends when the inlet and its clones are gone.
@@ -43,6 +55,28 @@ pub(crate) struct FetcherThread {
 }
 
 impl FetcherThread {
+    /// Starts to fetch shapes, and puts each record with them into the queue.
+    pub(crate) fn start(
+        client: Client,
+        queue: &Arc<Queue>,
+    ) -> Result<(RecordInlet, Self), ServiceError> {
+        let (waiting, records) = sync_channel(MOST_WAITING);
+        let ends_at = Arc::new(OnceLock::new());
+        let fetcher = Fetcher {
+            client,
+            ends_at: Arc::clone(&ends_at),
+            kept: HashMap::new(),
+            kept_bytes: 0,
+        };
+        let inlet = RecordInlet {
+            waiting,
+            queue: Arc::clone(queue),
+        };
+        let queue = Arc::clone(queue);
+        let thread = thread("shapes", move || fetcher.run(&records, &queue))?;
+        Ok((inlet, Self { thread, ends_at }))
+    }
+
     /// Waits for its end; nothing is asked for any more after a while.
     pub(crate) fn finish(self) -> Result<(), RecordingError> {
         self.ends_at.get_or_init(|| Instant::now() + LAST_PATIENCE);
@@ -50,41 +84,9 @@ impl FetcherThread {
     }
 }
 
-impl RecordInlet {
-    /// Adds a record, or drops it where too many wait.
-    pub(crate) fn push(&self, sample: Sample) {
-        let topic = sample.topic.clone();
-        if self.waiting.try_send(sample).is_err() {
-            self.queue.count_dropped(&topic);
-        }
-    }
-}
-
-/// Starts the thread that fetches shapes, and puts each record with them into the queue.
-pub(crate) fn start(
-    client: Client,
-    queue: &Arc<Queue>,
-) -> Result<(RecordInlet, FetcherThread), RecordingError> {
-    let (waiting, records) = sync_channel(MOST_WAITING);
-    let inlet = RecordInlet {
-        waiting,
-        queue: Arc::clone(queue),
-    };
-    let ends_at = Arc::new(OnceLock::new());
-    let fetcher = Fetcher {
-        client,
-        ends_at: Arc::clone(&ends_at),
-        kept: HashMap::new(),
-        kept_bytes: 0,
-    };
-    let queue = Arc::clone(queue);
-    let thread = thread("shapes", move || fetcher.run(&records, &queue))?;
-    Ok((inlet, FetcherThread { thread, ends_at }))
-}
-
 struct Fetcher {
     client: Client,
-    /// Where the recording ends: nothing is waited for after that.
+    /// The time after which nothing is waited for, once the recording ends.
     ends_at: Arc<OnceLock<Instant>>,
     /// Encoded shapes by their ids.
     kept: HashMap<Vec<u8>, ZBytes>,
@@ -92,20 +94,20 @@ struct Fetcher {
 }
 
 impl Fetcher {
-    fn run(mut self, records: &Receiver<Sample>, queue: &Queue) {
-        while let Ok(sample) = records.recv() {
-            let shapes = self.shapes_of(&sample);
-            queue.push(Entry { sample, shapes });
+    fn run(mut self, records: &Receiver<Entry>, queue: &Queue) {
+        while let Ok(mut entry) = records.recv() {
+            entry.shapes = self.shapes_of(&entry);
+            queue.push(entry);
         }
     }
 
-    /// The shapes that a record names, as far as they can be had.
-    fn shapes_of(&mut self, sample: &Sample) -> Vec<NamedShape> {
-        let record = decode(&sample.payload.to_bytes(), MAX_MESSAGE_BYTES);
+    /// Gives the shapes that a record names, as far as they can be had.
+    fn shapes_of(&mut self, entry: &Entry) -> Vec<NamedShape> {
+        let record = decode(&entry.payload.to_bytes(), MAX_MESSAGE_BYTES);
         let record: v1::PlanningRecord = match record {
             Ok(record) => record,
             Err(error) => {
-                tracing::warn!(topic = %sample.topic, %error, "a record cannot be read");
+                tracing::warn!(topic = %entry.topic, %error, "a record cannot be read");
                 return Vec::new();
             }
         };
@@ -114,13 +116,13 @@ impl Fetcher {
             self.kept_bytes = 0;
         }
         let ids = shapes::named(&record);
-        let cell = sample.topic.cell();
+        let cell = entry.topic.cell();
         if let Some(Err(error)) = cell.map(|cell| self.fetch(cell, &ids)) {
-            tracing::warn!(topic = %sample.topic, error, "a step is recorded without all of its shapes");
+            tracing::warn!(topic = %entry.topic, error, "a step is recorded without all of its shapes");
         }
         let known = ids.into_iter().filter_map(|id| {
             let payload = self.kept.get(&id)?.clone();
-            Some(NamedShape { id, payload })
+            Some((id, payload))
         });
         known.collect()
     }
@@ -128,10 +130,8 @@ impl Fetcher {
     /// Fetches those of the shapes that are not kept yet.
     fn fetch(&mut self, cell: &Cell, ids: &BTreeSet<Vec<u8>>) -> Result<(), String> {
         let patience = Instant::now() + PATIENCE;
-        let deadline = self
-            .ends_at
-            .get()
-            .map_or(patience, |end| patience.min(*end));
+        let ends_at = self.ends_at.get();
+        let deadline = ends_at.map_or(patience, |end| patience.min(*end));
         let missing = ids.iter().filter(|id| !self.kept.contains_key(*id));
         let missing: Vec<Vec<u8>> = missing.cloned().collect();
         let (kept, kept_bytes) = (&mut self.kept, &mut self.kept_bytes);

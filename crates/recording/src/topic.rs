@@ -7,23 +7,23 @@ use ppnpack_wire::schemas::MessageSchema;
 use ppnpack_wire::v1;
 use prost::DecodeError;
 
-/// A channel: what its messages are, and of which cell or container.
+/// A channel: the kind of its messages, and their cell or container.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Topic {
-    /// What a cell or a container publishes.
+    /// A stream of a cell or a container.
     Stream(Cell, Stream),
     /// Items and solids that the records of a cell name.
     Shape(Cell),
-    /// What services answer when they are asked for their health.
+    /// The services' answers to requests for their health.
     Health,
 }
 
 impl Topic {
     const SHAPE: &str = "shape";
-    /// As it stands in the channel's name, and in the options that leave it out.
+    /// The word in the channel's name, and in the options that leave it out.
     pub const HEALTH: &str = "health";
 
-    /// The channel of this name; `None` where it is none of a recording.
+    /// Reads the name of a channel; `None` where a recording has no such channel.
     pub fn parse(name: &str) -> Option<Self> {
         let (cell, kind) = name.strip_prefix('/')?.split_once('/')?;
         match (cell, kind) {
@@ -37,7 +37,7 @@ impl Topic {
         }
     }
 
-    /// Of which cell or container it is; `None` where it is of none.
+    /// Gives its cell or container; `None` where it has none.
     pub fn cell(&self) -> Option<&Cell> {
         match self {
             Self::Stream(cell, _) | Self::Shape(cell) => Some(cell),
@@ -45,7 +45,7 @@ impl Topic {
         }
     }
 
-    /// The schema of its messages.
+    /// Gives the schema of its messages.
     ///
     /// # Errors
     /// Never on schemas that the program was built with.
