@@ -14,16 +14,17 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 use serde::Deserialize;
 
-/// Settings whose arms are kept before all are forgotten and made anew.
+/// Maximum of settings whose arms are kept before all are forgotten and made anew.
 const MOST_KEPT: usize = 64;
 
-/// The most that a joint turns between two points that are drawn, in radians: a metre away, the arc is 0.3 mm from its chord.
+/// Maximum turn of a joint between two drawn points, in radians: a metre away, the arc is 0.3 mm
+/// from its chord.
 const STEP_RAD: f64 = 0.05;
 
 /// An arm and its way over a cycle, as lines. In the container frame, in metres.
 pub(crate) struct ArmLines {
-    /// The origins of the arm's base and links, the flange and the cup's tip, in this order, as the arm lets go of the item; empty
-    /// where the cycle does not say when it does.
+    /// The origins of the arm's base and links, the flange and the cup's tip, in this order, as the
+    /// arm lets go of the item; empty where the cycle does not say when it does.
     pub(crate) links: Vec<Point3<f64>>,
     /// The way of the cup's tip.
     pub(crate) legs: Vec<Leg>,
@@ -33,7 +34,7 @@ pub(crate) struct ArmLines {
 
 /// The way of the cup's tip over a leg of a cycle.
 pub(crate) struct Leg {
-    /// What is done.
+    /// The part of the cycle.
     pub(crate) kind: LegKind,
     /// Points along the way.
     pub(crate) points: Vec<Point3<f64>>,
@@ -46,8 +47,8 @@ pub(crate) struct Arms {
 }
 
 impl Arms {
-    /// The arm that carries out a decision, and its way. `None` where the decision has no cycle, or one that is not possible, and
-    /// where its arm is not known here.
+    /// Gives the arm that carries out a decision, and its way. `None` where the decision has no
+    /// cycle, or an impossible one, and where its arm is not known here.
     pub(crate) fn lines(
         &mut self,
         cell: &Cell,
@@ -75,30 +76,24 @@ impl Arms {
     }
 }
 
-/// What settings of a cell say of arms.
+/// The part of a cell's settings, or of a container's, that is about arms.
 #[derive(Deserialize)]
 struct CellSettings {
     arm: Option<StationSettings>,
     #[serde(default)]
-    containers: BTreeMap<String, ContainerSettings>,
-}
-
-/// What they say of that of a container.
-#[derive(Deserialize)]
-struct ContainerSettings {
-    arm: Option<StationSettings>,
+    containers: BTreeMap<String, CellSettings>,
 }
 
 /// The arms of a cell; `None` stands for one that is not known here.
 #[derive(Default)]
 struct CellArms {
     own: Option<Arm>,
-    /// As it stands to the containers of which settings say that.
+    /// The arm as it stands to each container whose settings say so.
     containers: BTreeMap<String, Option<Arm>>,
 }
 
 impl CellArms {
-    /// Says once what cannot be read or made; then it is `None`.
+    /// Reads the settings. Logs once what cannot be read or made; then it is `None`.
     fn read(cell: &Cell, settings: &str) -> Self {
         let settings: CellSettings = match serde_json::from_str(settings) {
             Ok(settings) => settings,
@@ -120,18 +115,19 @@ impl CellArms {
         }
     }
 
-    /// The arm as it stands to a container.
+    /// Gives the arm as it stands to a container.
     fn of_container(&self, name: &str) -> Option<&Arm> {
         let own = self.containers.get(name).unwrap_or(&self.own);
         own.as_ref()
     }
 }
 
-/// The arm of settings.
+/// Makes the arm of settings.
 fn arm(station: &StationSettings) -> Result<Arm, ParameterError> {
     let path = Path::new(&station.arm);
     let is_file = arms::text(&station.arm).is_none() && path.exists();
-    // A record names a path of the planner's machine: what has it here may be a pipe that nothing ever comes out of.
+    // The path is one of the planner's machine: here it may be a pipe that nothing ever comes out
+    // of.
     if is_file && !path.is_file() {
         return Err(ParameterError::File {
             path: station.arm.clone(),
@@ -155,7 +151,7 @@ fn lines(arm: &Arm, cycle: &Cycle) -> ArmLines {
     }
 }
 
-/// Where the links and the cup's tip are, in the container frame.
+/// Gives the origins of the links and the cup's tip, in the container frame.
 fn links(arm: &Arm, at: &JointPoint) -> Vec<Point3<f64>> {
     let joints = JointAngles::new(at.position_rad);
     let links = arm.container_from_links(&joints);
@@ -163,9 +159,10 @@ fn links(arm: &Arm, at: &JointPoint) -> Vec<Point3<f64>> {
     origins.into_iter().chain([arm.lip(&joints)]).collect()
 }
 
-/// The way of the cup's tip over a leg, in the container frame: at its points, and between them where they are far apart.
+/// Gives the way of the cup's tip over a leg, in the container frame: at its points, and between
+/// them where they are far apart.
 fn tip_path(arm: &Arm, leg: &motion::Leg) -> Vec<Point3<f64>> {
-    // Points are from the wire: however far apart they are, a leg is drawn with no more points than one may have.
+    // Points are from the wire: however far apart, a leg has no more points than one may have.
     let most = (MAX_POINTS / leg.points.len().max(1)).max(1);
     let pairs = leg.points.iter().zip(leg.points.iter().skip(1));
     let times_s = pairs.flat_map(|(from, to)| {
@@ -180,7 +177,7 @@ fn tip_path(arm: &Arm, leg: &motion::Leg) -> Vec<Point3<f64>> {
         .collect()
 }
 
-/// The most that a joint turns between two points, in radians.
+/// Gives the greatest turn of a joint between two points, in radians.
 fn turn_rad(from: &JointPoint, to: &JointPoint) -> f64 {
     let turns = from.position_rad.iter().zip(&to.position_rad);
     let turns = turns.map(|(from, to)| (to - from).abs());
@@ -213,7 +210,8 @@ mod tests {
         let ends = leg(vec![point(0.0, 0.0), point(1.5, FRAC_PI_2)]);
         let way = tip_path(&arm, &ends);
         assert!((32..40).contains(&way.len()), "{}", way.len());
-        // J1 alone turns: an arc about the vertical through the base, of which the ends' straight line would cut off a third.
+        // J1 alone turns: an arc about the vertical through the base. A straight line between the
+        // ends would cut off a third of it.
         let base = arm.container_from_links(&JointAngles::new([0.0; 6]))[0];
         let from_axis = |at: &Point3<f64>| (at - Point3::from(base.translation.vector)).xy().norm();
         let (radius_m, height_m) = (from_axis(&way[0]), way[0].z);

@@ -1,28 +1,29 @@
-//! The cells that are there, and what is looked at of them.
+//! The cells that are there, and their channels.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use foxglove::Context;
-use ppnpack_service::alive;
-use ppnpack_wire::keys::{Cell, Stream};
+use foxglove::{Context, RawChannel};
+use ppnpack_service::{alive, survey};
+use ppnpack_wire::keys::{ALL_CELLS, Cell, Stream};
+use ppnpack_wire::schemas::MessageSchema;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, decode, v1};
+use prost::Message;
 use zenoh::Session;
 
-use crate::channels::{SceneChannel, StreamChannel};
+use crate::channels::{SceneChannel, StreamChannel, channel, log};
 use crate::drawings::DRAWINGS;
 use crate::error::ViewError;
-use crate::processes::HealthChannel;
 use crate::scene::PlannedScenes;
 
-/// How often it is looked for cells.
+/// How often it is looked for cells, and services are asked for their health.
 const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
 
-/// How long the answers to that may take.
+/// How long the answers to each of these may take.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Cells and containers that are served at most.
+/// Maximum of cells and containers that are served.
 const MOST_CELLS: usize = 1_000;
 
 /// The cells and their channels.
@@ -31,7 +32,7 @@ pub(crate) struct Cells {
     context: Arc<Context>,
     cells: BTreeMap<Cell, CellChannels>,
     scenes: PlannedScenes,
-    health: HealthChannel,
+    health: Arc<RawChannel>,
     looked_at: Option<Instant>,
 }
 
@@ -42,23 +43,24 @@ struct CellChannels {
 
 impl Cells {
     pub(crate) fn new(session: &Session, context: Arc<Context>) -> Result<Self, ViewError> {
+        let schema = MessageSchema::of::<v1::HealthReply>();
         Ok(Self {
             session: session.clone(),
             cells: BTreeMap::new(),
             scenes: PlannedScenes::new(session),
-            health: HealthChannel::new(&context)?,
+            health: channel(&context, ALL_CELLS, "health", schema)?,
             context,
             looked_at: None,
         })
     }
 
-    /// Looks which cells there are and what is looked at, and draws what is new.
+    /// Looks for cells and for viewers, and draws new steps.
     pub(crate) fn advance(&mut self) -> Result<(), ViewError> {
         let now = Instant::now();
         if self.looked_at.is_none_or(|at| now - at >= LOOKED_FOR_EVERY) {
             self.looked_at = Some(now);
             self.look(now + PATIENCE)?;
-            self.health.follow(&self.session)?;
+            self.show_health()?;
         }
         for (cell, channels) in &mut self.cells {
             for stream in &mut channels.streams {
@@ -94,6 +96,16 @@ impl Cells {
                 scene: SceneChannel::new(&self.context, &cell)?,
             };
             self.cells.insert(cell, channels);
+        }
+        Ok(())
+    }
+
+    /// Asks all services for their health once, if somebody looks.
+    fn show_health(&self) -> Result<(), ViewError> {
+        if self.health.has_sinks() {
+            for reply in survey::health(&self.session, PATIENCE)? {
+                log(&self.health, &reply.encode_to_vec());
+            }
         }
         Ok(())
     }

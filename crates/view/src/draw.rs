@@ -1,4 +1,4 @@
-//! What scenes are drawn of, in Foxglove's public schemas.
+//! The parts that scenes are drawn of, in Foxglove's public schemas.
 //!
 //! Viewers know these schemas by name. All coordinates are in the frame `<cell>/container`.
 
@@ -15,22 +15,22 @@ use ppnpack_wire::keys::Cell;
 
 const CONTAINER: Color = color(0.35, 0.35, 0.35, 1.0);
 
-/// Triangles of a mesh that are drawn at most; a larger one is drawn as its box.
+/// Maximum of triangles of a mesh; a larger one is drawn as its box.
 const MOST_TRIANGLES: usize = 20_000;
 
 /// A box that stands for an item.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ItemBox {
-    /// What is written beside it.
+    /// The text beside it.
     pub(crate) label: String,
-    /// Where its middle is.
+    /// The pose of its middle.
     pub(crate) container_from_middle: Isometry3<f64>,
     /// Its edges, in metres.
     pub(crate) size_m: nalgebra::Vector3<f64>,
 }
 
 impl ItemBox {
-    /// The bounding box of an item's view at a yaw, where the item is. `None` where the item has no such yaw.
+    /// Gives the bounding box of an item at a yaw, where it is; `None` where it has no such yaw.
     pub(crate) fn of(
         grid: &Grid,
         item: &Item,
@@ -55,7 +55,7 @@ impl ItemBox {
         })
     }
 
-    /// The box in a colour.
+    /// Draws the box in a colour.
     pub(crate) fn cube(&self, color: Color) -> CubePrimitive {
         CubePrimitive {
             pose: Some(pose(&self.container_from_middle)),
@@ -64,14 +64,14 @@ impl ItemBox {
         }
     }
 
-    /// Its label, above it.
+    /// Draws the label, above the box.
     pub(crate) fn label(&self) -> TextPrimitive {
         let above = Translation3::new(0.0, 0.0, self.size_m.z) * self.container_from_middle;
         text(&above, 14.0, CONTAINER, self.label.clone())
     }
 }
 
-/// These entities in place of all that were there.
+/// Replaces all entities by these.
 pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUpdate {
     SceneUpdate {
         deletions: vec![SceneEntityDeletion {
@@ -83,7 +83,7 @@ pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUp
     }
 }
 
-/// An entity of a cell in which nothing is yet.
+/// Gives an empty entity of a cell.
 pub(crate) fn entity(cell: &Cell, at_ns: i64, id: String) -> SceneEntity {
     SceneEntity {
         timestamp: Some(timestamp(at_ns)),
@@ -97,7 +97,7 @@ pub(crate) fn frame(cell: &Cell) -> String {
     format!("{cell}/container")
 }
 
-/// What lies before 1970 or after 2106 is moved there.
+/// Gives a time; one before 1970 or after 2106 is moved there.
 pub(crate) fn timestamp(at_ns: i64) -> Timestamp {
     let at_ns = u64::try_from(at_ns).unwrap_or(0);
     let seconds = u32::try_from(at_ns / 1_000_000_000).unwrap_or(u32::MAX);
@@ -137,7 +137,7 @@ pub(crate) const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
     Color { r, g, b, a }
 }
 
-/// A text at a place, facing the viewer.
+/// Draws a text at a place, facing the viewer.
 pub(crate) fn text(
     container_from_text: &Isometry3<f64>,
     font_size: f64,
@@ -154,7 +154,7 @@ pub(crate) fn text(
     }
 }
 
-/// The twelve edges of the container.
+/// Draws the twelve edges of the container.
 pub(crate) fn edges(size: ContainerSize) -> LinePrimitive {
     let corner = |index: u32| Point3 {
         x: f64::from(index & 1) * size.x_m,
@@ -174,12 +174,12 @@ pub(crate) fn edges(size: ContainerSize) -> LinePrimitive {
         scale_invariant: true,
         points: (0..8).map(corner).collect(),
         color: Some(CONTAINER),
-        colors: Vec::new(),
         indices: edges.collect(),
+        ..LinePrimitive::default()
     }
 }
 
-/// A line from point to point.
+/// Draws a line from point to point.
 pub(crate) fn strip(
     points: &[nalgebra::Point3<f64>],
     thickness_m: f64,
@@ -189,15 +189,13 @@ pub(crate) fn strip(
         r#type: line_primitive::Type::LineStrip.into(),
         pose: Some(pose(&Isometry3::identity())),
         thickness: thickness_m,
-        scale_invariant: false,
         points: points.iter().map(point).collect(),
         color: Some(color),
-        colors: Vec::new(),
-        indices: Vec::new(),
+        ..LinePrimitive::default()
     }
 }
 
-/// A mesh where it is; its box where it has too many triangles, and `None` where it has none.
+/// Draws a mesh where it is: its box where it has too many triangles, nothing where it has none.
 pub(crate) fn mesh(
     own: &Mesh,
     container_from_item: &Isometry3<f64>,
@@ -218,7 +216,7 @@ pub(crate) fn mesh(
     })
 }
 
-/// A colour for a name: the same for the same, and others for others as a rule.
+/// Gives a colour for a name: always the same, and as a rule another one than other names'.
 pub(crate) fn color_of(name: &str) -> Color {
     // FNV-1a.
     let hash = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
@@ -236,7 +234,7 @@ mod tests {
 
     use super::*;
 
-    /// An item of 2 x 3 cells and 4 units whose frame is in its middle; it has its yaws from the reference grid.
+    /// Gives an item of 2 x 3 cells and 4 units with its frame in its middle, and 4 yaws.
     fn block() -> Item {
         let surfaces = ViewSurfaces {
             nx: 2,

@@ -24,10 +24,10 @@ const FLOAT_BYTES: u32 = 4;
 /// The edges of the cube that stands for an item whose shape is not known, in metres.
 const MARK_M: f64 = 0.02;
 
-/// Makes a picture of a message of a cell.
+/// The function that makes a picture of a message of a cell.
 pub(crate) type Draw = fn(&Cell, &[u8]) -> Result<Vec<u8>, WireError>;
 
-/// How a stream is drawn.
+/// A stream, and the way in which it is drawn.
 pub(crate) struct Drawing {
     pub(crate) stream: Stream,
     /// The name of the channel with the pictures.
@@ -60,7 +60,7 @@ pub(crate) static DRAWINGS: [Drawing; 3] = [
     },
 ];
 
-/// The schema of a message of Foxglove's.
+/// Gives the schema of a message of Foxglove's.
 pub(crate) fn schema<M: Encode>() -> MessageSchema {
     let schema = M::get_schema();
     let known = schema.map(|schema| (schema.name, schema.data.into_owned()));
@@ -68,7 +68,7 @@ pub(crate) fn schema<M: Encode>() -> MessageSchema {
     MessageSchema { name, descriptors }
 }
 
-/// The heightmap on the container's floor, with the field `height`, in metres.
+/// Draws the heightmap on the container's floor, with the field `height`, in metres.
 fn heightmap(cell: &Cell, message: &v1::Heightmap) -> Result<Grid, WireError> {
     let (grid, scene) = scene::read_required("scene", message.scene.as_ref())?;
     let resolution = grid.resolution();
@@ -101,7 +101,7 @@ fn heightmap(cell: &Cell, message: &v1::Heightmap) -> Result<Grid, WireError> {
     })
 }
 
-/// A cloud with all of its fields.
+/// Draws a cloud with all of its fields.
 fn cloud(cell: &Cell, message: v1::PointCloud) -> Result<PointCloud, WireError> {
     let sensor = *convert::cloud::read(&message)?.container_from_sensor();
     let field = |field: v1::PackedField| PackedElementField {
@@ -120,7 +120,7 @@ fn cloud(cell: &Cell, message: v1::PointCloud) -> Result<PointCloud, WireError> 
     })
 }
 
-/// The items of a state in place of those before: where the frame of each is, with its name.
+/// Draws the items of a state in place of those before: the frame of each, with its name.
 fn state(cell: &Cell, state: &v1::CellState) -> SceneUpdate {
     let at_ns = i64::try_from(now_ns()).unwrap_or(i64::MAX);
     let entities = state.bodies.iter().filter_map(|body| {

@@ -1,17 +1,17 @@
-//! What keeps cells from being viewed.
+//! Reasons why cells cannot be viewed.
 
 use std::net::SocketAddr;
 
-/// What keeps cells from being viewed.
+/// A reason why cells cannot be viewed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ViewError {
     /// The address is not to be had.
     #[error("{address} cannot be listened on: {reason}; give another address")]
     Listen {
-        /// Which one.
+        /// The address.
         address: SocketAddr,
-        /// Why not.
+        /// The cause.
         reason: String,
     },
     /// A stream cannot be read.

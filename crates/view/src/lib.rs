@@ -1,9 +1,13 @@
-//! Packing cells as they work, served to [Foxglove](https://foxglove.dev) over its WebSocket protocol.
+//! Packing cells as they work, served to [Foxglove](https://foxglove.dev) over its WebSocket
+//! protocol.
 //!
-//! There is a channel for each stream of each cell, such as `/cell-1/plan`, and `/cell-1/planned_scene` with the meshes of what the last
-//! step was planned on, what was chosen, what would have been next, and the arm with its way as lines; and for all cells `/all/health`. A stream is subscribed only while somebody looks at its channel:
-//! with no viewer nothing is read, and planners make no records. A viewer that does not read loses the oldest messages of its own queue,
-//! and holds nobody else up.
+//! There is a channel for each stream of each cell, such as `/cell-1/plan`, and `/all/health` for
+//! all cells. `/cell-1/planned_scene` has the meshes of what the last step was planned on, what was
+//! chosen, what would have been next, and the arm with its way as lines.
+//!
+//! A stream is subscribed only while somebody looks at its channel: with no viewer nothing is read,
+//! and planners make no records. A viewer that does not read loses the oldest messages of its own
+//! queue, and holds nobody else up.
 
 mod arm;
 mod cells;
@@ -11,9 +15,7 @@ mod channels;
 mod draw;
 mod drawings;
 mod error;
-mod processes;
 mod scene;
-mod shapes;
 
 use std::net::SocketAddr;
 use std::thread::JoinHandle;
@@ -29,10 +31,10 @@ use cells::Cells;
 pub use error::ViewError;
 pub use scene::PlannedScenes;
 
-/// Messages that wait for a viewer at most; older ones are dropped then.
+/// Maximum of messages that wait for a viewer; older ones are dropped then.
 const BACKLOG: usize = 64;
 
-/// How often it is looked what is looked at.
+/// How often it is looked for viewers of channels.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// How long the server may take to end.
@@ -88,7 +90,7 @@ impl View {
         })
     }
 
-    /// Where viewers connect.
+    /// Gives the address that viewers connect to.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -98,7 +100,7 @@ impl View {
         self.server.client_count()
     }
 
-    /// Whether it has ended by itself: [`Self::finish`] says why.
+    /// Whether it has ended by itself: [`Self::finish`] gives the reason.
     pub fn has_ended(&self) -> bool {
         self.thread.is_finished()
     }
@@ -106,7 +108,7 @@ impl View {
     /// Ends it.
     ///
     /// # Errors
-    /// [`ViewError`] where it has ended by itself, and why.
+    /// [`ViewError`] where it has ended by itself: the reason.
     pub fn finish(self) -> Result<(), ViewError> {
         self.shutdown.request();
         let lost = |_| ViewError::Thread("it ended by a panic".to_owned());

@@ -1,4 +1,7 @@
-//! Recorded steps as scenes: the meshes of all that lies there, what was chosen, what would have been next, and the arm.
+//! Recorded steps as scenes: the meshes of all that lies there, the choice, the runners-up, and the
+//! arm.
+
+use std::time::{Duration, Instant};
 
 use foxglove::messages::{Color, LinePrimitive, SceneEntity, SceneUpdate};
 use nalgebra::Isometry3;
@@ -6,6 +9,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::motion::LegKind;
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_service::rpc::Client;
+use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{convert, v1};
@@ -13,56 +17,78 @@ use zenoh::Session;
 
 use crate::arm::{ArmLines, Arms, Leg};
 use crate::draw::{ItemBox, color, color_of, edges, entity, in_place_of_all, mesh, strip, text};
-use crate::shapes::Shapes;
 
-/// What is decided.
+/// How long a planner may take to send shapes: it plans a step before.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Maximum of shapes that are kept before all are forgotten and asked for anew.
+const MOST_KEPT: usize = 1_024;
+
+/// The chosen placement.
 const CHOICE: Color = color(0.95, 0.65, 0.15, 0.9);
 
-/// What would be next, each less visible than the one before.
+/// The placements that would be next, each less visible than the one before.
 const RUNNER_UP: Color = color(0.95, 0.85, 0.35, 0.25);
 
-/// The arm, and how thick it is drawn, in metres.
+/// The arm's colour and thickness, in metres.
 const ARM: Color = color(0.45, 0.48, 0.52, 0.9);
 const ARM_M: f64 = 0.02;
 
-/// How thick the way of the cup's tip is with the item and without it, in metres.
+/// The thickness of the way of the cup's tip with the item and without it, in metres.
 const HOLDING_M: f64 = 0.008;
 const EMPTY_M: f64 = 0.003;
 
-/// The size and colour of what is written beside bodies and ways.
+/// The size and colour of the text beside bodies and ways.
 const FONT_SIZE: f64 = 10.0;
 const TEXT: Color = color(0.2, 0.2, 0.2, 1.0);
 
 /// Draws recorded steps, and keeps the shapes and arms that they name for the next ones.
 pub struct PlannedScenes {
-    shapes: Shapes,
+    client: Client,
+    shapes: ShapeStore,
     arms: Arms,
 }
 
 impl PlannedScenes {
-    /// Asks planners for shapes on this session.
+    /// Makes one that asks planners for shapes on this session.
     pub fn new(session: &Session) -> Self {
         Self {
-            shapes: Shapes::new(Client::new(session)),
+            client: Client::new(session),
+            shapes: ShapeStore::default(),
             arms: Arms::default(),
         }
     }
 
-    /// What a step of a cell was planned on, what was chosen, how the arm carries that out, and what would have been next, by its record.
-    /// It is drawn in the container that was chosen, or the fullest one where nothing was. Waits for the planner's answer where shapes
-    /// are missing, a few seconds at most.
+    /// Draws a step by its record: what it was planned on, what was chosen, how the arm carries
+    /// that out, and what would have been next. It is drawn in the chosen container, or the fullest
+    /// one where none was. Waits for the planner where shapes are missing, a few seconds at most.
     ///
     /// # Errors
-    /// Why it cannot be drawn, for people.
+    /// The reason why it cannot be drawn, for people.
     pub fn draw(
         &mut self,
         cell: &Cell,
         record: &v1::PlanningRecord,
     ) -> Result<SceneUpdate, String> {
-        self.shapes.fetch(cell, record);
+        self.fetch_shapes(cell, record);
         let decision = record.decision.as_ref();
         let arm = decision.and_then(|chosen| self.arms.lines(cell, &record.settings, chosen));
-        draw(cell, record, &self.shapes.store, arm.as_ref())
+        draw(cell, record, &self.shapes, arm.as_ref())
+    }
+
+    /// Asks for the shapes that a record names and that are not kept; what nobody has is left out.
+    fn fetch_shapes(&mut self, cell: &Cell, record: &v1::PlanningRecord) {
+        if self.shapes.count() > MOST_KEPT {
+            self.shapes = ShapeStore::default();
+        }
+        let store = &mut self.shapes;
+        let mut missing = shapes::named(record);
+        missing.retain(|id| store.item(id).is_none() && store.solid(id).is_none());
+        let deadline = Instant::now() + PATIENCE;
+        let keep = |shape| store.add(shape);
+        if let Err(error) = shapes::fetch(&self.client, cell, missing, deadline, keep) {
+            tracing::debug!(%cell, %error, "not all shapes");
+        }
     }
 }
 
@@ -126,8 +152,8 @@ fn draw(
     Ok(in_place_of_all(record.planned_at_ns, entities))
 }
 
-/// The way back is the way there: with the item it is wide and faint, without it narrow and full, so that both are seen. A leg that
-/// leads nowhere has none.
+/// Draws a leg; `None` where it leads nowhere. The way back is the way there: with the item it is
+/// wide and faint, without it narrow and full, so that both are seen.
 fn tip_path(leg: &Leg) -> Option<LinePrimitive> {
     let (thickness_m, colour) = match leg.kind {
         LegKind::Descend => (EMPTY_M, color(0.15, 0.30, 0.65, 1.0)),
@@ -162,7 +188,7 @@ impl<'a> Step<'a> {
         })
     }
 
-    /// What was chosen: its mesh where its solid is known, else its box.
+    /// Draws what was chosen: its mesh where its solid is known, else its box.
     fn choice(&self, decision: &v1::Decision, own: SceneEntity) -> Option<SceneEntity> {
         let held = self.held(&decision.item_id, decision.pose)?;
         let resting = read(decision.placement.as_ref()?)?;
@@ -197,7 +223,7 @@ impl<'a> Step<'a> {
         })
     }
 
-    /// The item of this id in one of its poses.
+    /// Finds the item of this id in one of its poses.
     fn held(&self, item_id: &str, pose: u32) -> Option<&'a v1::RecordedCandidate> {
         let mut items = self.record.items.iter();
         let item = items.find(|item| item.item_id == item_id)?;
@@ -215,7 +241,7 @@ impl<'a> Step<'a> {
         ItemBox::of(self.grid, item, resting.placement.yaw, &frame)
     }
 
-    /// Where the frame of an item's heightmaps is.
+    /// Gives the frame of an item's heightmaps.
     fn heightmap_frame(
         &self,
         held: &v1::RecordedCandidate,
@@ -262,7 +288,7 @@ mod tests {
         convert::item::write(&Item::new("box", vec![view; 4], 0.001).unwrap())
     }
 
-    /// The record of a step in which an item was chosen beside a body, and another placement of it would have been next.
+    /// Gives the record of a step in which an item was chosen beside a body, with two runners-up.
     fn record() -> v1::PlanningRecord {
         let grid = Grid::reference();
         let scene = Scene::from_heightmap(Heightmap::empty(&grid));

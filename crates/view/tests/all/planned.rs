@@ -1,4 +1,5 @@
-//! Recorded steps as scenes: the arm that carries out what was decided, and that a step without one is drawn as well.
+//! Recorded steps as scenes: the arm that carries out what was decided, and that a step without one
+//! is drawn as well.
 
 use std::sync::Arc;
 
@@ -42,7 +43,8 @@ fn station() -> StationSettings {
     }
 }
 
-/// A cycle that the arm's own planner makes for the block in the empty container, and where the cup lets go.
+/// A cycle that the arm's own planner makes for the block in the empty container, and where the cup
+/// lets go.
 fn planned() -> (Cycle, Point3<f64>) {
     let grid = Grid::reference();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));

@@ -1,4 +1,5 @@
-//! Viewers of Foxglove's protocol: what they see, that nothing is read without one, and that one that does not read holds nobody up.
+//! Viewers of Foxglove's protocol: what they see, that nothing is read without one, and that one
+//! that does not read holds nobody up.
 
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpStream};
@@ -88,7 +89,8 @@ impl Viewer {
             socket,
             channels: BTreeMap::new(),
         };
-        // The server knows a channel only some time after it has told of it, but before it tells of the next: this is the last.
+        // The server knows a channel only some time after it has told of it, but before it tells of
+        // the next: this is the last.
         let last = "/cell-1/planned_scene";
         for topic in topics.iter().chain([&last]) {
             while !viewer.channels.contains_key(*topic) {
@@ -257,8 +259,9 @@ fn a_viewer_that_does_not_read_holds_nobody_up() {
         rig.clouds.put(&cloud).unwrap();
         slowest = slowest.max(began.elapsed());
     }
-    // Four hundred megabytes wait for somebody who reads none of them. On their way to the view, messages are dropped as for any reader
-    // that does not keep up, plans too, so that not every one comes.
+    // Four hundred megabytes wait for somebody who reads none of them. On their way to the view,
+    // messages are dropped as for any reader that does not keep up, plans too, so that not every
+    // one comes.
     sees_a_plan(&rig, &mut other);
     assert_eq!(rig.view.viewers(), 2, "the stalled one is still there");
     assert!(slowest < Duration::from_secs(1), "{slowest:?}");
