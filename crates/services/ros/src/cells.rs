@@ -1,10 +1,10 @@
-//! The cells that are there, and what is in ROS of them.
+//! The cells that are there, and their faces in ROS.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use nalgebra::Isometry3;
+use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_service::alive;
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::Client;
@@ -19,21 +19,21 @@ use crate::rmw::messages::{TfMessage, TransformStamped};
 use crate::rmw::{Node, Publisher};
 use crate::settings::Settings;
 
-/// How long the answers to who is there may take.
+/// How long it is waited for answers of the cells.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Cells and containers that have a face at most.
+/// Maximum of cells and containers that have a face.
 const MOST_CELLS: usize = 1_000;
 
 /// The cells and their faces.
 pub(crate) struct Cells {
     common: Common,
     namespace: Name,
-    world_from_container: BTreeMap<Cell, Isometry3<f64>>,
-    /// Where containers are: whoever comes later is told of all.
+    world_from_container: BTreeMap<String, Extrinsics>,
+    /// The frames of containers: whoever comes later is told of all.
     fixed: Publisher<TfMessage>,
     fixed_frames: BTreeMap<Cell, TransformStamped>,
-    /// Who has which name in ROS: what is asked under one must reach one cell alone.
+    /// The cell of each name in ROS: a request under one must reach one cell alone.
     names: BTreeMap<Name, Cell>,
     /// A cell has none where another one has its name.
     faces: BTreeMap<Cell, Face>,
@@ -47,21 +47,17 @@ impl Cells {
         node: Node,
         settings: &Settings,
     ) -> Result<Self, RosError> {
-        let placed = settings.containers.iter().filter_map(|(cell, pose)| {
-            // They are checked.
-            Some((Cell::new(cell).ok()?, pose.pose().ok()?))
-        });
         let client = Client::new(process.session());
         Ok(Self {
             namespace: Name::new(&settings.namespace)?,
-            world_from_container: placed.collect(),
+            world_from_container: settings.containers.clone(),
             fixed: node.publisher(&Name::ROOT.join("tf_static"), Qos::Latched)?,
             fixed_frames: BTreeMap::new(),
             names: BTreeMap::new(),
             faces: BTreeMap::new(),
             is_full: false,
             common: Common {
-                requests: Requests::new(client, settings.request_limit()),
+                requests: Requests::new(client, Duration::from_secs_f64(settings.request_limit_s)),
                 moving: Arc::new(node.publisher(&Name::ROOT.join("tf"), Qos::Frames)?),
                 process: process.clone(),
                 node,
@@ -69,7 +65,7 @@ impl Cells {
         })
     }
 
-    /// Looks which cells there are, and has in ROS what is new.
+    /// Looks for cells, and puts new ones into ROS.
     pub(crate) fn look(&mut self) {
         let session = self.common.process.session();
         let found = match alive::find(session, Instant::now() + PATIENCE) {
@@ -85,7 +81,7 @@ impl Cells {
         }
     }
 
-    /// Has what a service of a cell says and can be asked in ROS.
+    /// Puts a service of a cell into ROS.
     fn meet(&mut self, service: Service, cell: &Cell) -> Result<(), RosError> {
         let is_new = !self.faces.contains_key(cell);
         if is_new && self.faces.len() >= MOST_CELLS {
@@ -95,10 +91,8 @@ impl Cells {
             return Ok(());
         }
         let name = self.namespace.join(cell.as_str());
-        let holder = self
-            .names
-            .entry(name.clone())
-            .or_insert_with(|| cell.clone());
+        let holder = self.names.entry(name.clone());
+        let holder = holder.or_insert_with(|| cell.clone());
         let face = self.faces.entry(cell.clone()).or_default();
         if holder != cell {
             if is_new {
@@ -107,9 +101,10 @@ impl Cells {
             return Ok(());
         }
         if service == Service::Bridge && face.bridge.is_none() {
-            let placed = self.world_from_container.get(cell).copied();
+            let placed = self.world_from_container.get(cell.as_str());
+            let placed = placed.and_then(|placed| placed.pose().ok());
             let pose = convert::pose_of(&placed.unwrap_or_default());
-            let frame = convert::container_frame(cell.as_str());
+            let frame = convert::container_frame(cell);
             let fixed = convert::frame("world", frame, &pose);
             self.fixed_frames.insert(cell.clone(), fixed);
             let transforms = self.fixed_frames.values().cloned().collect();

@@ -1,4 +1,4 @@
-//! From messages of the stack to those of ROS: states and sessions, and where containers and items are.
+//! Conversions from the stack's messages to those of ROS: states, sessions and frames.
 
 use nalgebra::Isometry3;
 use ppnpack_wire::convert;
@@ -11,11 +11,11 @@ use crate::rmw::messages::{
 };
 
 /// Names the frame of a container, in which all coordinates are.
-pub(crate) fn container_frame(cell: &str) -> String {
+pub(crate) fn container_frame(cell: &Cell) -> String {
     format!("{cell}/container")
 }
 
-/// Gives the header of what is so now, in a frame.
+/// Gives the header of a message of now, in a frame.
 pub(crate) fn header(frame_id: &str) -> Header {
     Header {
         stamp: Time::now(),
@@ -23,7 +23,7 @@ pub(crate) fn header(frame_id: &str) -> Header {
     }
 }
 
-/// Says where a frame is in another one, now.
+/// Places a frame in another one, now.
 pub(crate) fn frame(parent: &str, child_frame_id: String, pose: &Pose) -> TransformStamped {
     let Point { x, y, z } = pose.position;
     TransformStamped {
@@ -36,9 +36,9 @@ pub(crate) fn frame(parent: &str, child_frame_id: String, pose: &Pose) -> Transf
     }
 }
 
-/// Says where the items of a container are.
+/// Places the frames of the items in a container.
 pub(crate) fn item_frames(cell: &Cell, state: &v1::CellState) -> Vec<TransformStamped> {
-    let container = container_frame(cell.as_str());
+    let container = container_frame(cell);
     let frames = state.bodies.iter().filter_map(|body| {
         let at = convert::pose::read_required("pose", body.container_from_item.as_ref());
         let child = format!("{cell}/item/{}", body.item_id);
@@ -52,22 +52,19 @@ pub(crate) fn pose_of(pose: &Isometry3<f64>) -> Pose {
     self::pose(Some(&convert::pose::write(pose)))
 }
 
-/// Gives a pose; what is not told is at the origin.
+/// Gives a pose; a part that is not told is that of the origin.
 pub(crate) fn pose(pose: Option<&v1::Pose>) -> Pose {
-    let position = pose.and_then(|pose| pose.position.as_ref());
-    let orientation = pose.and_then(|pose| pose.orientation.as_ref());
+    let pose = pose.copied().unwrap_or_default();
+    let at = pose.position.unwrap_or_default();
+    let (x, y, z) = (at.x_m, at.y_m, at.z_m);
+    let position = Point { x, y, z };
+    let v1::Quaternion { x, y, z, w } = pose.orientation.unwrap_or(v1::Quaternion {
+        w: 1.0,
+        ..v1::Quaternion::default()
+    });
     Pose {
-        position: position.map_or_else(Point::default, |at| Point {
-            x: at.x_m,
-            y: at.y_m,
-            z: at.z_m,
-        }),
-        orientation: orientation.map_or(Quaternion::IDENTITY, |turn| Quaternion {
-            x: turn.x,
-            y: turn.y,
-            z: turn.z,
-            w: turn.w,
-        }),
+        position,
+        orientation: Quaternion { x, y, z, w },
     }
 }
 
@@ -81,7 +78,7 @@ pub(crate) fn state(cell: &Cell, state: &v1::CellState) -> CellState {
     });
     let hold = state.hold.clone();
     CellState {
-        header: header(&container_frame(cell.as_str())),
+        header: header(&container_frame(cell)),
         state_number: state.state_number,
         executing_placement_id: state.executing_placement_id.clone(),
         bodies: bodies.collect(),
@@ -100,7 +97,7 @@ pub(crate) fn session(cell: &Cell, session: &v1::Session) -> Session {
         pose: pose(item.container_from_item.as_ref()),
     });
     Session {
-        header: header(&container_frame(cell.as_str())),
+        header: header(&container_frame(cell)),
         session_id: session.session_id.clone(),
         items: items.collect(),
         pending_decision_id: session.pending.clone().unwrap_or_default().decision_id,
@@ -127,7 +124,7 @@ pub(crate) fn read_announcement(item: &Announcement) -> v1::Announcement {
     }
 }
 
-/// Gives a number of an enumeration, numbered alike in ROS; what does not go into it is nobody's.
+/// Gives a number of an enumeration, numbered alike in ROS; one that is too large is nobody's.
 fn number(value: i32) -> u8 {
     u8::try_from(value).unwrap_or(u8::MAX)
 }

@@ -1,4 +1,4 @@
-//! What goes wrong in talking to ROS.
+//! Faults in talking to ROS.
 
 use std::fmt::Display;
 
@@ -6,7 +6,7 @@ use ppnpack_service::ServiceError;
 
 use crate::rmw::messages::Message;
 
-/// What keeps a cell from being seen in ROS.
+/// A reason why a cell is not seen in ROS.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum RosError {
     /// A name is none that ROS has.
@@ -19,30 +19,30 @@ pub(crate) enum RosError {
     Message {
         /// The type.
         name: &'static str,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// Zenoh refused something.
     #[error("{key}: {reason}")]
     Zenoh {
-        /// What was declared or sent.
+        /// The key that was declared or sent to.
         key: String,
-        /// What Zenoh says.
+        /// Zenoh's reason.
         reason: String,
     },
-    /// Of the side of the stack.
+    /// The side of the stack failed.
     #[error(transparent)]
     Service(#[from] ServiceError),
 }
 
 impl RosError {
-    /// Says why something is no message of a type.
+    /// Gives the reason why something is no message of a type.
     pub(crate) fn message<M: Message>(reason: impl Display) -> Self {
         let (name, reason) = (M::NAME, reason.to_string());
         Self::Message { name, reason }
     }
 
-    /// Says what Zenoh refused.
+    /// Gives Zenoh's refusal.
     pub(crate) fn zenoh(key: impl Display, error: &zenoh::Error) -> Self {
         let (key, reason) = (key.to_string(), error.to_string());
         Self::Zenoh { key, reason }

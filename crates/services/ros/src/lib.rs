@@ -1,7 +1,8 @@
-//! The cells in ROS 2: what they say as topics, and what can be asked of them as services.
+//! The cells in ROS 2: their streams as topics, their requests as services.
 //!
-//! It is a client like any other of the stack, and a node of ROS as `rmw_zenoh` has them, on the stack's own router or on that of ROS. Each
-//! cell that is there, and each container, has its topics below a name of its own.
+//! It is a client of the stack like any other, and a node of ROS as `rmw_zenoh` has them, on the
+//! stack's own router or on that of ROS. Each cell that is there, and each container, has its
+//! topics below a name of its own.
 
 mod cells;
 mod convert;
@@ -36,14 +37,15 @@ pub struct Ros {
     _ready: HealthLatch,
     shutdown: Shutdown,
     thread: JoinHandle<()>,
-    /// That of ROS, where it is not the stack's.
+    /// The session with ROS, where it is not the stack's.
     session: Option<Session>,
 }
 
 /// Starts the service.
 ///
 /// # Errors
-/// [`ServiceError`] where a setting is not possible, the router of ROS is away, or the session or a thread cannot be had.
+/// [`ServiceError`] where a setting is not possible, the router of ROS is away, or the session or a
+/// thread cannot be had.
 pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError> {
     settings.validate().map_err(ServiceError::start)?;
     let ready = process.health().check("ros");
@@ -52,13 +54,14 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
     let name = Name::new(&settings.namespace).map_err(ServiceError::start)?;
     let node = Node::new(own, settings.domain, &name).map_err(ServiceError::start)?;
     let shutdown = process.shutdown().of_part();
-    let cells = Cells::new(process, node, settings);
-    let cells = cells.map_err(ServiceError::start)?;
-    let thread = {
-        let shutdown = shutdown.clone();
-        let supervisor = process.supervisor();
-        supervisor.thread("ros-cells", move || follow(cells, &shutdown))?
-    };
+    let mut cells = Cells::new(process, node, settings).map_err(ServiceError::start)?;
+    let ended = shutdown.clone();
+    let thread = process.supervisor().thread("ros-cells", move || {
+        while !ended.is_requested() {
+            cells.look();
+            ended.wait_timeout(LOOK);
+        }
+    })?;
     let alive = alive::announce(process, None)?;
     ready.pass();
     tracing::info!(domain = settings.domain, namespace = %name, "in ROS 2");
@@ -71,7 +74,7 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Ros, ServiceError
     })
 }
 
-/// A session with the router of ROS, where that is another one.
+/// Opens a session with the router of ROS, where that is another one.
 fn open(settings: &Settings) -> Result<Option<Session>, ServiceError> {
     if settings.connect.0.is_empty() {
         return Ok(None);
@@ -88,16 +91,6 @@ fn open(settings: &Settings) -> Result<Option<Session>, ServiceError> {
         ))
     });
     opened.map(Some)
-}
-
-/// Looks for cells until it is told to end.
-fn follow(mut cells: Cells, shutdown: &Shutdown) {
-    loop {
-        cells.look();
-        if shutdown.wait_timeout(LOOK) {
-            return;
-        }
-    }
 }
 
 impl Running for Ros {

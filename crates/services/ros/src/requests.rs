@@ -1,7 +1,6 @@
 //! Requests of ROS, passed on to the stack.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use ppnpack_service::rpc::{CallError, Client};
@@ -13,25 +12,20 @@ use crate::rmw::keys::Name;
 use crate::rmw::messages::{Done, Service};
 use crate::rmw::{Node, Request, Server};
 
-/// Requests that are worked on at the same time; more are refused.
+/// Maximum of requests that are worked on at the same time; more are refused.
 const MOST: usize = 32;
 
-/// Asks the stack on behalf of nodes of ROS. Clones share the bound on what is asked at the same time.
+/// A client that asks the stack on behalf of nodes of ROS. Clones share the bound on requests.
 #[derive(Clone)]
 pub(crate) struct Requests {
     client: Client,
     limit: Duration,
-    under_way: Arc<AtomicUsize>,
+    under_way: Arc<UnderWay>,
 }
 
-/// A request that is worked on.
-struct UnderWay(Arc<AtomicUsize>);
-
-impl Drop for UnderWay {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::AcqRel);
-    }
-}
+/// A count of the requests that are worked on: each has a clone of the content.
+#[derive(Default)]
+struct UnderWay(Arc<()>);
 
 impl Requests {
     pub(crate) fn new(client: Client, limit: Duration) -> Self {
@@ -42,7 +36,7 @@ impl Requests {
         }
     }
 
-    /// Gives the same with a bound of its own: nothing else that is worked on has it refuse what is asked.
+    /// Gives the same with a bound of its own: nothing else that is worked on makes it refuse.
     pub(crate) fn apart(&self) -> Self {
         Self {
             under_way: Arc::default(),
@@ -60,32 +54,29 @@ impl Requests {
         self.client.call(cell, request, Instant::now() + limit)
     }
 
+    /// Asks the stack, as long as a request of ROS may take.
+    pub(crate) fn pass_on<R: rpc::Request>(
+        &self,
+        cell: &Cell,
+        request: R,
+    ) -> Result<(), CallError> {
+        self.ask(cell, request, self.limit).map(drop)
+    }
+
     /// Has an empty container brought in place of the one that is there.
-    pub(crate) fn renew(&self, cell: &Cell) -> Result<(), CallError> {
+    pub(crate) fn renew(&self, cell: &Cell, (): ()) -> Result<(), CallError> {
         let told = self.ask(cell, v1::CellStateRequest::default(), self.limit)?;
         let request = v1::RenewRequest {
             state_number: told.state.unwrap_or_default().state_number,
             ..v1::RenewRequest::default()
         };
-        self.ask(cell, request, self.limit).map(drop)
+        self.pass_on(cell, request)
     }
 
-    /// Answers a service by whether the stack does what the request of ROS is made to.
-    pub(crate) fn serve<S: Service<Response = Done>, R: rpc::Request + 'static>(
-        &self,
-        node: &Node,
-        name: &Name,
-        cell: &Cell,
-        to_request: impl Fn(&S) -> R + Send + Sync + 'static,
-    ) -> Result<Server, RosError> {
-        self.serve_by(node, name, cell, to_request, |requests, cell, request| {
-            requests.ask(cell, request, requests.limit).map(drop)
-        })
-    }
-
-    /// Answers a service by whether the stack does what it is asked, by what is known as it is. Each
-    /// request has a thread: one that waits, as long as a request of ROS may, holds up no other.
-    pub(crate) fn serve_by<S: Service<Response = Done>, A: Send + 'static>(
+    /// Answers a service by whether the stack does what it is asked; `to_asked` runs as the request
+    /// comes. Each request has a thread: one that waits, as long as a request of ROS may, holds up
+    /// no other.
+    pub(crate) fn serve<S: Service<Response = Done>, A: Send + 'static>(
         &self,
         node: &Node,
         name: &Name,
@@ -95,10 +86,11 @@ impl Requests {
     ) -> Result<Server, RosError> {
         let (requests, cell) = (self.clone(), cell.clone());
         node.serve(name, move |request: Request<S>| {
-            let Some(under_way) = requests.begin() else {
+            let under_way = Arc::clone(&requests.under_way.0);
+            if Arc::strong_count(&under_way) > MOST + 1 {
                 let busy = format!("{MOST} requests are worked on: ask again");
                 return request.answer(&answer(Err(busy)));
-            };
+            }
             let (requests, cell) = (requests.clone(), cell.clone());
             let asked = to_asked(&request.message);
             let work = move || {
@@ -111,12 +103,6 @@ impl Requests {
                 tracing::error!(%error, "a request is not answered");
             }
         })
-    }
-
-    fn begin(&self) -> Option<UnderWay> {
-        let before = self.under_way.fetch_add(1, Ordering::AcqRel);
-        let under_way = UnderWay(Arc::clone(&self.under_way));
-        (before < MOST).then_some(under_way)
     }
 }
 

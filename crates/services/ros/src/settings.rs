@@ -1,7 +1,6 @@
-//! What can be set.
+//! The settings.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_service::ServiceSettings;
@@ -11,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::rmw::keys::Name;
 
-/// The greatest domain that ROS has.
+/// Maximum domain of ROS.
 const MAX_DOMAIN: u32 = 232;
 
 /// Settings of the service.
@@ -20,13 +19,14 @@ const MAX_DOMAIN: u32 = 232;
 pub struct Settings {
     /// The domain of ROS (`ROS_DOMAIN_ID`).
     pub domain: u32,
-    /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`. Where none is given, the nodes of ROS are on the stack's own router.
+    /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`; without one, the stack's
+    /// own.
     pub connect: Endpoints,
-    /// What the names of topics and services begin with; the cell's name follows.
+    /// The beginning of the names of topics and services; the cell's name follows.
     pub namespace: String,
     /// How long a request of ROS may take, in seconds.
     pub request_limit_s: f64,
-    /// Where the containers are in the frame `world`: the poses of their frames there. One that is not named is at its origin.
+    /// The poses of the containers' frames in the frame `world`; the default is its origin.
     pub containers: BTreeMap<String, Extrinsics>,
 }
 
@@ -39,13 +39,6 @@ impl Default for Settings {
             request_limit_s: 30.0,
             containers: BTreeMap::new(),
         }
-    }
-}
-
-impl Settings {
-    /// How long a request of ROS may take.
-    pub(crate) fn request_limit(&self) -> Duration {
-        Duration::try_from_secs_f64(self.request_limit_s).unwrap_or_default()
     }
 }
 

@@ -6,11 +6,12 @@ use std::time::{Duration, Instant};
 use nalgebra::Isometry3;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{self, Done, Incoming};
+use ppnpack_service::rpc::{self, Done, Incoming, Listener};
 use ppnpack_service::stream::Publisher;
 use ppnpack_service::{Running, alive};
 use ppnpack_wire::convert::pose;
 use ppnpack_wire::keys::{Cell, Service as Of, Stream};
+use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::ReplyKeyExpr;
@@ -25,15 +26,16 @@ use crate::{Ros, Settings};
 /// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What a test waits between attempts.
+/// How long a test waits between attempts.
 const AGAIN: Duration = Duration::from_millis(50);
 
 fn cell() -> Cell {
     Cell::new("cell-1").unwrap()
 }
 
-fn name(name: &str) -> Name {
-    Name::new(name).unwrap()
+/// Gives the key of a topic, or of a service by its request.
+fn key<M: Typed>(topic: &str) -> String {
+    keys::data(0, &Name::new(topic).unwrap(), &M::key())
 }
 
 /// A cell that is there, its face, and somebody in ROS.
@@ -43,7 +45,6 @@ struct Rig {
     states: Publisher<v1::CellState>,
     session: ZenohSession,
     _alive: alive::Token,
-    _process: Process,
     hub: Hub,
 }
 
@@ -59,7 +60,6 @@ impl Rig {
             face: Some(Box::new(crate::start(&process, settings).unwrap())),
             bridge,
             session,
-            _process: process,
             hub,
         }
     }
@@ -71,21 +71,18 @@ impl Rig {
             let message = cdr::decode(&sample.payload().to_bytes()).unwrap();
             drop(sender.try_send(message));
         };
-        let key = keys::data(0, &name(topic), &M::key());
-        let subscribed = self.session.declare_subscriber(key).callback(on_sample);
+        let subscribed = self.session.declare_subscriber(key::<M>(topic));
+        let subscribed = subscribed.callback(on_sample);
         (receiver, subscribed.wait().unwrap())
     }
 
-    /// What is given to whoever comes later to a topic, as advanced subscribers of Zenoh ask for it.
+    /// Asks for the last message of a topic as advanced subscribers of Zenoh do that come later.
     fn last<M: Typed>(&self, topic: &str) -> Option<(Sample, M)> {
-        let key = keys::data(0, &name(topic), &M::key());
-        let replies = self
+        let asked = self
             .session
-            .get(format!("{key}/@adv/**?_max=1"))
-            .accept_replies(ReplyKeyExpr::Any)
-            .wait()
-            .unwrap();
-        let reply = replies.recv_timeout(PATIENCE).ok().flatten()?;
+            .get(format!("{}/@adv/**?_max=1", key::<M>(topic)));
+        let replies = asked.accept_replies(ReplyKeyExpr::Any).wait().unwrap();
+        let reply = replies.recv_timeout(PATIENCE).ok()??;
         let sample = reply.into_result().unwrap();
         let message = cdr::decode(&sample.payload().to_bytes()).unwrap();
         Some((sample, message))
@@ -93,23 +90,13 @@ impl Rig {
 
     /// Asks a service, again until somebody answers.
     fn call<S: Service>(&self, service: &str, request: &S) -> S::Response {
-        let key = keys::data(0, &name(service), &S::key());
-        let until = Instant::now() + PATIENCE;
-        while Instant::now() < until {
+        until("an answer", || {
             let payload = cdr::encode(request).unwrap();
-            let replies = self
-                .session
-                .get(key.as_str())
-                .payload(payload)
-                .wait()
-                .unwrap();
-            if let Ok(Some(reply)) = replies.recv_timeout(PATIENCE) {
-                let sample = reply.into_result().unwrap();
-                return cdr::decode(&sample.payload().to_bytes()).unwrap();
-            }
-            std::thread::sleep(AGAIN);
-        }
-        panic!("nobody answers {service}");
+            let asked = self.session.get(key::<S>(service)).payload(payload);
+            let reply = asked.wait().unwrap().recv_timeout(PATIENCE).ok()??;
+            let sample = reply.into_result().unwrap();
+            Some(cdr::decode(&sample.payload().to_bytes()).unwrap())
+        })
     }
 }
 
@@ -123,16 +110,37 @@ impl Drop for Rig {
     }
 }
 
+/// Does something again and again, until it gives something.
+fn until<T>(what: &str, mut act: impl FnMut() -> Option<T>) -> T {
+    let deadline = Instant::now() + PATIENCE;
+    while Instant::now() < deadline {
+        if let Some(given) = act() {
+            return given;
+        }
+        std::thread::sleep(AGAIN);
+    }
+    panic!("{what} does not come");
+}
+
 /// Does something again and again, until a message comes.
 fn comes<T>(receiver: &Receiver<T>, mut act: impl FnMut()) -> T {
-    let until = Instant::now() + PATIENCE;
-    while Instant::now() < until {
+    until("a message", || {
         act();
-        if let Ok(message) = receiver.recv_timeout(AGAIN) {
-            return message;
-        }
-    }
-    panic!("nothing comes");
+        receiver.recv_timeout(AGAIN).ok()
+    })
+}
+
+/// Answers requests, and tells what each says.
+fn listen<R: Request>(process: &Process, told: fn(&R) -> String) -> (Listener, Receiver<String>) {
+    let (sender, receiver) = sync_channel(8);
+    let answer = move |incoming: Incoming<R>| {
+        sender.try_send(told(incoming.message())).unwrap();
+        incoming.reply(R::Reply::default(), Done::default());
+    };
+    (
+        rpc::listen(process, Some(&cell()), answer).unwrap(),
+        receiver,
+    )
 }
 
 fn state() -> v1::CellState {
@@ -180,12 +188,9 @@ fn a_state_comes_with_the_frames_of_its_items_also_to_whoever_comes_later() {
     assert_eq!(item.transform.translation.z, 0.03);
 
     let (sample, last) = rig.last::<CellState>(topic).unwrap();
-    let key = keys::data(0, &name(topic), &CellState::key());
-    assert_eq!(sample.key_expr().as_str(), key);
-    assert_eq!(
-        (last.state_number, sample.attachment().unwrap().len()),
-        (7, 33)
-    );
+    assert_eq!(sample.key_expr().as_str(), key::<CellState>(topic));
+    assert_eq!(last.state_number, 7);
+    assert_eq!(sample.attachment().unwrap().len(), 33);
     let (_, fixed) = rig.last::<TfMessage>("/tf_static").unwrap();
     assert_eq!(fixed.transforms[0].child_frame_id, "cell-1/container");
 }
@@ -197,20 +202,15 @@ fn what_is_asked_is_passed_on_and_answered() {
         ..Settings::default()
     };
     let rig = Rig::new(&settings);
-    let (sender, holds) = sync_channel(8);
-    let hold = move |incoming: Incoming<v1::HoldRequest>| {
-        sender.try_send(incoming.message().clone()).unwrap();
-        incoming.reply(v1::HoldReply::default(), Done::default());
-    };
-    let _listener = rpc::listen(&rig.bridge, Some(&cell()), hold).unwrap();
+    let hold = |asked: &v1::HoldRequest| format!("{} {}", asked.reason, asked.is_aborting);
+    let (_listener, holds) = listen(&rig.bridge, hold);
     let request = Hold {
         reason: "lunch".to_owned(),
         is_aborting: true,
     };
     let response = rig.call("/ppnpack/cell_1/hold", &request);
     assert!(response.success && response.message.is_empty());
-    let held = holds.recv_timeout(PATIENCE).unwrap();
-    assert_eq!((held.reason.as_str(), held.is_aborting), ("lunch", true));
+    assert_eq!(holds.recv_timeout(PATIENCE).unwrap(), "lunch true");
     // Nobody resumes, and that is said.
     let response = rig.call("/ppnpack/cell_1/resume", &Trigger::default());
     assert!(!response.success);
@@ -223,26 +223,16 @@ fn what_is_resumed_and_acknowledged_is_what_was_told_in_ros() {
     let planner = embedded::process(&rig.hub, Of::Planner, "planner-1").unwrap();
     let _alive = alive::announce(&planner, Some(&cell())).unwrap();
     let sessions = Publisher::new(&planner, &cell(), Stream::Session).unwrap();
-    let (sender, asked) = sync_channel(8);
-    let names = sender.clone();
-    let resume = move |incoming: Incoming<v1::ResumeRequest>| {
-        let named = incoming.message().hold_ids.join(" ");
-        names.try_send(named).unwrap();
-        incoming.reply(v1::ResumeReply::default(), Done::default());
-    };
-    let switch = move |incoming: Incoming<v1::AutomaticRequest>| {
-        let named = incoming.message().failure_id.clone();
-        sender.try_send(named).unwrap();
-        incoming.reply(v1::AutomaticReply::default(), Done::default());
-    };
-    let _resumes = rpc::listen(&rig.bridge, Some(&cell()), resume).unwrap();
-    let _switches = rpc::listen(&planner, Some(&cell()), switch).unwrap();
+    let resume = |asked: &v1::ResumeRequest| asked.hold_ids.join(" ");
+    let (_resumes, resumed) = listen(&rig.bridge, resume);
+    let switch = |asked: &v1::AutomaticRequest| asked.failure_id.clone();
+    let (_switches, switched) = listen(&planner, switch);
 
     let (states, _of_states) = rig.listen::<CellState>("/ppnpack/cell_1/state");
     comes(&states, || rig.states.put(&state()).unwrap());
     let done = rig.call("/ppnpack/cell_1/resume", &Trigger::default());
     assert!(done.success, "{}", done.message);
-    assert_eq!(asked.recv_timeout(PATIENCE).unwrap(), "h1 h2");
+    assert_eq!(resumed.recv_timeout(PATIENCE).unwrap(), "h1 h2");
 
     let failed = v1::Session {
         session_id: "s".to_owned(),
@@ -253,7 +243,7 @@ fn what_is_resumed_and_acknowledged_is_what_was_told_in_ros() {
     comes(&told, || sessions.put(&failed).unwrap());
     let done = rig.call("/ppnpack/cell_1/automatic", &SetBool { data: true });
     assert!(done.success, "{}", done.message);
-    assert_eq!(asked.recv_timeout(PATIENCE).unwrap(), "s-1");
+    assert_eq!(switched.recv_timeout(PATIENCE).unwrap(), "s-1");
 }
 
 #[test]
@@ -269,13 +259,7 @@ fn a_session_that_began_before_is_told() {
     };
     let _listener = rpc::listen(&planner, Some(&cell()), answer).unwrap();
     let _alive = alive::announce(&planner, Some(&cell())).unwrap();
-    let until = Instant::now() + PATIENCE;
-    let (_, session) = loop {
-        if let Some(told) = rig.last::<Session>("/ppnpack/cell_1/session") {
-            break told;
-        }
-        assert!(Instant::now() < until, "no session is told");
-        std::thread::sleep(AGAIN);
-    };
+    let told = || rig.last::<Session>("/ppnpack/cell_1/session");
+    let (_, session) = until("the session", told);
     assert_eq!(session.session_id, "before");
 }

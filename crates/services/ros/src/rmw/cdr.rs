@@ -1,7 +1,7 @@
 //! Messages as bytes: plain CDR, after the four bytes that say so.
 //!
-//! What is written is little-endian; what is read may be of either order, as the first bytes say. Source: OMG DDS-XTypes 1.3,
-//! sections 7.4.1 and 7.6.3.1.2.
+//! What is written is little-endian; what is read may be of either order, as the first bytes say.
+//! Source: OMG DDS-XTypes 1.3, sections 7.4.1 and 7.6.3.1.2.
 
 use byteorder::{BigEndian, LittleEndian};
 
@@ -27,7 +27,7 @@ pub(crate) fn encode<M: Message>(message: &M) -> Result<Vec<u8>, RosError> {
 /// # Errors
 /// [`RosError::Message`] where they are no such message.
 pub(crate) fn decode<M: Message>(payload: &[u8]) -> Result<M, RosError> {
-    let Some((&[0, order, _, _], body)) = payload.split_first_chunk::<4>() else {
+    let Some((&[0, order @ (0 | 1), _, _], body)) = payload.split_first_chunk::<4>() else {
         return Err(RosError::message::<M>("plain CDR is needed"));
     };
     // Some leave the one byte of an empty message out.
@@ -37,8 +37,7 @@ pub(crate) fn decode<M: Message>(payload: &[u8]) -> Result<M, RosError> {
     };
     let read = match order {
         0 => cdr_encoding::from_bytes::<M, BigEndian>(body),
-        1 => cdr_encoding::from_bytes::<M, LittleEndian>(body),
-        _ => return Err(RosError::message::<M>("plain CDR is needed")),
+        _ => cdr_encoding::from_bytes::<M, LittleEndian>(body),
     };
     read.map(|(message, _)| message)
         .map_err(RosError::message::<M>)
@@ -63,7 +62,6 @@ mod tests {
         let hello = [&[0, 1, 0, 0, 6, 0, 0, 0][..], b"hello\0\x01"];
         assert_eq!(encode(&hold("hello")).unwrap(), hello.concat());
         assert_eq!(encode(&Trigger::default()).unwrap(), [0, 1, 0, 0, 0]);
-        // Some leave the one byte of an empty message out.
         assert!(decode::<Trigger>(&[0, 1, 0, 0]).is_ok());
         // A number begins at a multiple of its size from the end of the first four bytes.
         let begin = Begin {

@@ -30,7 +30,8 @@ impl Name {
         }
     }
 
-    /// Gives a name below this one. What a part may not hold becomes `_`, and a digit at its beginning gets one before it.
+    /// Gives a name below this one. A forbidden character becomes `_`, and a digit at the beginning
+    /// gets one before it.
     pub(crate) fn join(&self, part: &str) -> Self {
         let replaced = |it: char| if it.is_ascii_alphanumeric() { it } else { '_' };
         let part: String = part.chars().map(replaced).collect();
@@ -56,19 +57,20 @@ fn is_part(part: &str) -> bool {
     part.bytes().all(goes_on) && part.starts_with(|first: char| !first.is_ascii_digit())
 }
 
-/// How a topic is carried. Zenoh matches publishers and subscribers of any quality: it tells others what to expect.
+/// The quality of service of a topic. Zenoh matches any publisher with any subscriber: it tells
+/// others what to expect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Qos {
     /// Services: every message is wanted.
     Services,
-    /// Where frames are now.
+    /// Frames where they are now.
     Frames,
-    /// What is so until it is said otherwise: who comes later is given the last message, "transient local".
+    /// States, "transient local": whoever comes later is given the last message.
     Latched,
 }
 
 impl Qos {
-    /// Gives reliability, durability, history and depth as tokens have them; what is as by default is left out.
+    /// Gives reliability, durability, history and depth as tokens have them, without defaults.
     fn as_str(self) -> &'static str {
         match self {
             Self::Services => "::,10:,:,:,,",
@@ -83,7 +85,7 @@ pub(crate) fn data(domain: u32, topic: &Name, of: &str) -> String {
     format!("{domain}{topic}/{of}")
 }
 
-/// What an endpoint does, as its tokens name it.
+/// The kinds of endpoints, as tokens name them.
 pub(super) const PUBLISHER: &str = "MP";
 pub(super) const SERVER: &str = "SS";
 
@@ -114,10 +116,8 @@ impl NodeKey {
             domain, session, ..
         } = self;
         let (namespace, name) = self.name.0.rsplit_once('/').unwrap_or_default();
-        let namespace = match namespace {
-            "" => "%".to_owned(),
-            other => other.replace('/', "%"),
-        };
+        let namespace = if namespace.is_empty() { "/" } else { namespace };
+        let namespace = namespace.replace('/', "%");
         format!("@ros2_lv/{domain}/{session}/0/{id}/{kind}/%/{namespace}/{name}")
     }
 }

@@ -1,16 +1,17 @@
-//! Messages of ROS 2, as structs: those of its own packages that are needed here, and those of `ppnpack_msgs`.
+//! Messages of ROS 2, as structs: those of its own packages that are needed here, and those of
+//! `ppnpack_msgs`.
 //!
-//! Names of structs and fields are those of ROS, but that a struct does not begin with two capitals. What they mean stands in
-//! ROS's own interface files, and in those of `ros/ppnpack_msgs`, which a test holds the structs against. Lengths are in metres,
-//! rotations are unit quaternions. A service is its request; where it names no response, that is [`Done`].
+//! Names of structs and fields are those of ROS, but that a struct does not begin with two
+//! capitals. What they mean stands in ROS's own interface files, and in those of
+//! `ros/ppnpack_msgs`, which a test holds the structs against. Lengths are in metres, rotations are
+//! unit quaternions. A service is its request; where it names no response, that is [`Done`].
 
-use std::time::{SystemTime, UNIX_EPOCH};
-
+use ppnpack_service::clock::now_ns;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Nanoseconds of a second.
-const SECOND_NS: i64 = 1_000_000_000;
+const SECOND_NS: u64 = 1_000_000_000;
 
 /// A message, or a part of one.
 pub(crate) trait Message: Serialize + DeserializeOwned + Send + Sync + 'static {
@@ -24,7 +25,8 @@ pub(crate) trait Message: Serialize + DeserializeOwned + Send + Sync + 'static {
 
 /// A message that is published, or stands as a request for its service.
 pub(crate) trait Typed: Message {
-    /// The hash of its type, or of its service's: SHA-256 of the description that REP 2011 prescribes. It changes with any field.
+    /// The hash of its type, or of its service's: SHA-256 of the description that REP 2011
+    /// prescribes. It changes with any field.
     const HASH: &'static str;
 
     /// Gives its type as keys name it, such as `std_msgs::msg::dds_::Bool_/RIHS01_…`.
@@ -37,7 +39,7 @@ pub(crate) trait Typed: Message {
 
 /// A service, which its request stands for.
 pub(crate) trait Service: Typed {
-    /// What is answered.
+    /// The answer.
     type Response: Message;
 }
 
@@ -172,36 +174,14 @@ messages! {
 }
 
 impl Time {
-    /// Gives the time so many nanoseconds after 1970; what it cannot tell is moved to where it can.
-    pub(crate) fn from_ns(at_ns: i64) -> Self {
-        let seconds = at_ns.div_euclid(SECOND_NS);
-        let sec = seconds.clamp(i32::MIN.into(), i32::MAX.into());
-        Self {
-            sec: i32::try_from(sec).unwrap_or_default(),
-            nanosec: u32::try_from(at_ns.rem_euclid(SECOND_NS)).unwrap_or_default(),
-        }
-    }
-
     /// Gives the time of day.
     pub(crate) fn now() -> Self {
-        Self::from_ns(now_ns())
+        let now_ns = now_ns();
+        Self {
+            sec: i32::try_from(now_ns / SECOND_NS).unwrap_or(i32::MAX),
+            nanosec: u32::try_from(now_ns % SECOND_NS).unwrap_or_default(),
+        }
     }
-}
-
-impl Quaternion {
-    /// No rotation; the default is none, and no rotation of ROS.
-    pub(crate) const IDENTITY: Self = Self {
-        x: 0.0,
-        y: 0.0,
-        z: 0.0,
-        w: 1.0,
-    };
-}
-
-/// Gives the time of day, in nanoseconds since 1970.
-pub(super) fn now_ns() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| i64::try_from(now.as_nanos()).unwrap_or(i64::MAX))
 }
 
 #[cfg(test)]
@@ -230,9 +210,8 @@ mod tests {
     /// The fields of a struct, one a line, as an interface file of the package writes them.
     fn written<M: Message>() -> String {
         let fields = M::FIELDS.iter();
-        fields
-            .map(|(name, of)| format!("{} {name}\n", of_ros(of)))
-            .collect()
+        let lines = fields.map(|(name, of)| format!("{} {name}\n", of_ros(of)));
+        lines.collect()
     }
 
     fn message<M: Message>() -> (&'static str, String) {
@@ -262,10 +241,8 @@ mod tests {
         let package = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../ros/ppnpack_msgs");
         let package = std::path::Path::new(package);
         let listed = std::fs::read_to_string(package.join("CMakeLists.txt")).unwrap();
-        let listed = listed
-            .lines()
-            .filter(|line| line.trim().starts_with('"'))
-            .count();
+        let lines = listed.lines().map(str::trim);
+        let listed = lines.filter(|line| line.starts_with('"')).count();
         let there = ["msg", "srv"].map(|of| package.join(of).read_dir().unwrap().count());
         assert_eq!((listed, there.iter().sum()), (types.len(), types.len()));
         for (name, written) in types {
@@ -273,10 +250,8 @@ mod tests {
             let of = path.split('/').next().unwrap();
             let text = std::fs::read_to_string(package.join(format!("{path}.{of}"))).unwrap();
             let is_field = |line: &&str| !(line.is_empty() || line.contains(['#', '=']));
-            let fields = text
-                .lines()
-                .filter(is_field)
-                .map(|line| format!("{line}\n"));
+            let fields = text.lines().filter(is_field);
+            let fields = fields.map(|line| format!("{line}\n"));
             assert_eq!(fields.collect::<String>(), written, "{name}");
         }
     }

@@ -1,8 +1,9 @@
 //! A node of ROS 2 over Zenoh, as `rmw_zenoh` has them, without ROS.
 //!
-//! A [`Node`] publishes topics and answers services on any Zenoh session. Others find it by the liveliness tokens that it
-//! declares ([`keys`]). Messages are structs ([`messages`]), put into bytes as plain CDR ([`cdr`]). The protocol is that of Jazzy
-//! and later: <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
+//! A [`Node`] publishes topics and answers services on any Zenoh session. Others find it by the
+//! liveliness tokens that it declares ([`keys`]). Messages are structs ([`messages`]), put into
+//! bytes as plain CDR ([`cdr`]). The protocol is that of Jazzy and later:
+//! <https://github.com/ros2/rmw_zenoh/blob/rolling/docs/design.md>.
 //!
 //! Two crates have this protocol, and neither serves in place of this module:
 //!

@@ -2,8 +2,9 @@
 
 use std::marker::PhantomData;
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
+use ppnpack_service::sync::lock;
 use sha2::{Digest, Sha256};
 use zenoh::bytes::ZBytes;
 use zenoh::key_expr::KeyExpr;
@@ -18,7 +19,7 @@ use super::messages::Typed;
 use super::service::Attachment;
 use crate::error::RosError;
 
-/// A node: what others see of a program. A session has one.
+/// A node: the face of a program towards others. A session has one.
 pub(crate) struct Node {
     pub(super) session: Session,
     pub(super) key: NodeKey,
@@ -27,10 +28,10 @@ pub(crate) struct Node {
     _token: LivelinessToken,
 }
 
-/// What stands for an endpoint, until it is dropped.
+/// An endpoint, until it is dropped.
 pub(super) struct Endpoint {
     id: u32,
-    /// Names it: any name will do that no other endpoint has.
+    /// The name of it: any will do that no other endpoint has.
     gid: [u8; 16],
     _token: LivelinessToken,
 }
@@ -72,14 +73,8 @@ impl Node {
             .wait()
             .map_err(|error| RosError::zenoh(&key, &error))?;
         let endpoint = self.endpoint(keys::PUBLISHER, topic, &of, qos)?;
-        let latched = match qos {
-            Qos::Latched => Some(Latched::new(
-                &self.session,
-                publisher.key_expr(),
-                endpoint.id,
-            )?),
-            _ => None,
-        };
+        let latch = || Latched::new(&self.session, publisher.key_expr(), endpoint.id);
+        let latched = (qos == Qos::Latched).then(latch).transpose()?;
         Ok(Publisher {
             publisher,
             latched,
@@ -108,7 +103,8 @@ impl Node {
     }
 }
 
-/// Publishes a topic, until it is dropped. It never waits for readers: a slow one, or a full link, loses messages.
+/// A publisher of a topic, until it is dropped. It never waits for readers: a slow one, or a full
+/// link, loses messages.
 pub(crate) struct Publisher<M> {
     publisher: zenoh::pubsub::Publisher<'static>,
     latched: Option<Latched>,
@@ -140,8 +136,9 @@ type Sent = (ZBytes, Vec<u8>);
 
 /// The last message of a topic, kept for who comes later: "transient local".
 ///
-/// A subscriber of such a topic asks for what was published before under `<key>/@adv/**`, and again when a publisher's token
-/// appears there; so do those of `rmw_zenoh`, by the advanced subscribers of `zenoh-ext`.
+/// A subscriber of such a topic asks for what was published before under `<key>/@adv/**`, and again
+/// when a publisher's token appears there; so do those of `rmw_zenoh`, by the advanced subscribers
+/// of `zenoh-ext`.
 struct Latched {
     last: Arc<Mutex<Option<Sent>>>,
     _queryable: Queryable<()>,
@@ -169,10 +166,6 @@ impl Latched {
             _token: declare(session, &own)?,
         })
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn declare(session: &Session, token: &str) -> Result<LivelinessToken, RosError> {

@@ -1,24 +1,25 @@
 //! Services, and requests that wait for their answers.
 
+use ppnpack_service::clock::now_ns;
 use zenoh::Wait;
 use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 
 use super::cdr;
 use super::keys::{self, Name, Qos};
-use super::messages::{Service, now_ns};
+use super::messages::Service;
 use super::node::{Endpoint, Node};
 use crate::error::RosError;
 
-/// The largest request, in bytes.
+/// Maximum size of a request, in bytes.
 const MAX_REQUEST_BYTES: usize = 4 << 20;
 
-/// What goes with a message or a request: which one of its sender's it is, when it was sent, and who sent it.
+/// The attachment of a message or a request: its number, when it was sent, and by whom.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Attachment([u8; 33]);
 
 impl Attachment {
-    /// Tells of a message of this number of its endpoint's.
+    /// Makes that of a message by its number and its endpoint's name.
     pub(super) fn new(sequence: i64, gid: [u8; 16]) -> Self {
         let mut bytes = [0; 33];
         bytes[..8].copy_from_slice(&sequence.to_le_bytes());
@@ -28,7 +29,7 @@ impl Attachment {
         Self(bytes)
     }
 
-    /// Gives what an answer has: that of its request, but for the time. Who sends none does not tell answers apart.
+    /// Gives that of an answer: its request's. Who sends none does not tell answers apart.
     fn of_request(request: Option<&ZBytes>) -> Self {
         let bytes = request.and_then(|request| request.to_bytes().as_ref().try_into().ok());
         bytes.map_or_else(|| Self::new(0, [0; 16]), Self)
@@ -47,11 +48,12 @@ pub(crate) struct Server {
     _endpoint: Endpoint,
 }
 
-/// A request that waits for its answer. Dropped without one, whoever asked waits in vain until their own time is up.
+/// A request that waits for its answer. Where it is dropped, whoever asked waits in vain until
+/// their own time is up.
 pub(crate) struct Request<S> {
     query: Query,
     key: String,
-    /// What is asked.
+    /// The request itself.
     pub(crate) message: S,
 }
 
@@ -61,9 +63,8 @@ impl<S: Service> Request<S> {
         let attachment = Attachment::of_request(self.query.attachment()).sent_now();
         let sent = cdr::encode(response).and_then(|payload| {
             let reply = self.query.reply(&self.key, payload).attachment(attachment);
-            reply
-                .wait()
-                .map_err(|error| RosError::zenoh(&self.key, &error))
+            let sent = reply.wait();
+            sent.map_err(|error| RosError::zenoh(&self.key, &error))
         });
         if let Err(error) = sent {
             tracing::debug!(%error, "an answer was not sent");
@@ -83,8 +84,9 @@ fn read<S: Service>(query: &Query) -> Result<S, RosError> {
 }
 
 impl Node {
-    /// Calls `on_request` with every request of a service. It runs on Zenoh's thread: it must only hand the request over, to
-    /// something with a bound, or answer at once. Who asks what cannot be read is told so.
+    /// Calls `on_request` with every request of a service. It runs on Zenoh's thread: it must only
+    /// hand the request over, to something with a bound, or answer at once. Who asks what cannot be
+    /// read is told so.
     ///
     /// # Errors
     /// [`RosError::Zenoh`] where the session is closed.
