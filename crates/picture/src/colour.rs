@@ -38,7 +38,7 @@ impl Colour {
     /// Grid lines.
     pub(crate) const FAINT: Self = Self::hex(0xe4e7eb);
 
-    /// A colour from `0xrrggbb`.
+    /// Makes a colour from `0xrrggbb`.
     pub(crate) const fn hex(rgb: u32) -> Self {
         Self {
             red: (rgb >> 16) as u8,
@@ -47,10 +47,10 @@ impl Colour {
         }
     }
 
-    /// The colour of the item with this index or catalogue number: always the same one.
+    /// Gives the colour of the item with this index or catalogue number: always the same one.
     ///
-    /// Hues advance by the golden angle in `OKLCh`, so that items of neighbouring numbers differ clearly and any
-    /// number of items spread evenly; lightness alternates to keep similar hues apart.
+    /// Hues advance by the golden angle in `OKLCh`: items of neighbouring numbers differ clearly,
+    /// and any number of items spread evenly. Lightness alternates to keep similar hues apart.
     pub fn of_item(index: usize) -> Self {
         const GOLDEN_ANGLE_DEG: f64 = 137.507_764;
         const LIGHTNESS: [f64; 3] = [0.70, 0.78, 0.62];
@@ -59,15 +59,12 @@ impl Colour {
         Self::from_oklch(lightness, 0.115, hue_deg.to_radians())
     }
 
-    /// The perceptually even colour map of heights: `share` 0 is dark violet, 1 is yellow.
+    /// Gives the colour of a height on a perceptually even map: `share` 0 is dark violet, 1 is
+    /// yellow.
     pub fn of_share(share: f64) -> Self {
         let last = VIRIDIS.len() - 1;
-        let share = if share.is_nan() {
-            0.0
-        } else {
-            share.clamp(0.0, 1.0)
-        };
-        let position = share * last as f64;
+        // It is 0 where it is no number.
+        let position = share.max(0.0).clamp(0.0, 1.0) * last as f64;
         let knot = (position as usize).min(last - 1);
         match VIRIDIS.get(knot..knot + 2) {
             Some(&[low, high]) => low.mixed(high, position - knot as f64),
@@ -75,14 +72,14 @@ impl Colour {
         }
     }
 
-    /// Between this colour (`share` 0) and another (1), channel by channel.
+    /// Mixes this colour (`share` 0) and another (1), channel by channel.
     pub(crate) fn mixed(self, other: Self, share: f64) -> Self {
         self.with(other, |from, to| {
             (f64::from(from) + (f64::from(to) - f64::from(from)) * share).round() as u8
         })
     }
 
-    /// A channel from each of both colours' channels.
+    /// Makes each channel from both colours' channels.
     pub(crate) fn with(self, other: Self, channel: impl Fn(u8, u8) -> u8) -> Self {
         Self {
             red: channel(self.red, other.red),
@@ -91,7 +88,7 @@ impl Colour {
         }
     }
 
-    /// A colour from the bytes of its channels.
+    /// Makes a colour from the bytes of its channels.
     pub(crate) fn from_channels(channels: Vector3<u8>) -> Self {
         Self {
             red: channels.x,
@@ -100,7 +97,8 @@ impl Colour {
         }
     }
 
-    /// The nearest sRGB colour to an `OKLCh` one; `hue` in radians. Chroma shrinks until the colour is displayable.
+    /// Gives the nearest sRGB colour to an `OKLCh` one; `hue` in radians. Chroma shrinks until the
+    /// colour can be displayed.
     fn from_oklch(lightness: f64, chroma: f64, hue: f64) -> Self {
         let linear = (0..=16)
             .map(|step| oklab_to_linear(lightness, chroma * (1.0 - f64::from(step) / 16.0), hue))
@@ -110,7 +108,7 @@ impl Colour {
     }
 }
 
-/// An sRGB channel from linear light, 0 to 1.
+/// Gives an sRGB channel from linear light, 0 to 1.
 fn srgb_byte(linear: f64) -> u8 {
     let value = if linear <= 0.003_130_8 {
         linear * 12.92
@@ -120,7 +118,7 @@ fn srgb_byte(linear: f64) -> u8 {
     (value * 255.0).round() as u8
 }
 
-/// Linear sRGB from `OKLab` in polar form (Ottosson 2020).
+/// Gives linear sRGB from `OKLab` in polar form (Ottosson 2020).
 fn oklab_to_linear(lightness: f64, chroma: f64, hue: f64) -> Vector3<f64> {
     let (b, a) = hue.sin_cos();
     let (a, b) = (a * chroma, b * chroma);

@@ -1,6 +1,6 @@
-//! Why a picture could not be made.
+//! Reasons why a picture could not be made.
 
-/// Why a picture could not be made.
+/// A reason why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {

@@ -24,9 +24,11 @@ pub struct HeightField<'a> {
     pub ny: usize,
     /// The edge of a cell, in metres.
     pub cell_m: f64,
-    /// The height of cell `(x, y)` at `x * ny + y`, in metres. One that is not finite means that the cell is empty.
+    /// The height of cell `(x, y)` at `x * ny + y`, in metres. One that is not finite means that
+    /// the cell is empty.
     pub heights_m: &'a [f64],
-    /// The height of the upper end of the colour scale, in metres; the greatest height where there is none.
+    /// The height of the upper end of the colour scale, in metres; the greatest height where there
+    /// is none.
     pub scale_top_m: Option<f64>,
 }
 
@@ -43,26 +45,15 @@ impl HeightField<'_> {
                 found,
             });
         }
-        if found == 0 || found > Size::MAX_PIXELS {
-            return Err(self.too_large());
-        }
-        Ok(())
+        let side = |cells: usize| u32::try_from(cells).unwrap_or(u32::MAX);
+        Size::new(side(nx), side(ny)).map(drop)
     }
 
-    fn too_large(&self) -> PictureError {
-        PictureError::Size {
-            width: u32::try_from(self.nx).unwrap_or(u32::MAX),
-            height: u32::try_from(self.ny).unwrap_or(u32::MAX),
-            limit: Size::MAX_PIXELS,
-        }
-    }
-
-    /// The height at the upper end of the colour scale.
+    /// Gives the height at the upper end of the colour scale.
     fn top_m(&self) -> f64 {
         let heights = self.heights_m.iter().copied();
-        let highest = heights
-            .filter(|height| height.is_finite())
-            .fold(0.0, f64::max);
+        let finite = heights.filter(|height| height.is_finite());
+        let highest = finite.fold(0.0, f64::max);
         sound_length(self.scale_top_m.unwrap_or(highest))
     }
 
@@ -86,8 +77,8 @@ impl HeightField<'_> {
 /// Draws a height field with x to the right and y up.
 ///
 /// # Errors
-/// [`PictureError::HeightCount`] where the number of heights is not `nx * ny`, [`PictureError::Size`] where the field is
-/// empty or too large.
+/// [`PictureError::HeightCount`] where the number of heights is not `nx * ny`,
+/// [`PictureError::Size`] where the field is empty or too large.
 pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureError> {
     field.check()?;
     let (nx, ny) = (field.nx, field.ny);
@@ -95,9 +86,9 @@ pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureE
     let cell = (MAP / nx.max(ny)).max(1) as i64;
     let (width, height) = (cell * nx as i64, cell * ny as i64);
     // Narrow fields still need room for the title, flat ones for the colour bar.
-    let side = |pixels: i64| u32::try_from(pixels).map_err(|_| field.too_large());
-    let frame_width = side(LEFT + RIGHT + width.max(320))?;
-    let frame_height = side(TOP + BOTTOM + height.max(200))?;
+    let side = |pixels: i64| u32::try_from(pixels).unwrap_or(u32::MAX);
+    let frame_width = side(LEFT + RIGHT + width.max(320));
+    let frame_height = side(TOP + BOTTOM + height.max(200));
     let mut image = Image::filled(Size::new(frame_width, frame_height)?, Colour::WHITE);
 
     let top_m = field.top_m();
@@ -110,13 +101,8 @@ pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureE
     let cell_cm = 100.0 * sound_length(field.cell_m);
     draw_x_axis(&mut image, width, height, cell_cm * nx as f64);
     draw_upright_axis(&mut image, LEFT, height, cell_cm * ny as f64, Side::Left);
-    label(
-        &mut image,
-        "y (cm)",
-        LEFT as f64 - 10.0,
-        TOP as f64 - 12.0,
-        Anchor::End,
-    );
+    let above = TOP as f64 - 12.0;
+    label(&mut image, "y (cm)", LEFT as f64 - 10.0, above, Anchor::End);
 
     let bar = LEFT + width + 36;
     let bar_height = height.max(160);
@@ -126,17 +112,12 @@ pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureE
         image.fill(bar, TOP + row, 24, 1, Colour::of_share(share));
     }
     draw_upright_axis(&mut image, bar + 24, bar_height, 100.0 * top_m, Side::Right);
-    label(
-        &mut image,
-        "height (cm)",
-        bar as f64,
-        TOP as f64 - 12.0,
-        Anchor::Start,
-    );
+    label(&mut image, "height (cm)", bar as f64, above, Anchor::Start);
     Ok(image)
 }
 
-/// A length in metres that an axis can span: a centimetre in place of one that makes no sense.
+/// Gives a length in metres that an axis can span: a centimetre in place of one that makes no
+/// sense.
 fn sound_length(length_m: f64) -> f64 {
     if length_m > 1e-9 && length_m < 1e9 {
         length_m
@@ -145,14 +126,14 @@ fn sound_length(length_m: f64) -> f64 {
     }
 }
 
-/// On which side of its line an axis has its text.
+/// The side of its line on which an axis has its text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
     Left,
     Right,
 }
 
-/// Ticks below the map, from 0 to `end_cm`.
+/// Draws ticks below the map, from 0 to `end_cm`.
 fn draw_x_axis(image: &mut Image, width: i64, height: i64, end_cm: f64) {
     let style = TextStyle::new(15.0, Colour::GREY);
     let y = TOP + height;
@@ -161,16 +142,11 @@ fn draw_x_axis(image: &mut Image, width: i64, height: i64, end_cm: f64) {
         image.fill(x.round() as i64, y + 1, 1, 6, Colour::LINE);
         style.draw(image, &text, x, y as f64 + 24.0, Anchor::Middle);
     }
-    label(
-        image,
-        "x (cm)",
-        LEFT as f64 + width as f64 / 2.0,
-        y as f64 + 50.0,
-        Anchor::Middle,
-    );
+    let middle = LEFT as f64 + width as f64 / 2.0;
+    label(image, "x (cm)", middle, y as f64 + 50.0, Anchor::Middle);
 }
 
-/// Ticks along an upright line at `x`, from 0 at its lower end to `end_cm`.
+/// Draws ticks along an upright line at `x`, from 0 at its lower end to `end_cm`.
 fn draw_upright_axis(image: &mut Image, x: i64, height: i64, end_cm: f64, side: Side) {
     let style = TextStyle::new(15.0, Colour::GREY);
     for (value, text) in ticks(end_cm) {
@@ -180,13 +156,8 @@ fn draw_upright_axis(image: &mut Image, x: i64, height: i64, end_cm: f64, side: 
             Side::Right => (x + 1, x as f64 + 11.0, Anchor::Start),
         };
         image.fill(tick, y.round() as i64, 6, 1, Colour::LINE);
-        style.draw(
-            image,
-            &text,
-            place,
-            y + style.baseline_below_middle(),
-            anchor,
-        );
+        let baseline = y + style.baseline_below_middle();
+        style.draw(image, &text, place, baseline, anchor);
     }
 }
 

@@ -11,10 +11,10 @@ pub struct Size {
 }
 
 impl Size {
-    /// The greatest number of pixels: a renderer needs some 30 bytes for each.
+    /// Maximum of pixels: a renderer needs some 30 bytes for each.
     pub const MAX_PIXELS: usize = 1 << 24;
 
-    /// A size of `width` x `height` pixels.
+    /// Makes a size of `width` x `height` pixels.
     ///
     /// # Errors
     /// [`PictureError::Size`] where either is zero or the product exceeds [`Size::MAX_PIXELS`].
@@ -54,7 +54,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A picture filled with one colour.
+    /// Makes a picture of one colour.
     pub fn filled(size: Size, colour: Colour) -> Self {
         Self {
             size,
@@ -62,30 +62,31 @@ impl Image {
         }
     }
 
-    /// A picture from its pixels in rows from the top; missing ones are black.
+    /// Makes a picture from its pixels in rows from the top; missing ones are black.
     pub(crate) fn from_pixels(size: Size, pixels: impl Iterator<Item = Colour>) -> Self {
         let mut pixels: Vec<Colour> = pixels.collect();
         pixels.resize(size.pixels(), Colour::BLACK);
         Self { size, pixels }
     }
 
-    /// How large it is.
+    /// Gives its size.
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// The pixels, in rows from the top.
+    /// Gives the pixels, in rows from the top.
     pub fn pixels(&self) -> &[Colour] {
         &self.pixels
     }
 
-    /// The colour of a pixel, or `None` outside the picture.
+    /// Gives the colour of a pixel, or `None` outside the picture.
     pub fn colour(&self, x: u32, y: u32) -> Option<Colour> {
         let index = self.index(x.into(), y.into())?;
         self.pixels.get(index).copied()
     }
 
-    /// Covers a pixel with `colour` to the share `coverage` (0 to 1); outside the picture nothing happens.
+    /// Covers a pixel with `colour` to the share `coverage` (0 to 1); outside the picture nothing
+    /// happens.
     pub(crate) fn blend(&mut self, x: i64, y: i64, colour: Colour, coverage: f32) {
         let coverage = coverage.clamp(0.0, 1.0);
         if let Some(pixel) = self.pixel(x, y) {
@@ -118,7 +119,7 @@ impl Image {
         }
     }
 
-    /// The picture as the bytes of a PNG file.
+    /// Writes the picture as the bytes of a PNG file.
     ///
     /// # Errors
     /// [`PictureError::Png`] where the encoder fails.
@@ -141,7 +142,7 @@ impl Image {
         self.pixels.get_mut(index)
     }
 
-    /// Where a pixel is; `None` outside the picture.
+    /// Gives the index of a pixel; `None` outside the picture.
     fn index(&self, x: i64, y: i64) -> Option<usize> {
         let x = u32::try_from(x).ok().filter(|x| *x < self.size.width)?;
         let y = u32::try_from(y).ok().filter(|y| *y < self.size.height)?;

@@ -1,7 +1,8 @@
 //! Pictures of packing: scenes, contact sheets of objects, and heightmaps.
 //!
-//! Everything is drawn on the CPU and without system fonts, so that a picture looks the same on every machine and equal
-//! input gives equal bytes. Nothing here touches files: pictures are returned as an [`Image`] or a PNG's bytes.
+//! Everything is drawn on the CPU and without system fonts, so that a picture looks the same on
+//! every machine and equal input gives equal bytes. Nothing here touches files: pictures are
+//! returned as an [`Image`] or a PNG's bytes.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Point3};

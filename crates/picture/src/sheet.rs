@@ -27,11 +27,11 @@ pub struct Tile<'a> {
     pub detail: &'a str,
 }
 
-/// A sheet of tiles under a title, each picture `tile_px` pixels wide, in the given order, about 4 : 3 in all.
+/// Draws a sheet of tiles under a title, each `tile_px` pixels wide, in order, about 4 : 3 in all.
 ///
 /// # Errors
-/// [`PictureError::Size`] where the sheet has too many pixels or `tile_px` is 0, [`PictureError::SceneTooLarge`] for an
-/// oversized mesh.
+/// [`PictureError::Size`] where the sheet has too many pixels or `tile_px` is 0,
+/// [`PictureError::SceneTooLarge`] for an oversized mesh.
 pub fn contact_sheet(title: &str, tiles: &[Tile<'_>], tile_px: u32) -> Result<Image, PictureError> {
     let picture = Size::new(tile_px, tile_px.saturating_mul(4) / 5)?;
     let name = TextStyle::new((f64::from(tile_px) * 0.062).max(9.0), Colour::INK).bold();
@@ -55,25 +55,20 @@ pub fn contact_sheet(title: &str, tiles: &[Tile<'_>], tile_px: u32) -> Result<Im
         let x = GAP + number % columns * step_x;
         let y = TITLE + number / columns * step_y;
         sheet.paste(x.into(), y.into(), &portrait(tile, picture)?);
+        let middle = f64::from(x) + f64::from(tile_px) / 2.0;
         let below = f64::from(y + picture.height());
-        let lines = [
-            (name, tile.name, 1.35 * name.size_px),
-            (
-                detail,
-                tile.detail,
-                1.35 * name.size_px + 1.4 * detail.size_px,
-            ),
-        ];
+        let first = 1.35 * name.size_px;
+        let second = first + 1.4 * detail.size_px;
+        let lines = [(name, tile.name, first), (detail, tile.detail, second)];
         for (style, text, offset) in lines {
             let text = style.fitted(text, tile_px.into());
-            let middle = f64::from(x) + f64::from(tile_px) / 2.0;
             style.draw(&mut sheet, &text, middle, below + offset, Anchor::Middle);
         }
     }
     Ok(sheet)
 }
 
-/// The picture of one object.
+/// Draws one object.
 fn portrait(tile: &Tile<'_>, size: Size) -> Result<Image, PictureError> {
     let item = Item {
         mesh: tile.mesh,

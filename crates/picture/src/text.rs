@@ -7,13 +7,14 @@ use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 use crate::colour::Colour;
 use crate::image::Image;
 
-/// Noto Sans, under the SIL Open Font License 1.1. Absent if it could not be read: then pictures lack their text.
+/// Noto Sans, under the SIL Open Font License 1.1. Absent if it could not be read: then pictures
+/// lack their text.
 static REGULAR: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(notosans::REGULAR_TTF).ok());
 static BOLD: LazyLock<Option<FontRef<'static>>> =
     LazyLock::new(|| FontRef::try_from_slice(notosans::BOLD_TTF).ok());
 
-/// How a text looks.
+/// The look of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct TextStyle {
     /// The height of the font's em square, in pixels.
@@ -22,7 +23,7 @@ pub(crate) struct TextStyle {
     pub(crate) colour: Colour,
 }
 
-/// Which point of a text is given, from left to right.
+/// The point of a text that is given, from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,
@@ -31,7 +32,7 @@ pub(crate) enum Anchor {
 }
 
 impl Anchor {
-    /// The left end of a text of this width, anchored at `x`.
+    /// Gives the left end of a text of this width, anchored at `x`.
     pub(crate) fn left(self, x: f64, width: f64) -> f64 {
         match self {
             Self::Start => x,
@@ -54,7 +55,7 @@ impl TextStyle {
         Self { bold: true, ..self }
     }
 
-    /// From a text's middle down to its baseline, in pixels: half the height of digits and capitals.
+    /// Measures from a text's middle down to its baseline, in pixels: half the height of digits.
     pub(crate) fn baseline_below_middle(self) -> f64 {
         0.36 * self.size_px
     }
@@ -67,13 +68,13 @@ impl TextStyle {
         }
     }
 
-    /// The library scales by the distance from ascent to descent, people by the em square.
+    /// Converts the size: the library scales by the distance from ascent to descent, not by the em.
     fn scale(self, font: &FontRef<'_>) -> PxScale {
         let per_em = font.units_per_em().unwrap_or(1_000.0);
         PxScale::from(self.size_px as f32 * font.height_unscaled() / per_em)
     }
 
-    /// The width of a text in pixels.
+    /// Measures the width of a text in pixels.
     pub(crate) fn width_px(self, text: &str) -> f64 {
         self.font().map_or(0.0, |font| {
             let scaled = font.as_scaled(self.scale(font));
@@ -82,7 +83,7 @@ impl TextStyle {
         })
     }
 
-    /// The text, or as much of its start as fits a width in pixels, followed by an ellipsis.
+    /// Gives the text, or as much of its start as fits a width in pixels, followed by an ellipsis.
     pub(crate) fn fitted(self, text: &str, width_px: f64) -> String {
         if self.width_px(text) <= width_px {
             return text.to_owned();

@@ -1,9 +1,9 @@
 //! Round values along an axis.
 
-/// The most ticks an axis has.
+/// Maximum of ticks of an axis.
 const MOST_TICKS: usize = 40;
 
-/// Round values from zero to `end`, about six of them, with their texts.
+/// Gives round values from zero to `end`, about six of them, with their texts.
 pub(crate) fn ticks(end: f64) -> Vec<(f64, String)> {
     let rough = end / 6.0;
     let decade = 10f64.powf(rough.log10().floor());
@@ -27,10 +27,8 @@ mod tests {
     #[test]
     fn ticks_are_round() {
         let texts = |end| {
-            ticks(end)
-                .into_iter()
-                .map(|(_, text)| text)
-                .collect::<Vec<_>>()
+            let ticks = ticks(end).into_iter();
+            ticks.map(|(_, text)| text).collect::<Vec<_>>()
         };
         assert_eq!(texts(30.0), ["0", "5", "10", "15", "20", "25", "30"]);
         assert_eq!(texts(1.1), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);

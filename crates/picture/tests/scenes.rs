@@ -1,5 +1,5 @@
-//! Scenes, sheets and heightmaps: what is in front hides what is behind, equal input gives equal bytes, and odd input
-//! gives a picture or an error.
+//! Scenes, sheets and heightmaps: what is in front hides what is behind, equal input gives equal
+//! bytes, and odd input gives a picture or an error.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -13,17 +13,13 @@ use ppnpack_picture::{
     contact_sheet, heightmap, render,
 };
 
-const RED: Colour = Colour {
-    red: 220,
-    green: 40,
-    blue: 40,
-};
-const BLUE: Colour = Colour {
-    red: 40,
-    green: 40,
-    blue: 220,
-};
+const RED: Colour = colour(220, 40, 40);
+const BLUE: Colour = colour(40, 40, 220);
 const CONTAINER_M: [f64; 3] = [0.32, 0.32, 0.30];
+
+const fn colour(red: u8, green: u8, blue: u8) -> Colour {
+    Colour { red, green, blue }
+}
 
 /// A cube with an edge of 10 cm on the ground.
 fn cube() -> Mesh {
@@ -49,10 +45,11 @@ fn small() -> Size {
     Size::new(160, 120).unwrap()
 }
 
-fn draw(scene: &Scene3d<'_>) -> Image {
+fn draw(items: Vec<Item<'_>>, container_m: Option<[f64; 3]>) -> Image {
+    let scene = Scene3d { items, container_m };
     let highest = Point3::from(CONTAINER_M) + Vector3::new(0.0, 0.0, 0.06);
     let camera = Camera::framing(Point3::origin(), highest);
-    render(scene, &camera, small()).unwrap()
+    render(&scene, &camera, small()).unwrap()
 }
 
 /// How many pixels are clearly more red than blue, and the reverse.
@@ -75,47 +72,27 @@ fn the_nearer_item_hides_the_other() {
     let near = item(&cube, [0.1, 0.1, 0.1], RED);
     let far = item(&cube, [0.13, 0.15, 0.05], BLUE);
     for items in [vec![near, far], vec![far, near]] {
-        let (red, blue) = red_and_blue(&draw(&Scene3d {
-            items,
-            container_m: None,
-        }));
+        let (red, blue) = red_and_blue(&draw(items, None));
         assert!(red > 10 * blue.max(1), "{red} red, {blue} blue");
     }
-    let (_, alone) = red_and_blue(&draw(&Scene3d {
-        items: vec![far],
-        container_m: None,
-    }));
+    let (_, alone) = red_and_blue(&draw(vec![far], None));
     assert!(alone > 300, "{alone} blue");
 }
 
 #[test]
 fn equal_scenes_give_equal_bytes() {
     let cube = cube();
-    let scene = Scene3d {
-        items: vec![
-            item(&cube, [0.1, 0.1, 0.0], RED),
-            item(&cube, [0.0; 3], BLUE),
-        ],
-        container_m: Some(CONTAINER_M),
-    };
-    assert_eq!(
-        draw(&scene).to_png().unwrap(),
-        draw(&scene).to_png().unwrap()
-    );
+    let first = item(&cube, [0.1, 0.1, 0.0], RED);
+    let second = item(&cube, [0.0; 3], BLUE);
+    let image = || draw(vec![first, second], Some(CONTAINER_M));
+    assert_eq!(image().to_png().unwrap(), image().to_png().unwrap());
 }
 
 #[test]
 fn items_have_lit_and_dark_sides() {
     let cube = cube();
-    let grey = Colour {
-        red: 160,
-        green: 160,
-        blue: 160,
-    };
-    let image = draw(&Scene3d {
-        items: vec![item(&cube, [0.1, 0.1, 0.0], grey)],
-        container_m: None,
-    });
+    let grey = colour(160, 160, 160);
+    let image = draw(vec![item(&cube, [0.1, 0.1, 0.0], grey)], None);
     let mut shades = [0; 256];
     for pixel in image.pixels() {
         shades[usize::from(pixel.green)] += 1;
@@ -138,14 +115,8 @@ fn odd_meshes_are_drawn_without_their_odd_parts() {
         world_from_item: Isometry3::translation(f64::NAN, 0.0, 0.0),
         ..odd
     };
-    let expected = draw(&Scene3d {
-        items: vec![item(&plain, [0.1; 3], RED)],
-        container_m: Some(CONTAINER_M),
-    });
-    let found = draw(&Scene3d {
-        items: vec![lost, odd],
-        container_m: Some(CONTAINER_M),
-    });
+    let expected = draw(vec![item(&plain, [0.1; 3], RED)], Some(CONTAINER_M));
+    let found = draw(vec![lost, odd], Some(CONTAINER_M));
     assert_eq!(expected, found);
 }
 

@@ -1,4 +1,4 @@
-//! Where a scene is seen from.
+//! The camera that a scene is seen by.
 
 use nalgebra::{Point3, Vector3};
 
@@ -17,7 +17,7 @@ const THREE_QUARTER: Vector3<f64> = Vector3::new(-0.50, -0.78, 0.80);
 /// A perspective camera, in the scene's frame; upright, that is z points up in the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Where the camera is, in metres.
+    /// The position of the camera, in metres.
     pub eye: Point3<f64>,
     /// The point in the middle of the picture, in metres.
     pub target: Point3<f64>,
@@ -26,8 +26,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A three-quarter view from above on the container of a scene with what stands out above it, or on all items
-    /// where the scene has no container.
+    /// Looks from above, in a three-quarter view, on the container of a scene and what stands out
+    /// above it, or on all items without one.
     pub fn overlooking(scene: &Scene3d<'_>) -> Self {
         let mut lowest = Point3::from([f64::INFINITY; 3]);
         let mut highest = Point3::from([f64::NEG_INFINITY; 3]);
@@ -42,7 +42,8 @@ impl Camera {
         }
         match scene.container_m {
             Some([x, y, z]) => {
-                // An item that was flung out must not shrink the picture: at most half the height is added.
+                // An item that was flung out must not shrink the picture: at most half the height
+                // is added.
                 let top = highest.z.max(z).min(1.5 * z);
                 Self::framing(Point3::origin(), Point3::new(x, y, top))
             }
@@ -50,7 +51,8 @@ impl Camera {
         }
     }
 
-    /// The same view on a box between two corners, in metres. Whatever the picture's shape, the box is inside it.
+    /// Looks in the same way on a box between two corners, in metres. Whatever the picture's shape,
+    /// the box is inside it.
     pub fn framing(lowest: Point3<f64>, highest: Point3<f64>) -> Self {
         let sound = |extent: &f64| (0.0..1e6).contains(extent);
         let (lowest, highest) = if (highest - lowest).iter().all(sound) {
@@ -64,8 +66,8 @@ impl Camera {
         let tangent = (FIELD_OF_VIEW_RAD / 2.0).tan() * FILLED;
 
         let corners = box_corners(&lowest, &highest);
-        // Perspective makes the near corners spread further than the far ones: shift the target until the box is
-        // centred, which settles within a few rounds.
+        // Perspective makes the near corners spread further than the far ones: shift the target
+        // until the box is centred, which settles within a few rounds.
         let mut target = nalgebra::center(&lowest, &highest);
         let mut distance = 0.0_f64;
         for _ in 0..8 {

@@ -6,10 +6,10 @@ use super::scene::{Item, Scene3d};
 use crate::colour::Colour;
 use crate::error::PictureError;
 
-/// The greatest number of triangles, and of vertices, in a scene: together some 200 MB.
+/// Maximum of triangles, and of vertices, in a scene: together some 200 MB.
 const MOST_TRIANGLES: usize = 1 << 22;
 
-/// Vertices further from the origin than this, in metres, are taken for mistakes.
+/// Maximum distance from the origin, in metres: vertices beyond are taken for mistakes.
 const FURTHEST_M: f32 = 1e4;
 
 /// The triangles of a scene. Indices within are valid by construction.
@@ -25,7 +25,7 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    /// The items and the container's floor and frame.
+    /// Collects the items and the container's floor and frame.
     ///
     /// # Errors
     /// [`PictureError::SceneTooLarge`] where there are more than [`MOST_TRIANGLES`].
@@ -35,9 +35,8 @@ impl Geometry {
             geometry.add_item(item)?;
         }
         let is_sound = |size: &[f32; 3]| size.iter().all(|m| *m > 0.0 && *m < FURTHEST_M);
-        let size = scene
-            .container_m
-            .map(|size| size.map(|extent| extent as f32));
+        let size = scene.container_m;
+        let size = size.map(|size| size.map(|extent| extent as f32));
         if let Some(size) = size.filter(is_sound) {
             geometry.add_container(size);
         }
@@ -77,7 +76,8 @@ impl Geometry {
         Ok(())
     }
 
-    /// Adds a thin slab under the inner volume and, as a part of its own, bars along the twelve edges outside of it.
+    /// Adds a thin slab under the inner volume and, as a part of its own, bars along the twelve
+    /// edges outside of it.
     fn add_container(&mut self, [x, y, z]: [f32; 3]) {
         let width = 0.007 * x.max(y).max(z);
         self.colours.push(Colour::hex(0xe9ecef));
@@ -131,18 +131,15 @@ impl Geometry {
     }
 }
 
-/// The corners of a box along the axes; the bits of their numbers are x, y and z.
+/// Gives the corners of a box along the axes; the bits of their numbers are x, y and z.
 pub(super) fn box_corners<T: Scalar + Copy>(
     lowest: &Point3<T>,
     highest: &Point3<T>,
 ) -> [Point3<T>; 8] {
     std::array::from_fn(|number| {
-        let end = |bit: u32| {
-            if number >> bit & 1 == 0 {
-                lowest
-            } else {
-                highest
-            }
+        let end = |bit: u32| match number >> bit & 1 {
+            0 => lowest,
+            _ => highest,
         };
         Point3::new(end(0).x, end(1).y, end(2).z)
     })

@@ -1,7 +1,7 @@
 //! Pictures of a container and its items.
 //!
-//! Surfaces are shaded by where they face, and a line parts what borders on something else. A scene is drawn a few times, each
-//! time through a slightly moved camera; the mean has smooth edges.
+//! Surfaces are shaded by where they face, and a line parts what borders on something else. A scene
+//! is drawn a few times, each time through a slightly moved camera; the mean has smooth edges.
 
 mod camera;
 mod geometry;
@@ -35,7 +35,8 @@ const BACKGROUND: Colour = Colour::hex(0xf1f3f5);
 /// Draws a scene. Equal input gives equal pixels.
 ///
 /// # Errors
-/// [`PictureError::SceneTooLarge`] where the scene has more than four million triangles or vertices.
+/// [`PictureError::SceneTooLarge`] where the scene has more than four million triangles or
+/// vertices.
 pub fn render(scene: &Scene3d<'_>, camera: &Camera, size: Size) -> Result<Image, PictureError> {
     let geometry = Geometry::of(scene)?;
     let shades = shades(&geometry, &camera.eye.map(|value| value as f32));
@@ -68,7 +69,7 @@ fn channels(colour: Colour) -> Vector3<f32> {
     Vector3::new(colour.red, colour.green, colour.blue).map(f32::from)
 }
 
-/// The colour of each triangle. The side that is seen has the light, whichever way the triangle winds.
+/// Gives the colour of each triangle. The side that is seen has the light, whichever way it winds.
 fn shades(geometry: &Geometry, eye: &Point3<f32>) -> Vec<Vector3<f32>> {
     let towards_light = LIGHT.normalize();
     let triangles = geometry.triangles.iter().zip(&geometry.parts);
@@ -90,7 +91,8 @@ fn shades(geometry: &Geometry, eye: &Point3<f32>) -> Vec<Vector3<f32>> {
     triangles.map(shade).collect()
 }
 
-/// Where in the pixel a pass looks, as an offset from its centre: an even spread in both directions (the R2 sequence).
+/// Gives the offset from a pixel's centre in a pass: an even spread in both directions (the R2
+/// sequence).
 fn pixel_offset(pass: usize) -> [f32; 2] {
     [0.754_877_7, 0.569_840_3].map(|step: f32| (0.5 + pass as f32 * step).fract() - 0.5)
 }

@@ -1,6 +1,7 @@
-//! Which triangle is nearest at each pixel.
+//! The nearest triangle at each pixel.
 //!
-//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit. This one draws, in `f32`.
+//! The crate `camera` has the other z-buffer. That one measures: `f64`, clipped at a near limit.
+//! This one draws, in `f32`.
 #![allow(
     clippy::indexing_slicing,
     reason = "pixel indices stay below width x height, as each loop clamps its range; vertex indices are valid in every Geometry"
@@ -12,11 +13,11 @@ use super::camera::Camera;
 use super::geometry::Geometry;
 use crate::image::Size;
 
-/// Nothing closer to the eye than this, in metres, is drawn.
+/// Minimum distance from the eye at which something is drawn, in metres.
 const NEAREST_M: f32 = 1e-3;
 
-/// A vertex in a picture: pixels from the top left, and a measure that grows towards the viewer and is linear across
-/// the picture.
+/// A vertex in a picture: pixels from the top left, and a measure that grows towards the viewer and
+/// is linear across the picture.
 #[derive(Debug, Clone, Copy)]
 struct Projected {
     x: f32,
@@ -33,8 +34,8 @@ fn fill_triangle(
     height: usize,
     mut visit: impl FnMut(usize, f32),
 ) {
-    // Most triangles are about as small as a pixel, so that what covers no pixel's centre goes first. The casts
-    // saturate: a range beyond the picture becomes empty or ends at its border.
+    // Most triangles are about as small as a pixel, so that what covers no pixel's centre goes
+    // first. The casts saturate: a range beyond the picture becomes empty or ends at its border.
     let first_column = (a.x.min(b.x).min(c.x) + 0.5).max(0.0) as usize;
     let first_row = (a.y.min(b.y).min(c.y) + 0.5).max(0.0) as usize;
     let end_column = ((a.x.max(b.x).max(c.x) + 0.5).max(0.0) as usize).min(width);
@@ -129,7 +130,7 @@ impl Lens {
     }
 }
 
-/// What a camera sees: per pixel the nearest triangle.
+/// The view of a camera: per pixel the nearest triangle.
 pub(super) struct View {
     width: usize,
     height: usize,

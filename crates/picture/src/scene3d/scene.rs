@@ -1,4 +1,4 @@
-//! What there is to draw.
+//! Scenes to be drawn.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -6,7 +6,8 @@ use crate::colour::Colour;
 
 /// A mesh to draw, borrowed from wherever it is kept.
 ///
-/// Triangles that name a missing vertex, or one that is not finite, are skipped. Winding does not matter.
+/// Triangles that name a missing vertex, or one that is not finite, are skipped. Winding does not
+/// matter.
 #[derive(Debug, Clone, Copy)]
 pub struct TriangleMesh<'a> {
     /// Vertex positions, in metres.
@@ -26,12 +27,12 @@ pub struct Item<'a> {
     pub colour: Colour,
 }
 
-/// What to draw: z points up, lengths are in metres.
+/// A scene to be drawn: z points up, lengths are in metres.
 #[derive(Debug, Clone, Default)]
 pub struct Scene3d<'a> {
     /// The objects, in any order.
     pub items: Vec<Item<'a>>,
-    /// The container's inner dimensions, in metres; its inner bottom corner is the origin. Without one, the items stand
-    /// on the ground.
+    /// The container's inner dimensions, in metres; its inner bottom corner is the origin. Without
+    /// one, the items stand on the ground.
     pub container_m: Option<[f64; 3]>,
 }
