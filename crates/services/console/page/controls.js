@@ -3,6 +3,7 @@
 import { ask } from './dialogs.js';
 import { byId, make, setText } from './dom.js';
 import { milliseconds, named } from './format.js';
+import { memory } from './preferences.js';
 
 const TOKEN = 'ppnpack-console-token';
 // A new container is answered after half a minute at the latest, everything else much sooner.
@@ -14,22 +15,7 @@ const VISIBLE = /^[\x21-\x7e]+$/;
 
 const NO_ANSWER = 'the console does not answer. Look at the cell; to stop the robot, use the cell\'s own stop.';
 
-// A browser may forbid to keep anything: then the token is asked for again when the page is loaded again.
-const kept = () => {
-  try {
-    return sessionStorage.getItem(TOKEN);
-  } catch {
-    return null;
-  }
-};
-const keep = (token) => {
-  try {
-    if (token === null) sessionStorage.removeItem(TOKEN);
-    else sessionStorage.setItem(TOKEN, token);
-  } catch {
-    // It holds until the page is left.
-  }
-};
+const { kept, keep } = memory(() => sessionStorage);
 
 const STOPS = ['hold', 'abort'];
 
@@ -42,7 +28,7 @@ export class Controls {
   /** `where()` says which cell and container are shown, and what lies there: `{ cell, container, items }`. */
   constructor(where) {
     this.where = where;
-    this.token = kept();
+    this.token = kept(TOKEN);
     // When a hold was asked for, while the cell does not show it.
     this.asked = null;
     this.isHeld = false;
@@ -161,7 +147,7 @@ export class Controls {
 
   remember(token) {
     this.token = token;
-    keep(token);
+    keep(TOKEN, token);
     setText(byId('unlock'), this.token ? 'Lock controls' : 'Unlock controls');
   }
 

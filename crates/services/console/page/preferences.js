@@ -4,21 +4,26 @@ import { byId, setText } from './dom.js';
 
 const THEMES = { automatic: 'Theme: automatic', dark: 'Theme: dark', light: 'Theme: light' };
 
-// A browser may forbid to keep anything: then it is as at first each time.
-const kept = (name) => {
-  try {
-    return localStorage.getItem(name);
-  } catch {
-    return null;
-  }
-};
-const keep = (name, value) => {
-  try {
-    localStorage.setItem(name, value);
-  } catch {
-    // It holds until the page is left.
-  }
-};
+/** What is kept in a storage, which `open` gives. A browser may forbid that: then nothing is kept once the page is left. */
+export const memory = (open) => ({
+  kept(name) {
+    try {
+      return open().getItem(name);
+    } catch {
+      return null;
+    }
+  },
+  keep(name, value) {
+    try {
+      if (value === null) open().removeItem(name);
+      else open().setItem(name, value);
+    } catch {
+      // It holds until the page is left.
+    }
+  },
+});
+
+const { kept, keep } = memory(() => localStorage);
 
 const apply = (theme) => {
   if (theme === 'automatic') delete document.documentElement.dataset.theme;

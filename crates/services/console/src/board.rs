@@ -1,7 +1,7 @@
-//! What pages show, in parts, each with the number of the change that made it.
+//! The content of pages, in parts, each with the number of the change that made it.
 //!
-//! Nothing waits for a page: a page asks for what changed since the last number that it had. One that is slow gets the newest value of each
-//! part and misses those between.
+//! Nothing waits for a page: a page asks for what changed since the last number that it had. A slow
+//! one gets the newest value of each part and misses those between.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -11,7 +11,7 @@ use ppnpack_wire::keys::Cell;
 use serde_json::{Value, json};
 use tokio::sync::watch;
 
-/// Which part, of all, of a cell or of one of its containers.
+/// The cell and the container of a part, where it has them, and its name.
 type PartKey<'a> = (Option<&'a Cell>, Option<&'a Cell>, &'static str);
 
 /// A part as it is kept.
@@ -22,7 +22,7 @@ struct Kept {
     text: Arc<str>,
 }
 
-/// What changed since a revision.
+/// The changes since a revision.
 pub(crate) struct Changes {
     /// The newest revision.
     pub(crate) revision: u64,
@@ -33,19 +33,11 @@ pub(crate) struct Changes {
 type Parts = BTreeMap<(Option<Cell>, Option<Cell>, &'static str), Kept>;
 
 /// All parts.
+#[derive(Default)]
 pub(crate) struct Board {
     parts: Mutex<Parts>,
     /// The newest revision.
     revision: watch::Sender<u64>,
-}
-
-impl Default for Board {
-    fn default() -> Self {
-        Self {
-            parts: Mutex::default(),
-            revision: watch::Sender::new(0),
-        }
-    }
 }
 
 impl Board {
@@ -75,7 +67,7 @@ impl Board {
         self.revision.send_replace(revision);
     }
 
-    /// The parts that changed after a revision; after 0: all of them.
+    /// Gives the parts that changed after a revision; after 0: all of them.
     pub(crate) fn since(&self, revision: u64) -> Changes {
         let parts = lock(&self.parts);
         let mut newer: Vec<&Kept> = parts

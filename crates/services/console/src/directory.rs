@@ -1,46 +1,38 @@
-//! What is known of the cells, for who follows them and whoever is asked about one.
+//! The cells that are known: shared by the thread that follows them and all requests.
 
 use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::grid::Resolution;
 use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 
 use crate::picture::Picture;
 
-/// The size of a grid's cells.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct CellSize {
-    /// Their edge, in metres.
-    pub(crate) cell_m: f64,
-    /// One unit of height, in metres.
-    pub(crate) height_unit_m: f64,
-}
-
-/// What is known of a cell.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// The containers of a cell, and the resolution of its grids.
 pub(crate) struct Entry {
-    /// Its containers, by the names under which bridge and perception serve them; at least one.
+    /// Its containers, by their names for bridge and perception; at least one.
     pub(crate) containers: Vec<Cell>,
-    /// The size of the cells of its grids.
-    pub(crate) size: Option<CellSize>,
+    /// The resolution of its grids.
+    pub(crate) resolution: Option<Resolution>,
 }
 
-/// For how long after the start a cell may be there of which nothing was heard yet.
+/// How long after the start a cell may be there that was not heard yet.
 const FIRST_WORD: Duration = Duration::from_secs(5);
 
-/// The picture of the cells, and which cells there are: who asks about one waits for no change of the picture.
+/// The picture of the cells, and a list of them: a question about one waits for no change of the
+/// picture.
 pub(crate) struct Directory {
     picture: Mutex<Picture>,
     cells: Mutex<BTreeMap<Cell, Entry>>,
     changed: Condvar,
-    /// When all cells that are there have been heard.
+    /// The time when all cells that are there have been heard.
     complete_at: Instant,
 }
 
 impl Directory {
-    /// That of a console which begins to listen now.
+    /// Makes that of a console which begins to listen now.
     pub(crate) fn begun() -> Self {
         Self {
             picture: Mutex::default(),
@@ -50,7 +42,7 @@ impl Directory {
         }
     }
 
-    /// The picture, which nobody else has until it is let go.
+    /// Locks the picture.
     pub(crate) fn picture(&self) -> MutexGuard<'_, Picture> {
         lock(&self.picture)
     }
@@ -64,8 +56,9 @@ impl Directory {
         changed
     }
 
-    /// The containers of a cell; `None` where there is no such cell. In the first seconds it waits for the cell to be heard: a hold
-    /// that comes then must not be taken for one of a cell that does not exist.
+    /// Gives the containers of a cell; `None` where there is no such cell. In the first seconds it
+    /// waits for the cell to be heard: a hold that comes then must not be refused for a cell that
+    /// exists.
     pub(crate) fn heard_containers(&self, cell: &Cell) -> Option<Vec<Cell>> {
         let left = self.complete_at.saturating_duration_since(Instant::now());
         let is_unheard = |cells: &mut BTreeMap<Cell, Entry>| !cells.contains_key(cell);
@@ -81,16 +74,16 @@ impl Directory {
         lock(&self.cells).contains_key(cell)
     }
 
-    /// The containers of all cells.
+    /// Gives the containers of all cells.
     pub(crate) fn all_containers(&self) -> Vec<Cell> {
         let cells = lock(&self.cells);
         let containers = cells.values().flat_map(|entry| &entry.containers);
         containers.cloned().collect()
     }
 
-    /// The size of the cells of a cell's grids, where it is known.
-    pub(crate) fn cell_size(&self, cell: &Cell) -> Option<CellSize> {
-        lock(&self.cells).get(cell)?.size
+    /// Gives the resolution of a cell's grids, where it is known.
+    pub(crate) fn resolution(&self, cell: &Cell) -> Option<Resolution> {
+        lock(&self.cells).get(cell)?.resolution.clone()
     }
 }
 

@@ -1,4 +1,4 @@
-//! What is heard of the cells, folded into the picture as it comes.
+//! Subscriptions of the cells, and the actor that folds what they bring into the picture.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,8 +12,8 @@ use prost::{Message, Name};
 use zenoh::Session;
 
 use crate::board::Board;
-use crate::clock::now_ms;
 use crate::directory::Directory;
+use crate::now_ms;
 use crate::picture::{News, SeenContainer};
 use crate::shapes::Wanted;
 
@@ -23,24 +23,24 @@ const LOOK: Duration = Duration::from_millis(500);
 /// How often shapes are asked for whose volumes should be known and are not.
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
-/// Something that was heard of a cell or a container, and counts whatever comes after it.
+/// News of a cell or a container that counts whatever comes after it.
 pub(crate) type Told = (Cell, News);
 
-/// What was heard last: of sessions and states the newest alone is looked at.
+/// The newest sessions and states: older ones are left out.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
 
-/// The heightmap that was heard last of each container, and when it was made, in milliseconds since 1970.
+/// The newest heightmap of each container, and when it was made, in milliseconds since 1970.
 pub(crate) type Heightmaps = LatestValues<Cell, (u64, Box<v1::Heightmap>)>;
 
-/// Folds what is heard into the picture, and puts that on the board.
+/// The actor that folds news into the picture, and puts that on the board.
 pub(crate) struct Follower {
     board: Arc<Board>,
     directory: Arc<Directory>,
     newest: Newest,
     heightmaps: Heightmaps,
-    /// When heightmaps are looked at next, and ages are told anew.
+    /// The next time that heightmaps are looked at, and ages are told anew.
     next_look: Instant,
-    /// When shapes are asked for next whose volumes are not known.
+    /// The next time that shapes are asked for whose volumes are not known.
     next_asking: Instant,
     /// Whether the board lacks something.
     is_changed: bool,
@@ -73,7 +73,7 @@ impl Follower {
         self.ask(wanted);
     }
 
-    /// Has shapes asked for.
+    /// Asks for shapes.
     fn ask(&self, wanted: impl IntoIterator<Item = Wanted>) {
         for wanted in wanted {
             if !self.prefetcher.try_send(wanted) {
@@ -82,7 +82,7 @@ impl Follower {
         }
     }
 
-    /// Has shapes asked for that were not to be had before, or that no record told of.
+    /// Asks for shapes that were not to be had before, or that no record named.
     fn ask_again(&mut self, now: Instant) {
         if self.next_asking <= now {
             self.next_asking = now + ASKED_EVERY;
@@ -138,7 +138,7 @@ impl Actor for Follower {
     }
 }
 
-/// What takes what is heard.
+/// The destinations of what subscriptions bring.
 pub(crate) struct Ears {
     pub(crate) newest: Newest,
     pub(crate) heightmaps: Heightmaps,
@@ -146,7 +146,7 @@ pub(crate) struct Ears {
 }
 
 impl Ears {
-    /// Hears these cells, or all where none is named.
+    /// Subscribes these cells, or all where none is named.
     ///
     /// # Errors
     /// [`ServiceError::Zenoh`] where the session is closed.
@@ -174,7 +174,7 @@ impl Ears {
         Ok(subscriptions)
     }
 
-    /// A stream of which the newest message alone counts.
+    /// Subscribes a stream of which the newest message alone counts.
     fn newest<M: Message + Name + Default + 'static>(
         &self,
         of: Of<'_>,
@@ -187,7 +187,7 @@ impl Ears {
         })
     }
 
-    /// A stream of which each message counts.
+    /// Subscribes a stream of which each message counts.
     fn each<M: Message + Name + Default + 'static>(
         &self,
         of: Of<'_>,
@@ -203,7 +203,7 @@ impl Ears {
     }
 }
 
-/// Of which cell streams are heard, or of all, and by which session.
+/// The session, and the cell whose streams are subscribed, or `None` for all.
 type Of<'a> = (&'a Session, Option<&'a Cell>);
 
 fn subscribe<M: Message + Name + Default + 'static>(
@@ -214,7 +214,8 @@ fn subscribe<M: Message + Name + Default + 'static>(
     stream::subscribe(session, cell, stream, MAX_MESSAGE_BYTES, on_message)
 }
 
-/// Of a record no more than which shapes it names: it waits with others, and all that the step was planned on is large.
+/// Strips a record to the shapes that it names: records wait in the mailbox, and a whole one is
+/// large.
 fn named(record: v1::PlanningRecord) -> v1::PlanningRecord {
     v1::PlanningRecord {
         session_id: record.session_id,

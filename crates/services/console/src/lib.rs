@@ -1,11 +1,11 @@
-//! The operator's page: what the packing cells do, in a browser, and controls behind a token.
+//! The operator's page: packing cells as they work, in a browser, and controls behind a token.
 //!
-//! It reads the streams that any viewer reads and makes the requests that any controller makes; nothing depends on it. What is heard is
-//! folded into one picture of all cells (`picture/`), which is put on a board in parts (`board.rs`); pages get the parts as they change
-//! (`web/`). All files of the page are within the program, and nothing is fetched from elsewhere.
+//! It reads the streams that any viewer reads and makes the requests that any controller makes;
+//! nothing depends on it. All streams are folded into one picture of all cells (`picture/`), which
+//! is put on a board in parts (`board.rs`); pages get the parts as they change (`web/`). All files
+//! of the page are within the program, and nothing is fetched from elsewhere.
 
 mod board;
-mod clock;
 mod controls;
 mod directory;
 mod follow;
@@ -31,7 +31,6 @@ use serde_json::json;
 use tokio::runtime::Runtime;
 
 use board::Board;
-use clock::now_ms;
 use controls::Controls;
 use directory::Directory;
 use follow::{Ears, Follower, Told};
@@ -41,10 +40,10 @@ pub use settings::Settings;
 use shapes::{Prefetcher, ShapeStore};
 use web::{Access, BLOCKING_THREADS, Limits, Served};
 
-/// Messages that wait for the follower at most.
+/// Maximum of messages that wait for the follower.
 const QUEUE: usize = 256;
 
-/// Records whose shapes are asked for later than they come.
+/// Maximum of records whose shapes wait to be asked for.
 const WANTED: usize = 16;
 
 /// How long the server may take to end.
@@ -54,11 +53,9 @@ const GRACE: Duration = Duration::from_secs(1);
 pub struct Console {
     // Nothing is heard any more before the threads end: fields are dropped in this order.
     alive: alive::Token,
-    subscriptions: Vec<Subscription>,
-    follower: Address<Told>,
+    following: Following,
     shutdown: Shutdown,
     runtime: Runtime,
-    threads: Vec<JoinHandle<()>>,
     address: SocketAddr,
     _ready: HealthLatch,
 }
@@ -66,7 +63,8 @@ pub struct Console {
 /// Serves the page.
 ///
 /// # Errors
-/// [`ServiceError`] where its address or its token is not to be had, the session is closed, or there can be no more threads.
+/// [`ServiceError`] where its address or its token is not to be had, the session is closed, or
+/// there can be no more threads.
 pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceError> {
     let ready = process.health().check("page");
     let token = settings.read_token().map_err(ServiceError::start)?;
@@ -116,22 +114,25 @@ pub fn start(process: &Process, settings: &Settings) -> Result<Console, ServiceE
     );
     Ok(Console {
         alive,
-        subscriptions: following.subscriptions,
-        follower: following.follower,
+        following,
         shutdown,
         runtime,
-        threads: following.threads,
         address,
         _ready: ready,
     })
 }
 
-/// Where a browser finds the page that is served at an address.
+/// Gives the time of day, in milliseconds since 1970.
+fn now_ms() -> u64 {
+    ppnpack_service::clock::now_ns() / 1_000_000
+}
+
+/// Gives the URL of the page that is served at an address.
 pub fn url(address: SocketAddr) -> String {
     format!("http://{address}")
 }
 
-/// What hears the cells.
+/// The subscriptions and threads that follow the cells.
 struct Following {
     subscriptions: Vec<Subscription>,
     follower: Address<Told>,
@@ -188,7 +189,7 @@ fn follow(
 }
 
 impl Console {
-    /// Where the page is served.
+    /// Gives the address that the page is served at.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -198,8 +199,14 @@ impl Running for Console {
     fn finish(self: Box<Self>, deadline: Instant) -> Result<(), String> {
         self.shutdown.request();
         self.runtime.shutdown_timeout(GRACE);
-        // Without these nobody has the follower's address, nor it the others': they end when their mailboxes are empty.
-        drop((self.alive, self.subscriptions, self.follower));
-        join(self.threads, deadline)
+        // Without these nobody has the follower's address, nor it the others': threads end as their
+        // mailboxes are empty.
+        let Following {
+            subscriptions,
+            follower,
+            threads,
+        } = self.following;
+        drop((self.alive, subscriptions, follower));
+        join(threads, deadline)
     }
 }

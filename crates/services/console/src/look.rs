@@ -1,4 +1,4 @@
-//! Which services there are, how they are, and what they know that no stream has told.
+//! The services: which ones there are, their health, and their answers where streams told nothing.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,24 +12,24 @@ use ppnpack_wire::keys::{Cell, Instance, Service, Stream};
 use ppnpack_wire::v1;
 use zenoh::Session;
 
-use crate::clock::now_ms;
 use crate::directory::Directory;
 use crate::follow::{Heightmaps, Newest};
+use crate::now_ms;
 use crate::picture::News;
 
-/// How often it is looked which services there are.
+/// How often it is looked for services.
 const LOOK: Duration = Duration::from_secs(1);
 
-/// How long they may take to say how they are, half of it to be found.
+/// How long they may take to tell their health, half of it to be found.
 const PATIENCE: Duration = Duration::from_millis(1_200);
 
 /// How long a service may take to tell what it knows: a planner plans a step before.
 const ASKING_PATIENCE: Duration = Duration::from_secs(2);
 
-/// How often that is asked for: streams may lose messages.
+/// How often a service is asked: streams may lose messages.
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
-/// Looks for services until it is told to end.
+/// The thread that looks for services until it is told to end.
 pub(crate) struct Looker {
     pub(crate) session: Session,
     /// The cells and containers that are followed; none where all are.
@@ -57,7 +57,7 @@ impl Looker {
         }
     }
 
-    /// The services that are there, but for those of other cells alone.
+    /// Finds the services that are there, but for those of other cells alone.
     fn find(&self) -> Result<Vec<(Found, v1::HealthReply)>, ServiceError> {
         let mut services = survey::instances(&self.session, PATIENCE)?;
         if !self.cells.is_empty() {
@@ -71,13 +71,14 @@ impl Looker {
     }
 }
 
-/// Asks services for what they know: as soon as they are found, and then now and again.
+/// The actor that asks services for what they know: as soon as they are found, and then again and
+/// again.
 pub(crate) struct Asker {
     pub(crate) client: Client,
     pub(crate) directory: Arc<Directory>,
     pub(crate) newest: Newest,
     pub(crate) heightmaps: Heightmaps,
-    /// When what was asked last of those that are there.
+    /// The time of the last question to each of those that are there.
     pub(crate) asked: BTreeMap<(Service, Instance, Cell), Instant>,
 }
 
@@ -105,7 +106,7 @@ impl Actor for Asker {
 }
 
 impl Asker {
-    /// The cells or containers that a service is asked about.
+    /// Gives the cells or containers that a service is asked about.
     fn asked_of(&self, found: &Found) -> Vec<Cell> {
         match found.service {
             Service::Planner => found.cells.clone(),

@@ -1,4 +1,4 @@
-//! What can be set.
+//! The settings.
 
 use std::collections::BTreeSet;
 use std::net::{Ipv4Addr, SocketAddr};
@@ -9,29 +9,32 @@ use ppnpack_service::configuration::{self, Secret};
 use ppnpack_wire::keys::Cell;
 use serde::{Deserialize, Serialize};
 
-/// Where the page is if nothing else is said.
+/// Default port of the page.
 const DEFAULT_PORT: u16 = 8770;
 
-/// Characters of a token: fewer can be guessed.
+/// Minimum and maximum length of a token: a shorter one can be guessed.
 const TOKEN_LENGTH: std::ops::RangeInclusive<usize> = 16..=256;
 
-/// Different characters of a token at least: 16 random hexadecimal digits have fewer in one of 30,000 cases.
+/// Minimum of different characters of a token: 16 random hexadecimal digits have fewer in one of
+/// 30,000 cases.
 const TOKEN_VARIETY: usize = 6;
 
-/// Why controls are off where no token is set.
+/// The reason why controls are off where no token is set.
 pub(crate) const NO_TOKEN: &str = "no token is configured: set service.token_file (of `ppnpack up`, the variable PPNPACK_CONSOLE_TOKEN)";
 
 /// Settings of the operator's page.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// Where the page is served; at port 0 the system chooses one. Whoever reaches it sees the cells.
+    /// The address that the page is served at; for port 0 the system chooses one. Whoever reaches
+    /// it sees the cells.
     pub listen: SocketAddr,
-    /// The cells that are shown, and their containers where a cell has several; where none is named, all.
+    /// The cells that are shown, and the containers of a cell that has several; where none is
+    /// named, all.
     pub cells: Vec<String>,
     /// Names under which browsers may ask for the page, beside addresses and `localhost`.
     pub hosts: Vec<String>,
-    /// What the controls ask for; without it, or a file with it, there are none.
+    /// The token that controls ask for; without it, or a file with it, there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub token: Option<Secret>,
     /// A file with the token, in place of the token itself.
@@ -73,12 +76,12 @@ impl ServiceSettings for Settings {
 }
 
 impl Settings {
-    /// The cells and containers that are shown; none where all are.
+    /// Gives the cells and containers that are shown; none where all are.
     pub(crate) fn cell_names(&self) -> Result<Vec<Cell>, String> {
         configuration::cells(&self.cells)
     }
 
-    /// The token that controls ask for, where there is one.
+    /// Gives the token that controls ask for, where there is one.
     ///
     /// # Errors
     /// The file that cannot be read, or what is wrong with the token.

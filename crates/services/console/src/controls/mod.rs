@@ -1,4 +1,4 @@
-//! What an operator has a cell do: by the requests that any controller makes.
+//! Controls: the operator's orders, carried out by the requests that any controller makes.
 
 mod order;
 mod resume;
@@ -12,8 +12,8 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 
-use crate::clock::now_ms;
 use crate::directory::Directory;
+use crate::now_ms;
 use crate::picture::News;
 pub(crate) use order::{Action, Order};
 
@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a bridge may take to bring an empty container, where nobody else waits for it.
 const RENEWAL_PATIENCE: Duration = Duration::from_secs(30);
 
-/// Who holds.
+/// The holder.
 const HOLDER: &str = "operator";
 
 /// The reason of a hold where the operator gives none.
@@ -54,7 +54,11 @@ impl From<CallError> for ControlError {
 }
 
 impl ControlError {
-    /// For metrics.
+    fn invalid(text: impl Into<String>) -> Self {
+        Self::Invalid(text.into())
+    }
+
+    /// Gives the label for metrics.
     fn outcome(&self) -> &'static str {
         match self {
             Self::Unanswered(_) => "unanswered",
@@ -63,7 +67,7 @@ impl ControlError {
     }
 }
 
-/// Makes the requests.
+/// The client that makes the requests.
 pub(crate) struct Controls {
     client: Client,
     directory: Arc<Directory>,
@@ -80,7 +84,7 @@ impl Controls {
         Self { client, directory }
     }
 
-    /// Carries an order out; it waits for the answer. Gives what was done, for people.
+    /// Carries an order out, and waits for the answer. Gives what was done, for people.
     ///
     /// # Errors
     /// [`ControlError`]
@@ -91,14 +95,16 @@ impl Controls {
         order: &Order,
     ) -> Result<String, ControlError> {
         let target = self.target(order)?;
-        let result = match action.question(order) {
-            Some(question) if !order.confirmed => return Err(ControlError::Unconfirmed(question)),
-            _ => self.perform(action, order, &target),
-        };
-        let outcome = result.as_ref().err().map_or("done", ControlError::outcome);
+        if let Some(question) = action.question(order)
+            && !order.confirmed
+        {
+            return Err(ControlError::Unconfirmed(question));
+        }
+        let result = self.perform(action, order, &target);
+        let reason = result.as_ref().err();
+        let outcome = reason.map_or("done", ControlError::outcome);
         let labels = [("action", name), ("outcome", outcome)];
         metrics::counter(Metric::ControlsTotal, &labels).increment(1);
-        let reason = result.as_ref().err();
         tracing::info!(cell = %target.cell, action = name, outcome, ?reason, "a control");
         if let Ok(done) = &result {
             let told = News::Control(format!("At the operator's page: {done}"));
@@ -117,7 +123,7 @@ impl Controls {
         match action {
             Action::Hold => self.hold(target, &order.reason, false),
             Action::Abort => self.hold(target, &order.reason, true),
-            Action::Resume => self.resume(target, order.hold_ids()?),
+            Action::Resume => self.end_holds(target, order.hold_ids()?, 0, "The cell goes on."),
             Action::Step => self.step(target, order.hold_ids()?),
             Action::Touched => self.changed(&target.container(order)?, Vec::new()),
             Action::Removed => self.changed(&target.container(order)?, order.items()?),
@@ -144,6 +150,8 @@ impl Controls {
         Ok(self.client.call(of, request, deadline)?)
     }
 
+    /// Holds all containers at the same time: each may have a robot of its own, and one that fails
+    /// must not keep the others going.
     fn hold(
         &self,
         target: &Target,
@@ -151,40 +159,28 @@ impl Controls {
         is_aborting: bool,
     ) -> Result<String, ControlError> {
         let reason = if reason.is_empty() { HELD_HERE } else { reason };
-        let request = v1::HoldRequest {
+        let request = &v1::HoldRequest {
             reason: reason.to_owned(),
             is_aborting,
             holder: HOLDER.to_owned(),
             ..v1::HoldRequest::default()
         };
-        self.hold_each(&target.containers, &request)?;
+        std::thread::scope(|scope| {
+            let holding = target.containers.iter().map(|container| {
+                scope.spawn(move || self.ask(container, request.clone(), PATIENCE).map(drop))
+            });
+            // All are asked before the first is waited for.
+            let holding: Vec<_> = holding.collect();
+            let lost = |_| Err(ControlError::Unanswered("the console failed".to_owned()));
+            let held = holding.into_iter();
+            let held = held.map(|thread| thread.join().unwrap_or_else(lost));
+            held.fold(Ok(()), Result::and)
+        })?;
         Ok(match is_aborting {
             true => "The cell is held, and what was under way is broken off where the robot can.",
             false => "The cell is held.",
         }
         .to_owned())
-    }
-
-    /// Holds all of these at the same time: they may have robots of their own, and one that is not held must not keep the others going.
-    fn hold_each(
-        &self,
-        containers: &[Cell],
-        request: &v1::HoldRequest,
-    ) -> Result<(), ControlError> {
-        let failed: Vec<ControlError> = std::thread::scope(|scope| {
-            let holding = containers.iter().map(|container| {
-                let request = request.clone();
-                scope.spawn(move || self.ask(container, request, PATIENCE).map(drop))
-            });
-            // All are asked before the first is waited for.
-            let holding: Vec<_> = holding.collect();
-            let lost = |_| Err(ControlError::Unanswered("the console failed".to_owned()));
-            let held = holding
-                .into_iter()
-                .map(|thread| thread.join().unwrap_or_else(lost));
-            held.filter_map(Result::err).collect()
-        });
-        failed.into_iter().next().map_or(Ok(()), Err)
     }
 
     fn changed(&self, container: &Cell, removed: Vec<String>) -> Result<String, ControlError> {
@@ -201,9 +197,8 @@ impl Controls {
     }
 
     fn withdraw(&self, target: &Target, order: &Order) -> Result<String, ControlError> {
-        let [item_id]: [String; 1] = order.items()?.try_into().map_err(|_| {
-            ControlError::Invalid("item_ids: one item is withdrawn at a time".to_owned())
-        })?;
+        let many = |_| ControlError::invalid("item_ids: one item is withdrawn at a time");
+        let [item_id]: [String; 1] = order.items()?.try_into().map_err(many)?;
         let text = format!("{item_id} does not come.");
         let request = v1::WithdrawRequest {
             item_id,
@@ -229,7 +224,8 @@ impl Controls {
         Ok(format!("The automatic mode is {state}."))
     }
 
-    /// Has the planner close a container and open an empty one; where nobody packs it, the bridge brings one all the same.
+    /// Has the planner close a container and open an empty one; where nobody packs it, the bridge
+    /// brings one all the same.
     fn new_container(&self, target: &Target, container: &Cell) -> Result<String, ControlError> {
         let reply = self.ask(&target.cell, v1::SessionRequest::default(), PATIENCE)?;
         let session = reply.session.unwrap_or_default();
@@ -248,9 +244,8 @@ impl Controls {
                     ..v1::CloseRequest::default()
                 };
                 self.ask(&target.cell, request, PATIENCE)?;
-                Ok(format!(
-                    "{container} is closed, and an empty one is brought."
-                ))
+                let done = "is closed, and an empty one is brought.";
+                Ok(format!("{container} {done}"))
             }
             Some(standing) if !standing.renewal_id.is_empty() => {
                 let text = format!("an empty container is being brought to {container}");
@@ -300,7 +295,7 @@ impl Controls {
 }
 
 impl Target {
-    /// The container that an order names: the only one where it names none.
+    /// Gives the container that an order names: the only one where it names none.
     fn container(&self, order: &Order) -> Result<Cell, ControlError> {
         let named = match (&order.container, self.containers.as_slice()) {
             (None, [only]) => Some(only),
@@ -309,7 +304,7 @@ impl Target {
         };
         named.cloned().ok_or_else(|| {
             let names: Vec<&str> = self.containers.iter().map(Cell::as_str).collect();
-            ControlError::Invalid(format!("container: one of {} is needed", names.join(", ")))
+            ControlError::invalid(format!("container: one of {} is needed", names.join(", ")))
         })
     }
 }

@@ -1,16 +1,16 @@
-//! What an operator orders.
+//! The operator's orders.
 
 use serde::Deserialize;
 
 use super::ControlError;
 
-/// What may be ordered, by its name in the address.
+/// A control, by its name in the address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Action {
     /// Nothing is begun any more.
     Hold,
-    /// As a hold, and what is under way is broken off.
+    /// Nothing is begun any more, and what is under way is broken off.
     Abort,
     /// The cell goes on.
     Resume,
@@ -38,7 +38,7 @@ impl Action {
         matches!(self, Self::Hold | Self::Abort)
     }
 
-    /// What is asked before it is carried out, where it moves the robot.
+    /// Gives the question before it is carried out, where it moves the robot.
     pub(crate) fn question(self, order: &Order) -> Option<&'static str> {
         match self {
             Self::Resume => {
@@ -73,29 +73,26 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// The items that it names: at least one.
+    /// Gives the items that it names: at least one.
     pub(super) fn items(&self) -> Result<Vec<String>, ControlError> {
         match self.item_ids.is_empty() {
-            true => Err(ControlError::Invalid(
-                "item_ids: an item is needed".to_owned(),
-            )),
+            true => Err(ControlError::invalid("item_ids: an item is needed")),
             false => Ok(self.item_ids.clone()),
         }
     }
 
-    /// The holds that it ends: at least one.
+    /// Gives the holds that it ends: at least one.
     pub(super) fn hold_ids(&self) -> Result<&[String], ControlError> {
         match self.hold_ids.as_slice() {
-            [] => Err(ControlError::Invalid(
-                "hold_ids: the holds that are to end are needed, as the page showed them"
-                    .to_owned(),
+            [] => Err(ControlError::invalid(
+                "hold_ids: the holds that are to end are needed, as the page showed them",
             )),
             ids => Ok(ids),
         }
     }
 
     pub(super) fn is_on(&self) -> Result<bool, ControlError> {
-        let missing = || ControlError::Invalid("is_on: true or false is needed".to_owned());
+        let missing = || ControlError::invalid("is_on: true or false is needed");
         self.is_on.ok_or_else(missing)
     }
 }

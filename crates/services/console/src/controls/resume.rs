@@ -1,4 +1,4 @@
-//! The cell goes on: for any number of placements, or for one.
+//! Resuming: for any number of placements, or for one.
 
 use std::collections::BTreeSet;
 
@@ -7,11 +7,6 @@ use ppnpack_wire::v1;
 use super::{ControlError, Controls, PATIENCE, Target};
 
 impl Controls {
-    /// Ends these holds.
-    pub(super) fn resume(&self, target: &Target, ids: &[String]) -> Result<String, ControlError> {
-        self.end_holds(target, ids, 0, "The cell goes on.")
-    }
-
     /// Ends these holds, for one placement; the bridge holds the cell as that begins.
     pub(super) fn step(&self, target: &Target, ids: &[String]) -> Result<String, ControlError> {
         for state in self.states(target)? {
@@ -28,7 +23,8 @@ impl Controls {
         self.end_holds(target, ids, 1, done)
     }
 
-    fn end_holds(
+    /// Ends these holds, for so many placements, or any number for 0. Says `done` in the end.
+    pub(super) fn end_holds(
         &self,
         target: &Target,
         ids: &[String],
@@ -51,17 +47,13 @@ impl Controls {
                 ..v1::ResumeRequest::default()
             };
             let reply = self.ask(container, request, PATIENCE)?;
-            left.extend(
-                reply
-                    .state
-                    .and_then(|state| state.hold)
-                    .map(|hold| hold.reason),
-            );
+            let hold = reply.state.and_then(|state| state.hold);
+            left.extend(hold.map(|hold| hold.reason));
         }
         let left: Vec<String> = left.into_iter().collect();
         match left.is_empty() {
             true => Ok(done.to_owned()),
-            false => Err(ControlError::Refused(format!(
+            false => Err(refused(format!(
                 "the cell is still held: {}; look, then resume",
                 left.join("; ")
             ))),
@@ -77,6 +69,6 @@ impl Controls {
     }
 }
 
-fn refused(why: &str) -> ControlError {
-    ControlError::Refused(why.to_owned())
+fn refused(why: impl Into<String>) -> ControlError {
+    ControlError::Refused(why.into())
 }

@@ -11,16 +11,16 @@ use super::known::KnownShapes;
 use super::pose::{self, PosePart};
 use super::words;
 
-/// Decisions that are kept.
+/// Maximum of decisions that are kept.
 const MOST_DECISIONS: usize = 16;
 
-/// Steps whose times are kept.
+/// Maximum of steps whose times are kept.
 const MOST_STEPS: usize = 256;
 
-/// Items whose explanations are kept with a decision.
+/// Maximum of explained items that are kept with a decision.
 const MOST_EXPLAINED: usize = 64;
 
-/// Why an item is placed nowhere, as pages show it.
+/// Shows the reason why an item is placed nowhere.
 pub(super) fn reason_part(reason: &v1::ItemReason, object: &str) -> Value {
     json!({
         "item_id": reason.item_id,
@@ -30,7 +30,7 @@ pub(super) fn reason_part(reason: &v1::ItemReason, object: &str) -> Value {
     })
 }
 
-/// What an item carries, against what it may, as pages show it.
+/// Shows the load of an item, against what it may carry.
 pub(super) fn load_part(load: &v1::Load) -> Value {
     json!({
         "item_id": load.item_id,
@@ -39,7 +39,7 @@ pub(super) fn load_part(load: &v1::Load) -> Value {
     })
 }
 
-/// The yaw of a placement, and the corner of its box with the lowest coordinates, in the container frame.
+/// Gives the yaw of a placement, and the lowest corner of its box, in the container frame.
 fn corner(
     resting: Option<&v1::RestingPlacement>,
     grid: Option<&Grid>,
@@ -59,7 +59,7 @@ fn corner(
     (yaw_rad, Some(corner_m))
 }
 
-/// What is looked up to show a decision.
+/// The knowledge that a decision is shown with.
 pub(super) struct Context<'a> {
     pub(super) session: Option<&'a v1::Session>,
     pub(super) shapes: &'a KnownShapes,
@@ -70,13 +70,13 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
-    /// The name of the object that an item of the session is; empty where it is not known.
+    /// Names the object that an item of the session is; empty where it is not known.
     pub(super) fn object(&self, item_id: &str) -> &str {
         let session = self.session;
         session.map_or("", |session| super::session::object(session, item_id))
     }
 
-    /// A placement of an item, which may be another than that of a decision.
+    /// Shows a placement of an item, which may be another than that of a decision.
     pub(super) fn placement(&self, item_id: &str, ranked: &v1::RankedPlacement) -> Value {
         let object = self.object(item_id);
         let session = self.session;
@@ -95,21 +95,21 @@ impl Context<'_> {
     }
 }
 
-/// A decision, and what is known of it since.
+/// A decision, and what became of it.
 #[derive(Debug)]
 pub(super) struct Decided {
     at_ms: u64,
     pub(super) decision: v1::Decision,
     /// The planned time of the arm, in seconds.
     cycle_s: Option<f64>,
-    /// How it ended, and when that was heard.
+    /// Its outcome, and when that was heard.
     outcome: Option<(u64, v1::Outcome)>,
-    /// What was explained of other items since.
+    /// The reasons that were explained for other items since.
     explained: Vec<v1::ItemReason>,
 }
 
 impl Decided {
-    /// The decision as pages show it.
+    /// Shows the decision.
     pub(super) fn part(&self, context: &Context<'_>) -> Value {
         let decision = &self.decision;
         let object = decision.object.as_str();
@@ -184,7 +184,7 @@ fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> Value {
     })
 }
 
-/// How long a step took.
+/// The times of a step.
 #[derive(Debug, Serialize)]
 struct StepPart {
     #[serde(skip)]
@@ -236,7 +236,7 @@ impl Decisions {
         true
     }
 
-    /// Takes in how a decision ended; gives it, where it is known and had not ended yet.
+    /// Takes in the outcome of a decision; gives that, where it is known and had not ended yet.
     pub(super) fn end(&mut self, at_ms: u64, outcome: &v1::Outcome) -> Option<&v1::Decision> {
         let id = &outcome.placement_id;
         let mut steps = self.steps.iter_mut();
@@ -253,7 +253,7 @@ impl Decisions {
         Some(&decided.decision)
     }
 
-    /// Takes in why an item has no place.
+    /// Takes in the reason why an item has no place.
     pub(super) fn explain(&mut self, reason: v1::ItemReason) {
         let Some(newest) = self.decisions.front_mut() else {
             return;
@@ -266,7 +266,7 @@ impl Decisions {
         newest.explained.drain(..surplus);
     }
 
-    /// The times of another session's steps begin; its first decision may have been heard of before.
+    /// Forgets the times of other sessions' steps; this one's first decision may be known already.
     pub(super) fn begin(&mut self, session_id: &str) {
         self.steps.retain(|step| step.session_id == session_id);
     }
@@ -280,7 +280,7 @@ impl Decisions {
             .find(|decided| decided.decision.decision_id == decision_id)
     }
 
-    /// How long the steps of the session took.
+    /// Shows how long the steps of the session took.
     pub(super) fn cycles(&self) -> Value {
         let mean = |times: &dyn Fn(&StepPart) -> Option<f64>| {
             let times: Vec<f64> = self.steps.iter().filter_map(times).collect();

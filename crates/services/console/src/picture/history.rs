@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-/// Values that are kept: as many are thinned out to half.
+/// Maximum of values: as many are thinned out to half.
 const MOST_KEPT: usize = 512;
 
-/// The values of a figure, each with when it became that in milliseconds since 1970, oldest first.
+/// The values of a figure, oldest first, each with its time in milliseconds since 1970.
 #[derive(Debug, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub(super) struct History {

@@ -1,4 +1,4 @@
-//! Which shape an item has, as the records of planned steps tell.
+//! The shapes of items, as the records of planned steps tell them.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use ppnpack_wire::v1;
 use super::pose;
 use crate::shapes::{self, ShapeId};
 
-/// Items, and objects, whose shapes are kept before all are forgotten and learnt anew.
+/// Maximum of items, and of objects, before all shapes are forgotten and learnt anew.
 const MOST_KEPT: usize = 10_000;
 
 /// The shape of an item in one of its resting poses.
@@ -20,7 +20,8 @@ pub(super) struct ItemShape {
 }
 
 impl ItemShape {
-    /// The shape of an item as it was announced: its heightmaps, of which planners know those that they planned with.
+    /// Gives the shape that an item was announced with: its heightmaps, where planners planned with
+    /// them.
     fn as_announced(item: &v1::SessionItem) -> Option<Self> {
         Some(Self {
             shape: shapes::id(&item.shape)?,
@@ -28,7 +29,7 @@ impl ItemShape {
         })
     }
 
-    /// Where the shape is, of an item whose own frame is there.
+    /// Gives the frame of the shape from that of the item.
     pub(super) fn placed(&self, container_from_item: &Isometry3<f64>) -> Isometry3<f64> {
         container_from_item * self.shape_from_item.unwrap_or_default().inverse()
     }
@@ -43,12 +44,12 @@ pub(super) struct KnownShapes {
     /// The session that the items are of: another one may use their ids for others.
     session_id: String,
     by_item: BTreeMap<String, Poses<ItemShape>>,
-    /// By the names of objects; `None` where items of one name have several shapes.
+    /// The shapes by names of objects; `None` where items of one name have several.
     by_object: BTreeMap<String, Poses<Option<ItemShape>>>,
 }
 
 impl KnownShapes {
-    /// Takes in what a record names. Gives one shape of each of its items.
+    /// Takes in the shapes that a record names. Gives one of each of its items.
     pub(super) fn learn(&mut self, record: &v1::PlanningRecord) -> Vec<ShapeId> {
         if record.session_id != self.session_id || self.by_item.len() > MOST_KEPT {
             self.session_id.clone_from(&record.session_id);
@@ -88,7 +89,7 @@ impl KnownShapes {
         poses.values().next().map(|known| known.shape)
     }
 
-    /// The shape of an item of a session in a pose.
+    /// Gives the shape of an item of a session in a pose.
     pub(super) fn of_item(
         &self,
         session_id: &str,
@@ -99,7 +100,8 @@ impl KnownShapes {
         named.or_else(|| ItemShape::as_announced(item).filter(|_| pose == 0))
     }
 
-    /// The shape of an item in a pose, where a record told of it, or of another one of the same object.
+    /// Gives the shape of an item in a pose, where a record told of it or of one of the same
+    /// object.
     pub(super) fn named(
         &self,
         session_id: &str,
@@ -114,7 +116,7 @@ impl KnownShapes {
             .or_else(|| *self.by_object.get(object)?.get(&pose)?)
     }
 
-    /// A shape of an item that waits, in the first of its poses that is known.
+    /// Gives a shape of an item that waits, in the first of its poses that is known.
     pub(super) fn of_waiting(&self, session_id: &str, item: &v1::SessionItem) -> Option<ShapeId> {
         let poses = self.by_item.get(&item.item_id);
         let poses = poses.filter(|_| session_id == self.session_id);
@@ -126,27 +128,8 @@ impl KnownShapes {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::record;
     use super::*;
-
-    fn record(session_id: &str, items: &[(&str, &str, u8)]) -> v1::PlanningRecord {
-        let indexed = || items.iter().zip(0_u64..);
-        let items_told = indexed().map(|((item_id, object, _), arrival)| v1::RecordedItem {
-            item_id: (*item_id).to_owned(),
-            object: (*object).to_owned(),
-            arrival,
-        });
-        let candidates = indexed().map(|((_, _, shape), arrival)| v1::RecordedCandidate {
-            arrival,
-            solid: vec![*shape; 32],
-            ..v1::RecordedCandidate::default()
-        });
-        v1::PlanningRecord {
-            session_id: session_id.to_owned(),
-            items: items_told.collect(),
-            candidates: candidates.collect(),
-            ..v1::PlanningRecord::default()
-        }
-    }
 
     fn id(shape: u8) -> ShapeId {
         shapes::id(&[shape; 32]).unwrap()

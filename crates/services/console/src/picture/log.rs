@@ -1,13 +1,13 @@
-//! What happened in a cell, in words.
+//! The events of a cell, in words.
 
 use std::collections::VecDeque;
 
 use serde::Serialize;
 
-/// Events that are kept.
+/// Maximum of events that are kept.
 const MOST_KEPT: usize = 200;
 
-/// How much an event matters to who looks on.
+/// The weight of an event to an operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Level {
@@ -16,7 +16,7 @@ pub(crate) enum Level {
     Error,
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Event {
     /// Counts the events of the cell, from 1.

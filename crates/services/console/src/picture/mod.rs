@@ -1,6 +1,7 @@
-//! What is known of the cells: a fold over what is heard of them, without any reading or sending.
+//! The picture of the cells: a fold over what is heard of them, without any reading or sending.
 //!
-//! All of it is bounded: the last decisions and events are kept, histories are thinned out, and cells beyond a number are left out.
+//! All of it is bounded: the last decisions and events are kept, histories are thinned out, and
+//! cells beyond a number are left out.
 
 mod decision;
 mod history;
@@ -22,7 +23,7 @@ use ppnpack_service::alive::Found;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, ItemState};
 
-use crate::directory::{CellSize, Entry};
+use crate::directory::Entry;
 use crate::shapes::{ShapeId, Wanted};
 use decision::Decisions;
 use known::KnownShapes;
@@ -31,32 +32,32 @@ pub(crate) use place::SeenContainer;
 use place::{Content, LyingItem, Place};
 use services::Services;
 
-/// Cells and containers that are kept at most.
+/// Maximum of cells, and of containers.
 const MOST_CELLS: usize = 256;
 
-/// Volumes that are kept before all are forgotten and told anew.
+/// Maximum of volumes that are kept before all are forgotten and told anew.
 const MOST_VOLUMES: usize = 10_000;
 
-/// Something that was heard of a cell, or of a container.
+/// News of a cell, or of a container.
 #[derive(Debug)]
 pub(crate) enum News {
-    /// Of a cell: its session.
+    /// A cell's session.
     Session(Box<v1::Session>),
-    /// Of a cell: a decision.
+    /// A cell's decision.
     Decision(Box<v1::Decision>),
-    /// Of a cell: what a step was planned on.
+    /// The input that a cell's step was planned on.
     Record(Box<v1::PlanningRecord>),
-    /// Of a cell: what an operator had it do, for people.
+    /// A control that an operator used on a cell, in words.
     Control(String),
-    /// Of a container: its state.
+    /// A container's state.
     State(Box<v1::CellState>),
-    /// Of a container: how a placement ended.
+    /// The outcome of a placement into a container.
     Outcome(Box<v1::Outcome>),
-    /// Of a container: what is seen of it.
+    /// The content of a container as it is seen.
     Seen(Box<SeenContainer>),
 }
 
-/// What is known of a cell.
+/// The picture of a cell.
 #[derive(Debug, Default)]
 struct CellPicture {
     session: Option<v1::Session>,
@@ -65,7 +66,7 @@ struct CellPicture {
     log: Log,
 }
 
-/// What is known of all cells.
+/// The picture of all cells.
 #[derive(Debug, Default)]
 pub(crate) struct Picture {
     cells: BTreeMap<Cell, CellPicture>,
@@ -77,7 +78,7 @@ pub(crate) struct Picture {
 }
 
 impl Picture {
-    /// Takes in what was heard of a cell or a container. Gives the shapes that it names and that are worth asking for.
+    /// Takes in news of a cell or a container. Gives the shapes that are to be asked for.
     pub(crate) fn apply(&mut self, at_ms: u64, of: &Cell, news: News) -> Option<Wanted> {
         let mut wanted = None;
         match news {
@@ -93,7 +94,7 @@ impl Picture {
         wanted
     }
 
-    /// Takes in which services there are.
+    /// Takes in the services that were found.
     pub(crate) fn look(&mut self, now_ms: u64, found: Vec<(Found, v1::HealthReply)>) {
         let turns = self.services.look(now_ms, found);
         let planned: Vec<Cell> = self.services.planned_cells().cloned().collect();
@@ -125,7 +126,7 @@ impl Picture {
         cells.iter().for_each(|cell| self.note_content(at_ms, cell));
     }
 
-    /// The shapes of what lies in containers whose volumes are not known.
+    /// Gives the shapes that lie in containers and whose volumes are not known.
     pub(crate) fn missing(&self) -> Vec<Wanted> {
         let wanted = self.cells.keys().filter_map(|cell| {
             let containers = self.containers_of(cell);
@@ -141,7 +142,7 @@ impl Picture {
         wanted.collect()
     }
 
-    /// The cells with their containers.
+    /// Lists the cells with their containers.
     pub(crate) fn directory(&self) -> BTreeMap<Cell, Entry> {
         let cells = self.cells.keys();
         let cells = cells.map(|cell| (cell.clone(), self.containers_of(cell)));
@@ -159,15 +160,18 @@ impl Picture {
         let owned: BTreeSet<Cell> = owned.collect();
         cells.retain(|cell, _| !owned.contains(cell));
         let entries = cells.into_iter().map(|(cell, containers)| {
-            let size = containers
-                .iter()
-                .find_map(|container| self.cell_size(container));
-            (cell, Entry { containers, size })
+            let mut places = containers.iter().filter_map(|it| self.places.get(it));
+            let seen = places.find_map(|place| place.seen.as_ref());
+            let entry = Entry {
+                resolution: seen.map(|seen| seen.grid.resolution().clone()),
+                containers,
+            };
+            (cell, entry)
         });
         entries.collect()
     }
 
-    /// The containers of a cell: those of its session, else one with its own name.
+    /// Gives the containers of a cell: those of its session, else one with its own name.
     fn containers_of(&self, cell: &Cell) -> Vec<Cell> {
         let session = self
             .cells
@@ -184,22 +188,14 @@ impl Picture {
         }
     }
 
-    fn cell_size(&self, container: &Cell) -> Option<CellSize> {
-        let resolution = self.places.get(container)?.seen.as_ref()?.grid.resolution();
-        Some(CellSize {
-            cell_m: resolution.cell_m(),
-            height_unit_m: resolution.height_unit_m(),
-        })
-    }
-
-    /// The cell that a container is of: the one whose session names it, else that of its own name.
+    /// Gives the cell of a container: the one whose session names it, else that of its own name.
     fn owner(&self, container: &Cell) -> Cell {
         let mut others = self.cells.keys().filter(|cell| *cell != container);
         let owner = others.find(|cell| self.containers_of(cell).contains(container));
         owner.unwrap_or(container).clone()
     }
 
-    /// What is known of a cell, from now on; `None` where there are too many.
+    /// Gives or begins the picture of a cell; `None` where there are too many.
     fn cell(&mut self, cell: &Cell) -> Option<&mut CellPicture> {
         if self.cells.len() >= MOST_CELLS && !self.cells.contains_key(cell) {
             return None;
@@ -207,7 +203,7 @@ impl Picture {
         Some(self.cells.entry(cell.clone()).or_default())
     }
 
-    /// What is known of a container, from now on; `None` where there are too many.
+    /// Gives or begins the picture of a container; `None` where there are too many.
     fn place(&mut self, container: &Cell) -> Option<&mut Place> {
         if self.places.len() >= MOST_CELLS && !self.places.contains_key(container) {
             return None;
@@ -215,7 +211,7 @@ impl Picture {
         Some(self.places.entry(container.clone()).or_default())
     }
 
-    /// Notes how full the containers of a cell are now; of the cell of a container.
+    /// Notes how full the containers of a cell are now, or of the cell of a container.
     fn note_content(&mut self, at_ms: u64, of: &Cell) {
         let cell = self.owner(of);
         for container in self.containers_of(&cell) {
@@ -241,7 +237,7 @@ impl Picture {
         content
     }
 
-    /// What lies in a container: as its bridge knows it, else as the session does.
+    /// Gives the items that lie in a container: as its bridge knows them, else as the session does.
     fn lying(&self, cell: &Cell, container: &Cell) -> Vec<LyingItem<'_>> {
         let known = self.cells.get(cell);
         let session = known.and_then(|known| known.session.as_ref());
@@ -273,7 +269,7 @@ impl Picture {
     }
 }
 
-/// An item where a bridge knows it to be.
+/// Gives an item where a bridge knows it to be.
 fn lying_body<'a>(known: Option<&'a CellPicture>, body: &'a v1::Body) -> LyingItem<'a> {
     let session = known.and_then(|known| known.session.as_ref());
     let mut items = session.into_iter().flat_map(|session| &session.items);
@@ -298,7 +294,7 @@ fn lying_body<'a>(known: Option<&'a CellPicture>, body: &'a v1::Body) -> LyingIt
     }
 }
 
-/// An item that a session has packed, and whose own frame is there.
+/// Gives an item that a session has packed, with its own frame `at` that place.
 fn lying_item<'a>(
     known: &CellPicture,
     session: &v1::Session,

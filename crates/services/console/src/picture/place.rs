@@ -1,4 +1,4 @@
-//! A container: its state, what is seen of it, what lies in it.
+//! A container: its state, its heightmap, its items.
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -13,7 +13,7 @@ use super::pose::PosePart;
 use super::words;
 use crate::shapes::ShapeId;
 
-/// What is seen of a container.
+/// The heightmap of a container, and how far it is to be trusted.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SeenContainer {
     pub(super) grid: Grid,
@@ -41,13 +41,13 @@ impl SeenContainer {
         })
     }
 
-    /// The container's volume, in cubic metres.
+    /// Gives the container's volume, in cubic metres.
     pub(super) fn volume_m3(&self) -> f64 {
         let size = self.grid.container();
         size.x_m * size.y_m * size.z_m
     }
 
-    /// The share of the volume that lies below the surface; what is not known counts as empty.
+    /// Gives the share of the volume that lies below the surface; unknown cells count as empty.
     fn filled(&self) -> f64 {
         let rim = self.grid.rim();
         let known = self.heights.iter().filter(|height| **height <= rim);
@@ -65,12 +65,12 @@ pub(super) struct LyingItem<'a> {
     pub(super) is_inside: bool,
     /// The step that it was decided in.
     pub(super) step: Option<u64>,
-    /// What the session knows of it.
+    /// The item in the session.
     pub(super) session_item: Option<&'a v1::SessionItem>,
 }
 
 impl LyingItem<'_> {
-    /// The item as pages show it.
+    /// Shows the item.
     pub(super) fn part(&self) -> Value {
         let inspection = self.session_item.and_then(|item| item.inspection.as_ref());
         let load = self.session_item.and_then(|item| item.load.as_deref());
@@ -104,7 +104,7 @@ fn inspected(inspection: &v1::Inspection) -> Option<Value> {
 pub(super) struct Content {
     pub(super) items: usize,
     pub(super) without_volume: usize,
-    /// Of those whose volume is known, in cubic metres.
+    /// The sum of the volumes that are known, in cubic metres.
     pub(super) volume_m3: f64,
 }
 
@@ -112,11 +112,12 @@ pub(super) struct Content {
 #[derive(Debug, Default)]
 pub(super) struct Place {
     pub(super) state: Option<v1::CellState>,
-    /// When the state was heard, in milliseconds since 1970.
+    /// The time when the state was heard, in milliseconds since 1970.
     pub(super) state_at_ms: u64,
     pub(super) seen: Option<SeenContainer>,
     seen_at_ms: u64,
-    /// Since when the newest heightmap shows an earlier state than the bridge tells, in milliseconds since 1970.
+    /// The time since which the heightmaps show an earlier state than the bridge tells, in
+    /// milliseconds since 1970.
     pub(super) behind_since_ms: Option<u64>,
     history: History,
 }
@@ -148,25 +149,25 @@ impl Place {
         }
     }
 
-    /// Why it is held, where it is.
+    /// Gives the reason why it is held, where it is.
     pub(super) fn held(&self) -> Option<&str> {
         let hold = self.state.as_ref()?.hold.as_ref()?;
         Some(&hold.reason)
     }
 
-    /// What names its holds.
+    /// Gives the ids of its holds.
     pub(super) fn hold_ids(&self) -> impl Iterator<Item = &str> {
         let holds = self.state.iter().flat_map(|state| &state.holds);
         holds.map(|hold| hold.id.as_str())
     }
 
-    /// The placement that is being made.
+    /// Gives the placement that is being made.
     pub(super) fn executing(&self) -> Option<&str> {
         let id = &self.state.as_ref()?.executing_placement_id;
         (!id.is_empty()).then_some(id)
     }
 
-    /// The share of its volume that items fill, where its size is known.
+    /// Gives the share of its volume that items fill, where its size is known.
     fn utilisation(&self, content: &Content) -> Option<f64> {
         let seen = self.seen.as_ref()?;
         Some(content.volume_m3 / seen.volume_m3())
@@ -179,7 +180,7 @@ impl Place {
         }
     }
 
-    /// The figures of another session begin.
+    /// Begins the figures of another session.
     pub(super) fn begin(&mut self) {
         self.history.clear();
     }
@@ -216,7 +217,7 @@ impl Place {
         }))
     }
 
-    /// How full it is, as pages show it.
+    /// Shows how full it is.
     pub(super) fn figures_part(&self, content: &Content) -> Value {
         json!({
             "utilisation": self.utilisation(content),
@@ -230,24 +231,8 @@ impl Place {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::heightmap::{Heightmap, Scene};
-
+    use super::super::tests::seen;
     use super::*;
-
-    fn seen(state_number: u64, raised: Option<Units>) -> SeenContainer {
-        let grid = Grid::reference();
-        let mut heightmap = Heightmap::empty(&grid);
-        if let Some(height) = raised {
-            heightmap.raise(1, 2, height);
-        }
-        let scene = Scene::from_heightmap(heightmap);
-        let message = v1::Heightmap {
-            state_number,
-            scene: Some(convert::scene::write(&grid, &scene)),
-            ..v1::Heightmap::default()
-        };
-        SeenContainer::read(&message).unwrap()
-    }
 
     fn state(state_number: u64) -> v1::CellState {
         v1::CellState {
@@ -260,30 +245,29 @@ mod tests {
     fn heights_are_sixteen_bits_in_the_order_of_the_wire() {
         let mut place = Place::default();
         assert!(place.heightmap_part().is_none());
-        place.see(7, seen(1, Some(75)));
+        place.see(7, seen(1, 75));
         let part = place.heightmap_part().unwrap();
         let bytes = STANDARD.decode(part["heights"].as_str().unwrap()).unwrap();
         assert_eq!(bytes.len(), 2 * 32 * 32);
         let at = 2 * (32 + 2);
         assert_eq!(u16::from_le_bytes([bytes[at], bytes[at + 1]]), 75);
-        let filled = place.figures_part(&Content::default())["filled"]
-            .as_f64()
-            .unwrap();
+        let figures = place.figures_part(&Content::default());
+        let filled = figures["filled"].as_f64().unwrap();
         assert!((filled - 0.5 / 1024.0).abs() < 1e-12);
     }
 
     #[test]
     fn a_picture_of_an_earlier_state_is_behind_until_a_later_one_comes() {
         let mut place = Place::default();
-        place.see(1, seen(4, None));
+        place.see(1, seen(4, 0));
         place.hear_state(2, state(4));
         assert_eq!(place.behind_since_ms, None);
         place.hear_state(3, state(5));
         place.hear_state(4, state(6));
         assert_eq!(place.behind_since_ms, Some(3));
-        place.see(5, seen(6, None));
+        place.see(5, seen(6, 0));
         assert_eq!(place.behind_since_ms, None);
-        place.see(6, seen(0, None));
+        place.see(6, seen(0, 0));
         assert_eq!(place.behind_since_ms, None, "the sensor does not know it");
     }
 
@@ -296,10 +280,9 @@ mod tests {
             volume_m3: 0.32 * 0.32 * 0.3 / 4.0,
         };
         assert!(place.figures_part(&content)["utilisation"].is_null());
-        place.see(1, seen(1, None));
-        let utilisation = place.figures_part(&content)["utilisation"]
-            .as_f64()
-            .unwrap();
+        place.see(1, seen(1, 0));
+        let figures = place.figures_part(&content);
+        let utilisation = figures["utilisation"].as_f64().unwrap();
         assert!((utilisation - 0.25).abs() < 1e-12);
         place.note(2, &content);
         assert_eq!(place.figures_part(&content)["history"][0][0], 2);

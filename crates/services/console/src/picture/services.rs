@@ -1,4 +1,4 @@
-//! Which services there are, and how they are.
+//! The services, and their health.
 
 use std::collections::BTreeMap;
 
@@ -10,13 +10,13 @@ use serde_json::{Value, json};
 
 use super::words;
 
-/// How long a service is remembered that has gone, in milliseconds.
+/// How long a service that has gone is remembered, in milliseconds.
 const REMEMBERED_MS: u64 = 600_000;
 
-/// Services that are remembered at most.
+/// Maximum of services that are remembered.
 const MOST_KEPT: usize = 256;
 
-/// How a service is.
+/// The condition of a service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Condition {
     Ready,
@@ -30,11 +30,11 @@ struct Known {
     found: Found,
     health: v1::HealthReply,
     condition: Condition,
-    /// Since when it is in that condition, in milliseconds since 1970.
+    /// The time since which it is in that condition, in milliseconds since 1970.
     since_ms: u64,
 }
 
-/// The change of a service that somebody wants to hear of.
+/// A change of a service that is worth telling.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Turn {
     /// The cells that it serves; none where it serves any.
@@ -51,7 +51,7 @@ pub(super) struct Services {
 }
 
 impl Services {
-    /// Takes in which services were found; gives those that went or came back.
+    /// Takes in the services that were found; gives those that went or came back.
     pub(super) fn look(&mut self, now_ms: u64, found: Vec<(Found, v1::HealthReply)>) -> Vec<Turn> {
         let mut turns = Vec::new();
         for ((service, instance), known) in &mut self.known {
@@ -87,12 +87,12 @@ impl Services {
         turns
     }
 
-    /// All of them, as pages show them.
+    /// Shows all of them.
     pub(super) fn parts(&self) -> Vec<Value> {
         self.known.values().map(Known::part).collect()
     }
 
-    /// The cells that planners serve which are there.
+    /// Gives the cells of all planners that are there.
     pub(super) fn planned_cells(&self) -> impl Iterator<Item = &Cell> {
         let planners = self.known.values();
         let planners = planners.filter(|known| known.found.service == Service::Planner);
@@ -100,7 +100,7 @@ impl Services {
         there.flat_map(|known| &known.found.cells)
     }
 
-    /// What is wrong with the service of a cell, as a sentence; `None` where one that serves the cell is ready.
+    /// Says what is wrong with a service of a cell; `None` where one that serves the cell is ready.
     pub(super) fn trouble(&self, service: Service, cell: &Cell, now_ms: u64) -> Option<String> {
         let of_service = self
             .known
@@ -134,7 +134,7 @@ impl Known {
         self.found.cells.is_empty() || self.found.cells.contains(cell)
     }
 
-    /// What does not pass, with what is wrong; of one that is silent, why.
+    /// Gives the checks that do not pass, with their faults; of a silent one, the fault alone.
     fn failing(&self) -> Vec<String> {
         let failing = self.health.checks.iter().filter(|check| !check.is_passing);
         let told = failing.map(|check| match survey::is_silent(&self.health) {
@@ -144,7 +144,7 @@ impl Known {
         told.collect()
     }
 
-    /// It is in this condition now; gives what is worth telling of that.
+    /// Notes the condition; gives its change, where it has one.
     fn turn(&mut self, condition: Condition, now_ms: u64) -> Option<Turn> {
         let before = std::mem::replace(&mut self.condition, condition);
         if before == condition {
@@ -193,15 +193,11 @@ impl Known {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{cell, found};
     use super::*;
 
     /// A planner with this health: ready, or with a check that fails.
     fn planner(failing: Option<(&str, &str)>) -> (Found, v1::HealthReply) {
-        let found = Found {
-            service: Service::Planner,
-            instance: Instance::new("p1").unwrap(),
-            cells: vec![Cell::new("c1").unwrap()],
-        };
         let checks = failing.map(|(name, message)| v1::HealthCheck {
             name: name.to_owned(),
             is_passing: false,
@@ -212,13 +208,13 @@ mod tests {
             checks: checks.into_iter().collect(),
             ..v1::HealthReply::default()
         };
-        (found, health)
+        (found(Service::Planner, &["c1"]), health)
     }
 
     #[test]
     fn a_service_that_goes_and_comes_back_is_told_of_once_each() {
         let mut services = Services::default();
-        let cell = Cell::new("c1").unwrap();
+        let cell = cell("c1");
         let trouble =
             |services: &Services, now_ms| services.trouble(Service::Planner, &cell, now_ms);
         assert_eq!(trouble(&services, 0).unwrap(), "There is no planner of c1.");
@@ -246,7 +242,7 @@ mod tests {
     #[test]
     fn a_service_that_is_silent_or_not_ready_says_why() {
         let mut services = Services::default();
-        let cell = Cell::new("c1").unwrap();
+        let cell = cell("c1");
         services.look(0, vec![planner(Some(("answer", "no answer in time")))]);
         let trouble =
             |services: &Services| services.trouble(Service::Planner, &cell, 3_000).unwrap();

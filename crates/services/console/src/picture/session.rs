@@ -9,10 +9,10 @@ use super::known::KnownShapes;
 use super::words;
 use crate::shapes::ShapeId;
 
-/// Containers that were closed and are shown.
+/// Maximum of closed containers that are shown.
 const MOST_CLOSED: usize = 16;
 
-/// Items of the buffer that are shown.
+/// Maximum of items of the buffer that are shown.
 const MOST_SHOWN: usize = 64;
 
 /// Whether there is a session at all.
@@ -20,7 +20,7 @@ pub(super) fn is_begun(session: &v1::Session) -> bool {
     !session.session_id.is_empty()
 }
 
-/// The name of a container in a session: that of the cell where it has one only.
+/// Names a container of a session: as its cell where that has one only.
 pub(super) fn address<'a>(cell: &'a Cell, container: &'a str) -> &'a str {
     match container {
         "" => cell.as_str(),
@@ -28,20 +28,20 @@ pub(super) fn address<'a>(cell: &'a Cell, container: &'a str) -> &'a str {
     }
 }
 
-/// So many items are in a state.
+/// Counts the items in a state.
 pub(super) fn count(session: &v1::Session, state: ItemState) -> usize {
     let items = session.items.iter();
     items.filter(|item| item.state() == state).count()
 }
 
-/// The name of the object that an item of a session is; empty where the session does not have it.
+/// Names the object that an item of a session is; empty where the session does not have it.
 pub(super) fn object<'a>(session: &'a v1::Session, item_id: &str) -> &'a str {
     let mut items = session.items.iter();
     let item = items.find(|item| item.item_id == item_id);
     item.map_or("", |item| item.object.as_str())
 }
 
-/// A session of a cell; `None` where there is none.
+/// Shows a session of a cell; `None` where there is none.
 pub(super) fn session_part(cell: &Cell, session: &v1::Session) -> Option<Value> {
     if !is_begun(session) {
         return None;
@@ -95,7 +95,7 @@ pub(super) fn session_part(cell: &Cell, session: &v1::Session) -> Option<Value> 
     }))
 }
 
-/// The buffer of a session: the items that wait, and those that are set aside.
+/// Shows the buffer of a session: the items that wait, and those that are set aside.
 pub(super) fn buffer_part(session: &v1::Session, shapes: &KnownShapes) -> Value {
     let limit = usize::try_from(session.buffer).unwrap_or(usize::MAX);
     let of = |is_wanted: fn(ItemState) -> bool| {
@@ -140,35 +140,25 @@ fn buffer_item(item: &v1::SessionItem, is_choosable: bool, shape: Option<ShapeId
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::{cell, item, session};
     use super::*;
 
-    fn item(item_id: &str, state: ItemState) -> v1::SessionItem {
-        v1::SessionItem {
-            item_id: item_id.to_owned(),
-            object: "mug".to_owned(),
-            state: state.into(),
-            ..v1::SessionItem::default()
-        }
+    fn mug(item_id: &str, state: ItemState) -> v1::SessionItem {
+        item(item_id, "mug", state)
     }
 
     #[test]
     fn a_session_is_counted_and_its_only_container_has_the_cells_name() {
-        let cell = Cell::new("c1").unwrap();
+        let items = vec![mug("a", ItemState::Packed), mug("b", ItemState::SetAside)];
         let session = v1::Session {
-            session_id: "s".to_owned(),
-            items: vec![item("a", ItemState::Packed), item("b", ItemState::SetAside)],
-            containers: vec![v1::SessionContainer {
-                is_open: true,
-                ..v1::SessionContainer::default()
-            }],
             set_aside: vec![v1::ItemReason {
                 item_id: "b".to_owned(),
                 reason: v1::Reason::TooLarge.into(),
                 text: "too large".to_owned(),
             }],
-            ..v1::Session::default()
+            ..session(items)
         };
-        let part = session_part(&cell, &session).unwrap();
+        let part = session_part(&cell("c1"), &session).unwrap();
         assert_eq!(part["counts"]["packed"], json!(1));
         assert_eq!(part["counts"]["set_aside"], json!(1));
         assert_eq!(part["end"], json!(null));
@@ -181,18 +171,15 @@ mod tests {
     #[test]
     fn the_buffer_has_what_waits_first_and_says_what_is_not_listed() {
         let mut items = vec![
-            item("aside", ItemState::SetAside),
-            item("packed", ItemState::Packed),
+            mug("aside", ItemState::SetAside),
+            mug("packed", ItemState::Packed),
         ];
-        items.extend((0..70).map(|index| item(&format!("i-{index}"), ItemState::Waiting)));
+        items.extend((0..70).map(|index| mug(&format!("i-{index}"), ItemState::Waiting)));
         let session = v1::Session {
-            session_id: "s".to_owned(),
             buffer: 5,
-            items,
-            ..v1::Session::default()
+            ..session(items)
         };
-        let shapes = KnownShapes::default();
-        let part = buffer_part(&session, &shapes);
+        let part = buffer_part(&session, &KnownShapes::default());
         assert_eq!((&part["limit"], &part["more"]), (&json!(5), &json!(7)));
         let items = part["items"].as_array().unwrap();
         assert_eq!(items.len(), MOST_SHOWN);

@@ -14,7 +14,7 @@ use crate::board::Board;
 use crate::directory::Entry;
 
 impl Picture {
-    /// Puts all parts on the board that are otherwise than there; `now_ms` is the time of day, in milliseconds since 1970.
+    /// Puts all parts on the board; `now_ms` is the time of day, in milliseconds since 1970.
     pub(crate) fn show(&self, board: &Board, now_ms: u64) {
         let directory = self.directory();
         let names = directory.iter().map(|(cell, entry)| {
@@ -64,7 +64,7 @@ impl Picture {
         board.put((Some(cell), None, "events"), json!(known.log));
     }
 
-    /// What is looked up to show a placement into a container, by the container's name.
+    /// Gives the knowledge that a placement into a container, by its name, is shown with.
     fn context<'a>(&'a self, known: &'a CellPicture, container: &'a str) -> Context<'a> {
         let mut places = self.places.iter();
         let place = places.find(|(name, _)| name.as_str() == container);
@@ -102,8 +102,8 @@ impl Picture {
         }
     }
 
-    /// What a planner explained of an item, of which the reason is kept with the last decision; `None` where nothing is known of the
-    /// cell.
+    /// Shows a planner's explanation of an item, and keeps the reason with the last decision;
+    /// `None` where nothing is known of the cell.
     pub(crate) fn explain(
         &mut self,
         cell: &Cell,

@@ -1,4 +1,4 @@
-//! What a cell does now, in a sentence, and what of the picture is old.
+//! The status of a cell: what it does now, in a sentence, and which parts of the picture are old.
 
 use std::collections::BTreeSet;
 
@@ -11,13 +11,15 @@ use super::services::Services;
 use super::session::{address, count, is_begun};
 use super::words;
 
-/// A state that was told longer ago, in milliseconds, is old: bridges tell theirs every few seconds, and are asked besides.
+/// Maximum age of a state, in milliseconds: bridges tell theirs every few seconds, and are asked
+/// besides.
 const STATE_AGE_MS: u64 = 25_000;
 
-/// How long a heightmap may show an earlier state than the bridge tells, in milliseconds: robot and sensor take a moment.
+/// How long heightmaps may show an earlier state than the bridge tells, in milliseconds: robot and
+/// sensor take a moment.
 const BEHIND_MS: u64 = 5_000;
 
-/// What a cell does.
+/// The activity of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Doing {
@@ -32,22 +34,22 @@ pub(super) enum Doing {
     Unknown,
 }
 
-/// What a cell does, for the top of a page.
+/// The status of a cell, for the top of a page.
 #[derive(Debug, Serialize)]
 pub(super) struct StatusPart<'a> {
     doing: Doing,
     text: String,
     help: Option<&'static str>,
     stale: Vec<String>,
-    /// Why nothing is begun: all that `holds` names.
+    /// The reasons of all `holds`: nothing is begun.
     held: Option<String>,
     holds: BTreeSet<&'a str>,
-    /// Names the failure that `text` tells of; empty where there is none.
+    /// The id of the failure that `text` tells of; empty where there is none.
     failure_id: &'a str,
     is_moving: bool,
 }
 
-/// What is known of a cell.
+/// The knowledge that the status of a cell is told from.
 pub(super) struct Situation<'a> {
     pub(super) cell: &'a Cell,
     pub(super) session: Option<&'a v1::Session>,
@@ -75,7 +77,7 @@ impl<'a> Situation<'a> {
         }
     }
 
-    /// Why containers are held, each reason once.
+    /// Gives the reasons why containers are held, each once.
     fn held(&self) -> Option<String> {
         let held = self.places.iter().filter_map(|(_, place)| place.held());
         let held: BTreeSet<&str> = held.collect();
@@ -83,12 +85,12 @@ impl<'a> Situation<'a> {
         (!held.is_empty()).then(|| held.join("; "))
     }
 
-    /// The placement that is being made.
+    /// Gives the placement that is being made.
     fn executing(&self) -> Option<&'a str> {
         self.places.iter().find_map(|(_, place)| place.executing())
     }
 
-    /// The containers that are not held: robots of their own are held each.
+    /// Gives the containers that are not held: robots of their own are held each.
     fn not_held(&self) -> Vec<&'a str> {
         let going = self.places.iter().filter(|(_, place)| {
             let state = place.state.as_ref();
@@ -97,7 +99,7 @@ impl<'a> Situation<'a> {
         going.map(|(name, _)| name.as_str()).collect()
     }
 
-    /// What is away or old, a sentence each.
+    /// Says what is away or old, a sentence each.
     fn stale(&self) -> Vec<String> {
         let now_ms = self.now_ms;
         let mut stale: Vec<String> = Vec::new();
@@ -198,14 +200,14 @@ impl<'a> Situation<'a> {
     }
 }
 
-/// What a cell does, in words, and what people can do about it.
+/// The activity of a cell, in words, and what people can do about it.
 pub(super) type Said = (Doing, String, Option<&'static str>);
 
 fn said(doing: Doing, text: impl Into<String>) -> Said {
     (doing, text.into(), None)
 }
 
-/// How a session ended, if it has.
+/// Says how a session ended, if it has.
 pub(super) fn ended(session: &v1::Session) -> Option<Said> {
     let packed = words::items(count(session, ItemState::Packed));
     let (text, help) = match session.end() {
@@ -231,67 +233,42 @@ pub(super) fn ended(session: &v1::Session) -> Option<Said> {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_service::alive::Found;
-    use ppnpack_wire::keys::Instance;
-
+    use super::super::tests;
     use super::*;
 
     fn all_ready() -> Services {
         let mut services = Services::default();
         let found = [Service::Planner, Service::Bridge, Service::Perception].map(|service| {
-            let found = Found {
-                service,
-                instance: Instance::new("x").unwrap(),
-                cells: vec![],
-            };
             let health = v1::HealthReply {
                 is_ready: true,
                 ..v1::HealthReply::default()
             };
-            (found, health)
+            (tests::found(service, &[]), health)
         });
         services.look(0, found.into());
         services
     }
 
     fn session(states: &[ItemState]) -> v1::Session {
-        let item = |state: &ItemState| v1::SessionItem {
-            state: (*state).into(),
-            ..v1::SessionItem::default()
-        };
-        v1::Session {
-            session_id: "s".to_owned(),
-            is_automatic: true,
-            items: states.iter().map(item).collect(),
-            ..v1::Session::default()
-        }
+        let items = states.iter().map(|state| tests::item("i", "mug", *state));
+        tests::session(items.collect())
     }
 
     fn held(reason: Option<&str>) -> Place {
-        let hold = reason.map(|reason| v1::Hold {
-            reason: reason.to_owned(),
-            ..v1::Hold::default()
-        });
         let mut place = Place::default();
-        place.hear_state(
-            0,
-            v1::CellState {
-                hold,
-                ..v1::CellState::default()
-            },
-        );
+        place.hear_state(0, tests::state(&[], reason));
         place
     }
 
-    /// What is said of a cell with these containers after 12 seconds.
+    /// Gives the status of a cell with these containers after 12 seconds.
     fn told(
         session: Option<&v1::Session>,
         places: &[(&str, Place)],
         services: &Services,
     ) -> (Doing, String) {
-        let names: Vec<Cell> = places.iter().map(|it| Cell::new(it.0).unwrap()).collect();
+        let names: Vec<Cell> = places.iter().map(|it| tests::cell(it.0)).collect();
         let situation = Situation {
-            cell: &Cell::new("c1").unwrap(),
+            cell: &tests::cell("c1"),
             session,
             places: names.iter().zip(places.iter().map(|it| &it.1)).collect(),
             services,

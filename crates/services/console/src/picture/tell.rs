@@ -1,4 +1,4 @@
-//! How what is heard changes the picture, and which of it is an event.
+//! The changes that news make in the picture, and the events among them.
 
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, OutcomeKind};
@@ -46,7 +46,7 @@ impl Picture {
         }
     }
 
-    /// Whether the robot of a cell begins nothing.
+    /// Whether a container of a cell is held.
     fn is_held(&self, cell: &Cell) -> bool {
         let containers = self.containers_of(cell);
         let mut places = containers.iter().filter_map(|name| self.places.get(name));
@@ -160,7 +160,7 @@ impl Picture {
     }
 }
 
-/// How many items lie in a container no more.
+/// Counts the items that lie in a container no more.
 fn removed(before: &v1::CellState, now: &v1::CellState) -> usize {
     let is_there = |item_id: &String| now.bodies.iter().any(|body| body.item_id == *item_id);
     let before = before.bodies.iter();
@@ -169,7 +169,7 @@ fn removed(before: &v1::CellState, now: &v1::CellState) -> usize {
 
 type Told = (Level, &'static str, String);
 
-/// What happened between two states of a cell's session.
+/// Gives the events between two states of a cell's session.
 fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
     let is_other = before.session_id != now.session_id;
     let mut told = Vec::new();
@@ -186,7 +186,7 @@ fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
     told
 }
 
-/// What was set aside, closed and opened between two states of the same session.
+/// Tells what was set aside, closed and opened between two states of the same session.
 fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<Told>) {
     for v1::ItemReason { item_id, text, .. } in &now.set_aside {
         if !before.set_aside.iter().any(|it| it.item_id == *item_id) {

@@ -1,26 +1,22 @@
+use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_wire::convert;
+use ppnpack_wire::keys::{Instance, Service};
 use serde_json::{Value, json};
 
 use super::*;
 use crate::board::Board;
 
-fn cell(name: &str) -> Cell {
+pub(super) fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
 }
 
 fn pose(x_m: f64) -> Option<v1::Pose> {
-    Some(v1::Pose {
-        position: Some(v1::Vector3 {
-            x_m,
-            ..v1::Vector3::default()
-        }),
-        orientation: Some(v1::Quaternion {
-            w: 1.0,
-            ..v1::Quaternion::default()
-        }),
-    })
+    let pose = Isometry3::translation(x_m, 0.0, 0.0);
+    Some(convert::pose::write(&pose))
 }
 
-fn item(item_id: &str, object: &str, state: ItemState) -> v1::SessionItem {
+pub(super) fn item(item_id: &str, object: &str, state: ItemState) -> v1::SessionItem {
     v1::SessionItem {
         item_id: item_id.to_owned(),
         object: object.to_owned(),
@@ -30,7 +26,7 @@ fn item(item_id: &str, object: &str, state: ItemState) -> v1::SessionItem {
     }
 }
 
-fn session(items: Vec<v1::SessionItem>) -> v1::Session {
+pub(super) fn session(items: Vec<v1::SessionItem>) -> v1::Session {
     v1::Session {
         session_id: "s".to_owned(),
         is_automatic: true,
@@ -54,23 +50,37 @@ fn decision(decision_id: &str, item_id: &str) -> v1::Decision {
     }
 }
 
-fn record(item_id: &str) -> v1::PlanningRecord {
+/// The record of a session's step: the ids of its items, their objects, and what their shapes' ids
+/// consist of.
+pub(super) fn record(session_id: &str, items: &[(&str, &str, u8)]) -> v1::PlanningRecord {
+    let indexed = || items.iter().zip(0_u64..);
+    let items_told = indexed().map(|((item_id, object, _), arrival)| v1::RecordedItem {
+        item_id: (*item_id).to_owned(),
+        object: (*object).to_owned(),
+        arrival,
+    });
+    let candidates = indexed().map(|((_, _, shape), arrival)| v1::RecordedCandidate {
+        arrival,
+        solid: vec![*shape; 32],
+        ..v1::RecordedCandidate::default()
+    });
     v1::PlanningRecord {
-        session_id: "s".to_owned(),
-        items: vec![v1::RecordedItem {
-            item_id: item_id.to_owned(),
-            object: "mug".to_owned(),
-            arrival: 0,
-        }],
-        candidates: vec![v1::RecordedCandidate {
-            solid: vec![7; 32],
-            ..v1::RecordedCandidate::default()
-        }],
+        session_id: session_id.to_owned(),
+        items: items_told.collect(),
+        candidates: candidates.collect(),
         ..v1::PlanningRecord::default()
     }
 }
 
-fn state(bodies: &[&str], hold: Option<&str>) -> v1::CellState {
+pub(super) fn found(service: Service, cells: &[&str]) -> Found {
+    Found {
+        service,
+        instance: Instance::new("p1").unwrap(),
+        cells: cells.iter().map(|name| cell(name)).collect(),
+    }
+}
+
+pub(super) fn state(bodies: &[&str], hold: Option<&str>) -> v1::CellState {
     let body = |item_id: &&str| v1::Body {
         item_id: (*item_id).to_owned(),
         object: "mug".to_owned(),
@@ -90,13 +100,15 @@ fn state(bodies: &[&str], hold: Option<&str>) -> v1::CellState {
     }
 }
 
-fn seen() -> SeenContainer {
-    let grid = ppnpack_packing::grid::Grid::reference();
-    let heightmap = ppnpack_packing::heightmap::Heightmap::empty(&grid);
-    let scene = ppnpack_packing::heightmap::Scene::from_heightmap(heightmap);
+/// What is seen of a container in a state, with one cell raised.
+pub(super) fn seen(state_number: u64, height: Units) -> SeenContainer {
+    let grid = Grid::reference();
+    let mut heightmap = Heightmap::empty(&grid);
+    heightmap.raise(1, 2, height);
+    let scene = Scene::from_heightmap(heightmap);
     let message = v1::Heightmap {
-        state_number: 1,
-        scene: Some(ppnpack_wire::convert::scene::write(&grid, &scene)),
+        state_number,
+        scene: Some(convert::scene::write(&grid, &scene)),
         ..v1::Heightmap::default()
     };
     SeenContainer::read(&message).unwrap()
@@ -119,14 +131,12 @@ impl Seen {
     /// A part of the cell `c1`, or of its container of the same name.
     fn part(&self, container: Option<&str>, part: &'static str) -> Value {
         self.picture.show(&self.board, self.at_ms);
-        let wanted = [Some("c1"), container].map(|name| json!(name));
         let parts = self.board.since(0).parts;
-        let parts = parts
-            .iter()
-            .map(|text| serde_json::from_str::<Value>(text).unwrap());
-        let mut parts =
-            parts.filter(|it| [&it["cell"], &it["container"]] == [&wanted[0], &wanted[1]]);
-        let found = parts.find(|it| it["part"] == json!(part));
+        let mut parts = parts.iter().map(|text| serde_json::from_str(text).unwrap());
+        let wanted = [json!("c1"), json!(container), json!(part)];
+        let is_wanted =
+            |it: &Value| ["cell", "container", "part"].map(|key| it[key].clone()) == wanted;
+        let found = parts.find(is_wanted);
         found.map_or(Value::Null, |it| it["value"].clone())
     }
 
@@ -135,7 +145,8 @@ impl Seen {
     }
 
     fn record(&mut self, item_id: &str) -> Option<Wanted> {
-        self.hear("c1", News::Record(Box::new(record(item_id))))
+        let record = record("s", &[(item_id, "mug", 7)]);
+        self.hear("c1", News::Record(Box::new(record)))
     }
 
     fn decision(&mut self, decision: v1::Decision) {
@@ -157,7 +168,7 @@ fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
     let waiting = vec![item("i-1", "mug", ItemState::Waiting)];
     page.session("c1", session(waiting));
     page.state("c1", &[], None);
-    page.hear("c1", News::Seen(Box::new(seen())));
+    page.hear("c1", News::Seen(Box::new(seen(1, 0))));
     let wanted = page.record("i-1").unwrap();
     let shape = ShapeId::from([7; 32]);
     assert_eq!(wanted.shapes, HashSet::from([shape]));
@@ -355,13 +366,9 @@ fn what_is_heard_of_too_many_cells_is_left_out() {
 #[test]
 fn a_cell_whose_planner_is_there_is_shown_before_it_says_anything() {
     let mut page = Seen::default();
-    let found = Found {
-        service: ppnpack_wire::keys::Service::Planner,
-        instance: ppnpack_wire::keys::Instance::new("p1").unwrap(),
-        cells: vec![cell("c1")],
-    };
+    let planner = found(Service::Planner, &["c1"]);
     let health = v1::HealthReply::default();
-    page.picture.look(0, vec![(found, health)]);
+    page.picture.look(0, vec![(planner, health)]);
     assert_eq!(page.part(None, "status")["doing"], json!("unknown"));
     page.picture.look(1, vec![]);
     assert_eq!(page.kinds("c1"), ["away"]);

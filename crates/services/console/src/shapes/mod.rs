@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 use nalgebra::Vector3;
+use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::ItemView;
 use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_service::rpc::{CallError, Client};
@@ -16,7 +17,7 @@ use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{convert, v1};
 
-use crate::directory::{CellSize, Directory};
+use crate::directory::Directory;
 pub(crate) use prefetch::{Prefetcher, Wanted};
 
 /// Names a shape by its content.
@@ -25,19 +26,19 @@ pub(crate) type ShapeId = blake3::Hash;
 /// How long a planner may take to answer: it plans a step before.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How much is kept, in bytes as it is sent, before all is forgotten and asked for anew.
+/// Maximum of bytes that are kept, as they are sent, before all is forgotten and asked for anew.
 const MOST_KEPT_BYTES: usize = 64 << 20;
 
 /// A shape.
 #[derive(Debug)]
 pub(crate) struct KnownShape {
-    /// As it is sent: see [`encode`].
+    /// The mesh as it is sent: see [`encode`].
     pub(crate) triangles: Bytes,
     /// Its volume, in cubic metres, where it is known.
     pub(crate) volume_m3: Option<f64>,
 }
 
-/// Why a shape is not to be had.
+/// A reason why a shape is not to be had.
 #[derive(Debug)]
 pub(crate) enum ShapeError {
     /// The planner does not have it, or not any more.
@@ -68,12 +69,12 @@ impl ShapeStore {
         }
     }
 
-    /// A shape, where it is kept.
+    /// Gives a shape, where it is kept.
     pub(crate) fn kept(&self, id: &ShapeId) -> Option<Arc<KnownShape>> {
         lock(&self.kept).shapes.get(id).cloned()
     }
 
-    /// A shape, kept or asked for. It waits for the planner.
+    /// Gives a shape, kept or asked for. It waits for the planner.
     pub(crate) fn get(&self, cell: &Cell, id: &ShapeId) -> Result<Arc<KnownShape>, ShapeError> {
         if let Some(known) = self.kept(id) {
             return Ok(known);
@@ -83,14 +84,15 @@ impl ShapeStore {
         self.kept(id).ok_or(ShapeError::Unknown)
     }
 
-    /// Asks a cell's planner for these. It waits for the planner; what that does not have is left out.
+    /// Asks a cell's planner for these, and waits for it. A shape that it does not have is left
+    /// out.
     fn fetch(&self, cell: &Cell, ids: &HashSet<ShapeId>) -> Result<(), CallError> {
-        let size = self.directory.cell_size(cell);
+        let resolution = self.directory.resolution(cell);
         let ids = ids.iter().map(|id| id.as_bytes().to_vec());
         let deadline = Instant::now() + PATIENCE;
         let keep = |shape: v1::Shape| {
             let named = id(&shape.id);
-            if let Some((id, known)) = named.zip(read(shape, size)) {
+            if let Some((id, known)) = named.zip(read(shape, resolution.as_ref())) {
                 self.keep(id, known);
             }
         };
@@ -114,14 +116,14 @@ impl ShapeStore {
     }
 }
 
-/// The id in these bytes; `None` where they are not 32, as where a message names no shape.
+/// Reads the id in these bytes; `None` where they are not 32, as where a message names no shape.
 pub(crate) fn id(bytes: &[u8]) -> Option<ShapeId> {
     ShapeId::from_slice(bytes).ok()
 }
 
-/// A shape as it is kept; `None` where it is malformed, or heightmaps whose cells are of a size that is not known. An item of which there
-/// is nothing but heightmaps is drawn as its box.
-fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
+/// Reads a shape; `None` where it is malformed, or heightmaps whose cells are of unknown size. An
+/// item that has nothing but heightmaps is drawn as its box.
+fn read(shape: v1::Shape, resolution: Option<&Resolution>) -> Option<KnownShape> {
     let (mesh, volume_m3) = match shape.shape? {
         v1::shape::Shape::Solid(solid) => {
             let model = convert::solid::read(&solid).ok()?;
@@ -130,7 +132,7 @@ fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
         v1::shape::Shape::Item(item) => {
             let item = convert::item::read(&item).ok()?;
             let volume_m3 = item.mesh_volume_m3();
-            let boxed = box_of(item.views().first()?, size?);
+            let boxed = box_of(item.views().first()?, resolution?);
             (boxed, (volume_m3 > 0.0).then_some(volume_m3))
         }
     };
@@ -140,20 +142,20 @@ fn read(shape: v1::Shape, size: Option<CellSize>) -> Option<KnownShape> {
     })
 }
 
-/// The box of an item, in the frame of its heightmaps.
-fn box_of(view: &ItemView, size: CellSize) -> Mesh {
+/// Gives the box of an item, in the frame of its heightmaps.
+fn box_of(view: &ItemView, resolution: &Resolution) -> Mesh {
     let extents_m = [
-        view.nx() as f64 * size.cell_m,
-        view.ny() as f64 * size.cell_m,
-        f64::from(view.height()) * size.height_unit_m,
+        view.nx() as f64 * resolution.cell_m(),
+        view.ny() as f64 * resolution.cell_m(),
+        f64::from(view.height()) * resolution.height_unit_m(),
     ];
     let lowest_m = -view.origin_from_corner_m();
     let highest_m = lowest_m + Vector3::from(extents_m);
     Mesh::cuboid(lowest_m.into(), highest_m.into())
 }
 
-/// A mesh in little-endian numbers: how many vertices and triangles there are (`u32`), x, y and z of each vertex in metres (`f32`), and
-/// the three vertices of each triangle (`u32`).
+/// Writes a mesh in little-endian numbers: how many vertices and triangles there are (`u32`), x, y
+/// and z of each vertex in metres (`f32`), and the three vertices of each triangle (`u32`).
 fn encode(mesh: &Mesh) -> Vec<u8> {
     let Mesh {
         vertices,

@@ -1,4 +1,4 @@
-//! Shapes that are asked for as soon as they are named, so that pictures and volumes are there when they are looked at.
+//! Shapes, asked for as soon as they are named, so that pictures and volumes are there in time.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use ppnpack_service::actor::Actor;
 use ppnpack_wire::keys::Cell;
 
 use super::{ShapeId, ShapeStore};
-use crate::clock::now_ms;
+use crate::now_ms;
 
 /// Shapes that a cell's planner named.
 #[derive(Debug)]
@@ -16,7 +16,7 @@ pub(crate) struct Wanted {
     pub(crate) shapes: HashSet<ShapeId>,
 }
 
-/// Asks for shapes, and tells their volumes.
+/// The actor that asks for shapes, and tells their volumes.
 pub(crate) struct Prefetcher {
     pub(crate) store: Arc<ShapeStore>,
 }

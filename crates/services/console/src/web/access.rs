@@ -1,7 +1,8 @@
-//! Who may ask for what.
+//! Access: the requests that are answered, and the controls that are carried out.
 //!
-//! Pages of other origins are kept out by the host that a browser asks for, so that no name of somebody else can lead here, by what the
-//! browser says of the site that asks, and by the origin of a control. Controls ask for a token besides.
+//! Pages of other origins are kept out by the host that a browser asks for, so that no name of
+//! somebody else can lead here, by what the browser says of the site that asks, and by the origin
+//! of a control. Controls ask for a token besides.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -24,25 +25,26 @@ use super::Served;
 use super::failure::Failure;
 use crate::settings::NO_TOKEN;
 
-/// What a page may do: run its own files, and ask for nothing elsewhere.
+/// The policy of a page: it may run its own files, and asks for nothing elsewhere.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; \
                       connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// How long the answer to a wrong token takes; the next waits for it.
 const WRONG_TOKEN: Duration = Duration::from_millis(200);
 
-/// How often wrong tokens are told of at most.
+/// Minimum time between two lines of the log about wrong tokens.
 const TOLD: Duration = Duration::from_secs(1);
 
-/// Who may ask for what.
+/// The token and the names of the server.
 pub(crate) struct Access {
-    /// The hash of the token, which is compared in a time that tells nothing of it; none where controls are off.
+    /// The hash of the token, which is compared in a time that tells nothing of it; none where
+    /// controls are off.
     token: Option<blake3::Hash>,
     /// The names of the server, beside its addresses.
     hosts: Vec<String>,
     /// Wrong tokens that the log has not told of.
     wrong: AtomicU64,
-    /// When the log told of some; who has it may answer one.
+    /// The time when the log told of some. A wrong token is answered under this lock.
     told: Mutex<Option<Instant>>,
 }
 
@@ -57,14 +59,14 @@ impl Access {
         }
     }
 
-    /// Refuses what is asked of another host.
+    /// Refuses a request for another host.
     fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let host = text(headers, HOST).unwrap_or_default();
         if self.is_own(name_of(host)) {
             return Ok(());
         }
         let text = format!("'{host}' is no name of this server: add it to service.hosts");
-        Err(Failure::new(StatusCode::FORBIDDEN, "other_host", text))
+        Err(Failure::forbidden("other_host", text))
     }
 
     fn is_own(&self, name: &str) -> bool {
@@ -77,7 +79,8 @@ impl Access {
         hosts.any(|host| host.eq_ignore_ascii_case(name))
     }
 
-    /// Refuses a control that may not be made. Wrong tokens are refused one after the other, slowly; nobody else waits.
+    /// Refuses a control that may not be made. Wrong tokens are refused one after the other,
+    /// slowly; nobody else waits.
     pub(super) async fn admit(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let checked = self.check_control(headers);
         if let Err(failure) = &checked
@@ -97,7 +100,7 @@ impl Access {
 
     fn check_control(&self, headers: &HeaderMap) -> Result<(), Failure> {
         self.check_origin(headers)?;
-        let off = || Failure::new(StatusCode::FORBIDDEN, "controls_off", NO_TOKEN);
+        let off = || Failure::forbidden("controls_off", NO_TOKEN);
         let token = self.token.as_ref().ok_or_else(off)?;
         let given = text(headers, AUTHORIZATION).and_then(|value| value.strip_prefix("Bearer "));
         // Hashes are compared in constant time.
@@ -107,8 +110,8 @@ impl Access {
         check_type(headers)
     }
 
-    /// Refuses what comes from a page of another origin. What is no page has none. The page itself has TLS only behind a proxy, whose
-    /// name is configured.
+    /// Refuses a control from a page of another origin. A client that is no page has none. The page
+    /// itself has TLS only behind a proxy, whose name is configured.
     fn check_origin(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let Some(origin) = headers.get(ORIGIN) else {
             return Ok(());
@@ -123,26 +126,25 @@ impl Access {
             return Ok(());
         }
         let text = "this came from a page of another origin";
-        Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
+        Err(Failure::forbidden("other_origin", text))
     }
 }
 
-/// The name in an authority, without its port.
+/// Gives the name in an authority, without its port.
 fn name_of(authority: &str) -> &str {
     if let Some(rest) = authority.strip_prefix('[') {
         return rest.split_once(']').map_or("", |(address, _)| address);
     }
-    authority
-        .split_once(':')
-        .map_or(authority, |(name, _)| name)
+    authority.split(':').next().unwrap_or_default()
 }
 
 fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     headers.get(name)?.to_str().ok()
 }
 
-/// Refuses what a page of another site asks for, though it could not read the answer: all pages that may be connected, or a planner's
-/// time. A link from there may lead to the page and its files. What is no browser says nothing of this.
+/// Refuses a request from a page of another site. It could not read the answer, but could take up
+/// all pages that may be connected, or a planner's time. A link from there may lead to the page and
+/// its files. A client that is no browser says nothing of this.
 fn check_site(path: &str, headers: &HeaderMap) -> Result<(), Failure> {
     let said = |name: &'static str| text(headers, HeaderName::from_static(name));
     let is_foreign = matches!(said("sec-fetch-site"), Some("cross-site" | "same-site"));
@@ -151,7 +153,7 @@ fn check_site(path: &str, headers: &HeaderMap) -> Result<(), Failure> {
         return Ok(());
     }
     let text = "this was asked for by a page of another site";
-    Err(Failure::new(StatusCode::FORBIDDEN, "other_origin", text))
+    Err(Failure::forbidden("other_origin", text))
 }
 
 fn check_type(headers: &HeaderMap) -> Result<(), Failure> {
@@ -161,14 +163,12 @@ fn check_type(headers: &HeaderMap) -> Result<(), Failure> {
         return Ok(());
     }
     let text = "Content-Type: application/json is needed";
-    Err(Failure::new(
-        StatusCode::UNSUPPORTED_MEDIA_TYPE,
-        "not_json",
-        text,
-    ))
+    let status = StatusCode::UNSUPPORTED_MEDIA_TYPE;
+    Err(Failure::new(status, "not_json", text))
 }
 
-/// Looks at every request before it is answered, and gives every answer the headers that keep a page to itself.
+/// Looks at every request before it is answered, and gives every answer the headers that keep a
+/// page to itself.
 pub(super) async fn guard(
     State(served): State<Arc<Served>>,
     request: Request,
@@ -209,9 +209,8 @@ mod tests {
     }
 
     fn headers(pairs: &[(HeaderName, &str)]) -> HeaderMap {
-        let pairs = pairs
-            .iter()
-            .map(|(name, value)| (name.clone(), value.parse().unwrap()));
+        let pairs = pairs.iter().cloned();
+        let pairs = pairs.map(|(name, value)| (name, value.parse().unwrap()));
         pairs.collect()
     }
 

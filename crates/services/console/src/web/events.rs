@@ -1,4 +1,4 @@
-//! What pages show: all of it at once, and then what changes.
+//! The board as pages get it: all of it at once, and then its changes.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -18,7 +18,7 @@ use tokio::time::{Instant, timeout_at};
 use super::Served;
 use super::failure::Failure;
 use crate::board::Board;
-use crate::clock::now_ms;
+use crate::now_ms;
 
 /// How often a page hears that it is connected, whatever else it hears.
 const BEAT: Duration = Duration::from_secs(1);
@@ -37,7 +37,7 @@ pub(super) async fn events(State(served): State<Arc<Served>>) -> Result<Response
     Ok(([("x-accel-buffering", "no")], Sse::new(events)).into_response())
 }
 
-/// All parts, and the newest revision among them.
+/// Writes all parts, and gives the newest revision among them.
 fn snapshot(board: &Board) -> (u64, String) {
     let changes = board.since(0);
     let (now_ms, revision) = (now_ms(), changes.revision);
@@ -52,7 +52,7 @@ struct Page {
     changes: watch::Receiver<u64>,
     /// The newest revision that it has.
     seen: u64,
-    /// What it is sent next: no more than one change of each part.
+    /// The events that it is sent next: no more than one change of each part.
     waiting: VecDeque<Event>,
     next_beat: Instant,
     shutdown: Shutdown,
@@ -75,7 +75,7 @@ impl Page {
         }
     }
 
-    /// The next event; `None` where the server ends.
+    /// Gives the next event; `None` where the server ends.
     async fn next(mut self) -> Option<(Result<Event, Infallible>, Self)> {
         loop {
             if Instant::now() >= self.next_beat {
@@ -112,7 +112,7 @@ impl Page {
     }
 }
 
-/// Counts a page until it is dropped.
+/// A page that is counted until it is dropped.
 struct Counted {
     _permit: OwnedSemaphorePermit,
 }

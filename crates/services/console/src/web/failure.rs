@@ -1,4 +1,4 @@
-//! What is answered where something is not possible.
+//! Answers to requests that fail.
 
 use axum::http::StatusCode;
 use axum::http::header::{CONTENT_TYPE, HeaderName, HeaderValue, RETRY_AFTER, WWW_AUTHENTICATE};
@@ -7,15 +7,15 @@ use serde_json::{Value, json};
 
 use crate::controls::ControlError;
 
-/// Something that is not possible, and why.
+/// A failure, and its reason.
 #[derive(Debug)]
 pub(super) struct Failure {
     status: StatusCode,
     error: &'static str,
     text: String,
-    /// What to ask before it is sent again, confirmed.
+    /// The question before it is sent again, confirmed.
     question: Option<&'static str>,
-    /// What a header says besides.
+    /// A further header.
     header: Option<(HeaderName, &'static str)>,
 }
 
@@ -28,6 +28,10 @@ impl Failure {
             question: None,
             header: None,
         }
+    }
+
+    pub(super) fn forbidden(error: &'static str, text: impl Into<String>) -> Self {
+        Self::new(StatusCode::FORBIDDEN, error, text)
     }
 
     pub(super) fn unknown_cell(name: &str) -> Self {
@@ -47,7 +51,7 @@ impl Failure {
         Self::new(StatusCode::TOO_MANY_REQUESTS, "busy", text)
     }
 
-    /// A token is missing, or is another one.
+    /// Refuses a token that is missing or wrong.
     pub(super) fn token() -> Self {
         let text = "the token is missing or wrong";
         Self {
@@ -60,7 +64,7 @@ impl Failure {
         self.status == StatusCode::UNAUTHORIZED
     }
 
-    /// More pages are connected than may be.
+    /// Refuses a page where too many are connected.
     pub(super) fn too_many_pages() -> Self {
         let text = "too many pages are connected: close one";
         Self {
@@ -74,7 +78,7 @@ impl Failure {
         self.error
     }
 
-    /// What was to be done in another thread was not done there.
+    /// Says that a thread did not do its work.
     pub(super) fn lost() -> Self {
         let text = "the server failed: its log says why";
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, "failed", text)
@@ -112,7 +116,7 @@ impl IntoResponse for Failure {
     }
 }
 
-/// A value as the body of an answer.
+/// Writes a value as the body of an answer.
 pub(super) fn json(value: &Value) -> impl IntoResponse + use<> {
     ([(CONTENT_TYPE, "application/json")], value.to_string())
 }

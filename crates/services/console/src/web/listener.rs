@@ -23,14 +23,16 @@ use tokio::time::{Instant, Sleep, sleep};
 /// Connections at most: where there are as many, one gives way to each that comes.
 const MOST_CONNECTIONS: usize = 256;
 
-/// How long a connection may take to ask for something: from its beginning, or from the answer before.
+/// How long a connection may take to ask for something: from its beginning, or from the answer
+/// before.
 pub(super) const MOST_HEAD: Duration = Duration::from_secs(5);
 
-/// How long nothing may come or go on a connection before it is closed: longer than any control takes. Pages are told something every
-/// second; one that has gone without a word, as a tablet that sleeps, takes nothing any more.
+/// How long nothing may come or go on a connection before it is closed: longer than any control
+/// takes. Pages are told something every second; one that has gone without a word, as a tablet that
+/// sleeps, takes nothing any more.
 const MOST_IDLE: Duration = Duration::from_secs(60);
 
-/// What a connection is used for. Of two the lesser gives way.
+/// The use of a connection. Of two the lesser gives way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Use {
     stage: Stage,
@@ -43,9 +45,9 @@ struct Use {
 enum Stage {
     /// Nothing was asked for.
     Silent,
-    /// What was asked for is answered, or its answer is on its way.
+    /// A request is answered, or its answer is on its way.
     Answered,
-    /// What was asked for is being done.
+    /// A request is being done.
     Asked,
 }
 
@@ -120,23 +122,14 @@ async fn answer(
 struct Connection {
     stream: TcpStream,
     used: Shared,
-    /// Over once nothing has come or gone for too long.
+    /// Ends once nothing has come or gone for too long.
     idle: Pin<Box<Sleep>>,
 }
 
 impl Connection {
-    /// Something has come or gone.
+    /// Notes that something has come or gone.
     fn touch(&mut self) {
         self.idle.as_mut().reset(Instant::now() + MOST_IDLE);
-    }
-
-    /// Something was written, where it was.
-    fn wrote(&mut self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
-        if written.is_ready() {
-            self.touch();
-            lock(&self.used).since = Instant::now();
-        }
-        written
     }
 }
 
@@ -163,7 +156,11 @@ impl AsyncWrite for Connection {
         bytes: &[u8],
     ) -> Poll<io::Result<usize>> {
         let written = Pin::new(&mut self.stream).poll_write(context, bytes);
-        self.wrote(written)
+        if written.is_ready() {
+            self.touch();
+            lock(&self.used).since = Instant::now();
+        }
+        written
     }
 
     fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
@@ -172,19 +169,6 @@ impl AsyncWrite for Connection {
 
     fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
         Pin::new(&mut self.stream).poll_shutdown(context)
-    }
-
-    fn poll_write_vectored(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        slices: &[io::IoSlice<'_>],
-    ) -> Poll<io::Result<usize>> {
-        let written = Pin::new(&mut self.stream).poll_write_vectored(context, slices);
-        self.wrote(written)
-    }
-
-    fn is_write_vectored(&self) -> bool {
-        self.stream.is_write_vectored()
     }
 }
 

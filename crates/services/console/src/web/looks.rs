@@ -1,7 +1,7 @@
-//! What pages look at one by one: shapes, and why an item has no place.
+//! Single questions of pages: shapes, and why an item has no place.
 //!
-//! Threads wait for the planner, whether or not the page that asked is still there. So it is they who have the permits: a page that
-//! asks and leaves, again and again, takes no thread from a hold.
+//! Threads wait for the planner, whether or not the page that asked is still there. So it is they
+//! who have the permits: a page that asks and leaves, again and again, takes no thread from a hold.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,8 +13,8 @@ use axum::response::{IntoResponse, Response};
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1::{self, Status};
 
-use super::Served;
 use super::failure::{Failure, json};
+use super::{Served, waited};
 use crate::shapes::{ShapeError, ShapeId};
 
 /// How long a planner may take to explain: as long as a step.
@@ -40,8 +40,7 @@ pub(super) async fn shape(
                 let _permit = permit;
                 shapes.get(&cell, &id)
             };
-            let got = tokio::task::spawn_blocking(get).await;
-            got.map_err(|_| Failure::lost())?
+            waited(get).await?
         }
     };
     let known = found.map_err(|error| match error {
@@ -73,9 +72,7 @@ pub(super) async fn explain(
         let mut picture = served.directory.picture();
         Ok(picture.explain(&cell, &item_id, reply))
     };
-    let explained = tokio::task::spawn_blocking(ask).await;
-    let explained = explained.map_err(|_| Failure::lost())?;
-    let explained = explained.map_err(|error| refused(&error))?;
+    let explained = waited(ask).await?.map_err(|error| refused(&error))?;
     let explained = explained.ok_or_else(Failure::lost)?;
     Ok(json(&explained).into_response())
 }

@@ -15,6 +15,7 @@ use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::middleware;
 use axum::routing::{get, post};
+use ppnpack_service::rpc::Client;
 use ppnpack_service::{ServiceError, Shutdown};
 use ppnpack_wire::keys::Cell;
 use tokio::net::TcpListener;
@@ -26,24 +27,25 @@ use crate::controls::Controls;
 use crate::directory::Directory;
 use crate::shapes::ShapeStore;
 pub(crate) use access::Access;
-use ppnpack_service::rpc::Client;
+use failure::Failure;
 
-/// The longest body of a request, in bytes.
+/// Maximum length of the body of a request, in bytes.
 const MOST_BODY_BYTES: usize = 16 << 10;
 
-/// Pages that are connected at most.
+/// Maximum of connected pages.
 const MOST_PAGES: usize = 32;
 
-/// Shapes that are asked for at the same time.
+/// Maximum of shapes that are asked for at the same time.
 const MOST_SHAPES: usize = 8;
 
-/// Controls that are carried out at the same time, beside those that stop a robot, which have as many of their own.
+/// Maximum of controls that are carried out at the same time; those that stop a robot have as many
+/// of their own.
 const MOST_CONTROLS: usize = 8;
 
-/// Threads that all of these take together, with the one that explains.
+/// Maximum of threads that all of these take together, with the one that explains.
 pub(crate) const BLOCKING_THREADS: usize = MOST_SHAPES + 2 * MOST_CONTROLS + 1;
 
-/// What is served.
+/// The parts that requests are answered with.
 pub(crate) struct Served {
     pub(crate) board: Arc<Board>,
     pub(crate) directory: Arc<Directory>,
@@ -55,7 +57,7 @@ pub(crate) struct Served {
     pub(crate) shutdown: Shutdown,
 }
 
-/// How much of each is done at the same time.
+/// Limits on how much of each is done at the same time.
 pub(crate) struct Limits {
     pages: Arc<Semaphore>,
     shapes: Arc<Semaphore>,
@@ -76,7 +78,8 @@ impl Default for Limits {
     }
 }
 
-/// Serves the page at an address from now on. Gives the address, with the port that the system chose.
+/// Serves the page at an address from now on. Gives the address, with the port that the system
+/// chose.
 ///
 /// # Errors
 /// [`ServiceError::Start`] where it cannot be listened on.
@@ -118,11 +121,19 @@ fn router(served: Arc<Served>) -> Router {
         .with_state(served)
 }
 
+/// Waits for work on a thread that may wait for services.
+async fn waited<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Failure> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.map_err(|_| Failure::lost())
+}
+
 impl Served {
-    /// A cell that there is, by its name.
-    fn cell(&self, name: &str) -> Result<Cell, failure::Failure> {
+    /// Gives a cell that there is, by its name.
+    fn cell(&self, name: &str) -> Result<Cell, Failure> {
         let cell = Cell::new(name).ok();
         let known = cell.filter(|cell| self.directory.has(cell));
-        known.ok_or_else(|| failure::Failure::unknown_cell(name))
+        known.ok_or_else(|| Failure::unknown_cell(name))
     }
 }
