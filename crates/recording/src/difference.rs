@@ -4,7 +4,7 @@ use std::fmt;
 
 use ppnpack_wire::schema;
 use prost::{Message, Name};
-use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value};
+use prost_reflect::{DescriptorPool, DynamicMessage, FieldDescriptor, ReflectMessage, Value};
 
 use crate::error::RecordingError;
 
@@ -48,7 +48,7 @@ fn dynamic<M: Message + Name>(message: &M) -> Result<DynamicMessage, String> {
 
 fn of_messages(at: &str, first: &DynamicMessage, second: &DynamicMessage) -> Option<Difference> {
     let mut fields: Vec<_> = first.descriptor().fields().collect();
-    fields.sort_by_key(prost_reflect::FieldDescriptor::number);
+    fields.sort_by_key(FieldDescriptor::number);
     fields.iter().find_map(|field| {
         let name = match at {
             "" => field.name().to_owned(),
@@ -57,34 +57,33 @@ fn of_messages(at: &str, first: &DynamicMessage, second: &DynamicMessage) -> Opt
         match (first.has_field(field), second.has_field(field)) {
             (false, false) => None,
             (true, true) => of_values(&name, &first.get_field(field), &second.get_field(field)),
-            (has_first, _) => {
-                let shown = |message: &DynamicMessage| shown(&message.get_field(field));
-                Some(match has_first {
-                    true => different(&name, shown(first), absent(field, second)),
-                    false => different(&name, absent(field, first), shown(second)),
-                })
-            }
+            _ => Some(different(
+                &name,
+                shown_field(field, first),
+                shown_field(field, second),
+            )),
         }
     })
 }
 
-/// Shows a field that is not there: numbers are 0 then.
-fn absent(field: &prost_reflect::FieldDescriptor, message: &DynamicMessage) -> String {
-    if field.supports_presence() || field.is_list() {
-        return "nothing".to_owned();
+/// Shows a field of a message; a number that is not there is 0.
+fn shown_field(field: &FieldDescriptor, message: &DynamicMessage) -> String {
+    let may_lack = field.supports_presence() || field.is_list();
+    match may_lack && !message.has_field(field) {
+        true => "nothing".to_owned(),
+        false => shown(&message.get_field(field)),
     }
-    shown(&message.get_field(field))
 }
 
 fn of_values(at: &str, first: &Value, second: &Value) -> Option<Difference> {
+    let both = || different(at, shown(first), shown(second));
     match (first, second) {
         (Value::Message(first), Value::Message(second)) => of_messages(at, first, second),
         (Value::List(first), Value::List(second)) => {
-            let pairs = first.iter().zip(second).enumerate();
-            let mut found = pairs.map(|(index, (first, second))| {
+            let mut pairs = first.iter().zip(second).enumerate();
+            let found = pairs.find_map(|(index, (first, second))| {
                 of_values(&format!("{at}[{index}]"), first, second)
             });
-            let found = found.find_map(|found| found);
             found.or_else(|| {
                 let count = |list: &[Value]| format!("{} of them", list.len());
                 let is_longer = first.len() != second.len();
@@ -92,11 +91,9 @@ fn of_values(at: &str, first: &Value, second: &Value) -> Option<Difference> {
             })
         }
         // Zeros and numbers that are none are compared as they are written.
-        (Value::F64(a), Value::F64(b)) if a.to_bits() == b.to_bits() => None,
-        (Value::F32(a), Value::F32(b)) if a.to_bits() == b.to_bits() => None,
-        (Value::F64(_) | Value::F32(_), _) => Some(different(at, shown(first), shown(second))),
-        _ if first == second => None,
-        _ => Some(different(at, shown(first), shown(second))),
+        (Value::F64(a), Value::F64(b)) => (a.to_bits() != b.to_bits()).then(both),
+        (Value::F32(a), Value::F32(b)) => (a.to_bits() != b.to_bits()).then(both),
+        _ => (first != second).then(both),
     }
 }
 

@@ -24,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(500);
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
 /// News of a cell or a container that counts whatever comes after it.
-pub(crate) type Told = (Cell, News);
+pub(crate) type FollowerMessage = (Cell, News);
 
 /// The newest sessions and states: older ones are left out.
 pub(crate) type Newest = LatestValues<(Cell, Stream), News>;
@@ -51,14 +51,14 @@ impl Follower {
     pub(crate) fn new(
         board: Arc<Board>,
         directory: Arc<Directory>,
-        ears: &Ears,
+        inboxes: &Inboxes,
         prefetcher: Address<Wanted>,
     ) -> Self {
         Self {
             board,
             directory,
-            newest: ears.newest.clone(),
-            heightmaps: ears.heightmaps.clone(),
+            newest: inboxes.newest.clone(),
+            heightmaps: inboxes.heightmaps.clone(),
             next_look: Instant::now(),
             next_asking: Instant::now(),
             is_changed: false,
@@ -109,9 +109,9 @@ impl Follower {
 }
 
 impl Actor for Follower {
-    type Message = Told;
+    type Message = FollowerMessage;
 
-    fn handle(&mut self, (cell, news): Told) {
+    fn handle(&mut self, (cell, news): FollowerMessage) {
         self.is_changed = true;
         self.apply(now_ms(), &cell, news);
     }
@@ -139,13 +139,13 @@ impl Actor for Follower {
 }
 
 /// The destinations of what subscriptions bring.
-pub(crate) struct Ears {
+pub(crate) struct Inboxes {
     pub(crate) newest: Newest,
     pub(crate) heightmaps: Heightmaps,
-    pub(crate) follower: Address<Told>,
+    pub(crate) follower: Address<FollowerMessage>,
 }
 
-impl Ears {
+impl Inboxes {
     /// Subscribes these cells, or all where none is named.
     ///
     /// # Errors

@@ -33,8 +33,8 @@ use tokio::runtime::Runtime;
 use board::Board;
 use controls::Controls;
 use directory::Directory;
-use follow::{Ears, Follower, Told};
-use look::{Asker, Looker};
+use follow::{Follower, FollowerMessage, Inboxes};
+use look::{HealthPoller, StatePoller};
 use settings::NO_TOKEN;
 pub use settings::Settings;
 use shapes::{Prefetcher, ShapeStore};
@@ -135,7 +135,7 @@ pub fn url(address: SocketAddr) -> String {
 /// The subscriptions and threads that follow the cells.
 struct Following {
     subscriptions: Vec<Subscription>,
-    follower: Address<Told>,
+    follower: Address<FollowerMessage>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -151,39 +151,39 @@ fn follow(
     let (follower, heard) = actor::mailbox(QUEUE);
     let (prefetcher, wanted) = actor::mailbox(WANTED);
     let (asker, to_ask) = actor::mailbox(1);
-    let ears = Ears {
+    let inboxes = Inboxes {
         newest: LatestValues::new(&follower),
         heightmaps: LatestValues::new(&follower),
         follower: follower.clone(),
     };
-    let client = Client::new(process.session());
-    let looker = Looker {
+    let health = HealthPoller {
         session: process.session().clone(),
         cells: cells.to_vec(),
         directory: Arc::clone(directory),
         asker,
         shutdown: shutdown.clone(),
     };
-    let asking = Asker {
-        client,
+    let states = StatePoller {
+        client: Client::new(process.session()),
         directory: Arc::clone(directory),
-        newest: ears.newest.clone(),
-        heightmaps: ears.heightmaps.clone(),
+        newest: inboxes.newest.clone(),
+        heightmaps: inboxes.heightmaps.clone(),
         asked: BTreeMap::new(),
     };
     let prefetching = Prefetcher {
         store: Arc::clone(shapes),
     };
-    let following = Follower::new(Arc::clone(board), Arc::clone(directory), &ears, prefetcher);
+    let (board, directory) = (Arc::clone(board), Arc::clone(directory));
+    let following = Follower::new(board, directory, &inboxes, prefetcher);
     let supervisor = process.supervisor();
     Ok(Following {
-        subscriptions: ears.hear(process.session(), cells)?,
+        subscriptions: inboxes.hear(process.session(), cells)?,
         follower,
         threads: vec![
             actor::spawn(process, "console-cells", following, heard)?,
             actor::spawn(process, "console-shapes", prefetching, wanted)?,
-            actor::spawn(process, "console-asks", asking, to_ask)?,
-            supervisor.thread("console-looks", move || looker.run())?,
+            actor::spawn(process, "console-asks", states, to_ask)?,
+            supervisor.thread("console-looks", move || health.run())?,
         ],
     })
 }

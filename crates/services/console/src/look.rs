@@ -30,7 +30,7 @@ const ASKING_PATIENCE: Duration = Duration::from_secs(2);
 const ASKED_EVERY: Duration = Duration::from_secs(10);
 
 /// The thread that looks for services until it is told to end.
-pub(crate) struct Looker {
+pub(crate) struct HealthPoller {
     pub(crate) session: Session,
     /// The cells and containers that are followed; none where all are.
     pub(crate) cells: Vec<Cell>,
@@ -39,7 +39,7 @@ pub(crate) struct Looker {
     pub(crate) shutdown: Shutdown,
 }
 
-impl Looker {
+impl HealthPoller {
     pub(crate) fn run(self) {
         while !self.shutdown.is_requested() {
             let services = self.find().unwrap_or_else(|error| {
@@ -73,7 +73,7 @@ impl Looker {
 
 /// The actor that asks services for what they know: as soon as they are found, and then again and
 /// again.
-pub(crate) struct Asker {
+pub(crate) struct StatePoller {
     pub(crate) client: Client,
     pub(crate) directory: Arc<Directory>,
     pub(crate) newest: Newest,
@@ -82,7 +82,7 @@ pub(crate) struct Asker {
     pub(crate) asked: BTreeMap<(Service, Instance, Cell), Instant>,
 }
 
-impl Actor for Asker {
+impl Actor for StatePoller {
     type Message = Vec<Found>;
 
     fn handle(&mut self, found: Vec<Found>) {
@@ -105,7 +105,7 @@ impl Actor for Asker {
     }
 }
 
-impl Asker {
+impl StatePoller {
     /// Gives the cells or containers that a service is asked about.
     fn asked_of(&self, found: &Found) -> Vec<Cell> {
         match found.service {

@@ -167,10 +167,10 @@ fn removed(before: &v1::CellState, now: &v1::CellState) -> usize {
     before.filter(|body| !is_there(&body.item_id)).count()
 }
 
-type Told = (Level, &'static str, String);
+type NewEvent = (Level, &'static str, String);
 
 /// Gives the events between two states of a cell's session.
-fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
+fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<NewEvent> {
     let is_other = before.session_id != now.session_id;
     let mut told = Vec::new();
     if is_other && is_begun(now) {
@@ -187,7 +187,7 @@ fn events(cell: &Cell, before: &v1::Session, now: &v1::Session) -> Vec<Told> {
 }
 
 /// Tells what was set aside, closed and opened between two states of the same session.
-fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<Told>) {
+fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<NewEvent>) {
     for v1::ItemReason { item_id, text, .. } in &now.set_aside {
         if !before.set_aside.iter().any(|it| it.item_id == *item_id) {
             let item = words::item(object(now, item_id), item_id);
@@ -214,7 +214,7 @@ fn changes(cell: &Cell, before: &v1::Session, now: &v1::Session, told: &mut Vec<
     }
 }
 
-fn ended(now: &v1::Session) -> Option<Told> {
+fn ended(now: &v1::Session) -> Option<NewEvent> {
     let (doing, text, _) = status::ended(now)?;
     Some(match doing {
         Doing::Failed => (Level::Error, "failed", text),
