@@ -32,7 +32,6 @@ pub(crate) struct Changes {
 
 type Parts = BTreeMap<(Option<Cell>, Option<Cell>, &'static str), Kept>;
 
-/// All parts.
 #[derive(Default)]
 pub(crate) struct Board {
     parts: Mutex<Parts>,

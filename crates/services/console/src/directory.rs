@@ -42,12 +42,10 @@ impl Directory {
         }
     }
 
-    /// Locks the picture.
     pub(crate) fn picture(&self) -> MutexGuard<'_, Picture> {
         lock(&self.picture)
     }
 
-    /// Changes the picture.
     pub(crate) fn change<T>(&self, change: impl FnOnce(&mut Picture) -> T) -> T {
         let mut picture = self.picture();
         let changed = change(&mut picture);
@@ -69,12 +67,10 @@ impl Directory {
         cells.get(cell).map(|entry| entry.containers.clone())
     }
 
-    /// Whether a cell was heard.
     pub(crate) fn has(&self, cell: &Cell) -> bool {
         lock(&self.cells).contains_key(cell)
     }
 
-    /// Gives the containers of all cells.
     pub(crate) fn all_containers(&self) -> Vec<Cell> {
         let cells = lock(&self.cells);
         let containers = cells.values().flat_map(|entry| &entry.containers);

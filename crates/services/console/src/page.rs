@@ -1,6 +1,5 @@
 //! The files of the page, all of them within the program.
 
-/// A file.
 pub(crate) struct File {
     pub(crate) name: &'static str,
     /// Its media type.
@@ -22,7 +21,6 @@ macro_rules! files {
     };
 }
 
-/// All of them.
 const FILES: &[File] = files! {
     "index.html": HTML,
     "style.css": CSS,
@@ -54,7 +52,6 @@ const FILES: &[File] = files! {
 /// The page itself.
 pub(crate) const INDEX: &str = "index.html";
 
-/// A file by its name.
 pub(crate) fn file(name: &str) -> Option<&'static File> {
     FILES.iter().find(|file| file.name == name)
 }

@@ -23,7 +23,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// How long a bridge may take to bring an empty container, where nobody else waits for it.
 const RENEWAL_PATIENCE: Duration = Duration::from_secs(30);
 
-/// The holder.
 const HOLDER: &str = "operator";
 
 /// The reason of a hold where the operator gives none.

@@ -109,7 +109,6 @@ pub(super) struct Decided {
 }
 
 impl Decided {
-    /// Shows the decision.
     pub(super) fn part(&self, context: &Context<'_>) -> Value {
         let decision = &self.decision;
         let object = decision.object.as_str();

@@ -16,7 +16,6 @@ pub(crate) enum Level {
     Error,
 }
 
-/// An event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Event {
     /// Counts the events of the cell, from 1.

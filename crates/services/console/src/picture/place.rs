@@ -41,7 +41,6 @@ impl SeenContainer {
         })
     }
 
-    /// Gives the container's volume, in cubic metres.
     pub(super) fn volume_m3(&self) -> f64 {
         let size = self.grid.container();
         size.x_m * size.y_m * size.z_m
@@ -70,7 +69,6 @@ pub(super) struct LyingItem<'a> {
 }
 
 impl LyingItem<'_> {
-    /// Shows the item.
     pub(super) fn part(&self) -> Value {
         let inspection = self.session_item.and_then(|item| item.inspection.as_ref());
         let load = self.session_item.and_then(|item| item.load.as_deref());
@@ -108,7 +106,6 @@ pub(super) struct Content {
     pub(super) volume_m3: f64,
 }
 
-/// A container.
 #[derive(Debug, Default)]
 pub(super) struct Place {
     pub(super) state: Option<v1::CellState>,
@@ -155,7 +152,6 @@ impl Place {
         Some(&hold.reason)
     }
 
-    /// Gives the ids of its holds.
     pub(super) fn hold_ids(&self) -> impl Iterator<Item = &str> {
         let holds = self.state.iter().flat_map(|state| &state.holds);
         holds.map(|hold| hold.id.as_str())
@@ -217,7 +213,6 @@ impl Place {
         }))
     }
 
-    /// Shows how full it is.
     pub(super) fn figures_part(&self, content: &Content) -> Value {
         json!({
             "utilisation": self.utilisation(content),

@@ -87,7 +87,6 @@ impl Services {
         turns
     }
 
-    /// Shows all of them.
     pub(super) fn parts(&self) -> Vec<Value> {
         self.known.values().map(Known::part).collect()
     }

@@ -29,7 +29,6 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Maximum of bytes that are kept, as they are sent, before all is forgotten and asked for anew.
 const MOST_KEPT_BYTES: usize = 64 << 20;
 
-/// A shape.
 #[derive(Debug)]
 pub(crate) struct KnownShape {
     /// The mesh as it is sent: see [`encode`].
@@ -69,7 +68,6 @@ impl ShapeStore {
         }
     }
 
-    /// Gives a shape, where it is kept.
     pub(crate) fn kept(&self, id: &ShapeId) -> Option<Arc<KnownShape>> {
         lock(&self.kept).shapes.get(id).cloned()
     }
