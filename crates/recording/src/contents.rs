@@ -89,27 +89,21 @@ impl Contents {
     }
 
     fn add(&mut self, message: &RecordedMessage) {
-        let RecordedMessage {
-            topic,
-            schema,
-            at_ns,
-            payload,
-        } = message;
-        let channel = self.topics.entry(topic.to_string()).or_default();
-        channel.schema = schema.to_string();
+        let channel = self.topics.entry(message.topic.to_string()).or_default();
+        channel.schema = message.schema.to_string();
         channel.messages += 1;
-        channel.bytes += payload.len() as u64;
-        self.last_ns = self.last_ns.max(*at_ns);
+        channel.bytes += message.payload.len() as u64;
+        self.last_ns = self.last_ns.max(message.at_ns);
         self.first_ns = match self.first_ns {
-            0 => *at_ns,
-            first_ns => first_ns.min(*at_ns),
+            0 => message.at_ns,
+            first_ns => first_ns.min(message.at_ns),
         };
-        let Some(topic) = Topic::parse(topic) else {
+        let Some(topic) = Topic::parse(&message.topic) else {
             return;
         };
         self.cells.extend(topic.cell().map(ToString::to_string));
         if matches!(topic, Topic::Stream(_, Stream::Record))
-            && let Ok(record) = decode::<v1::PlanningRecord>(payload, MAX_MESSAGE_BYTES)
+            && let Ok(record) = decode::<v1::PlanningRecord>(&message.payload, MAX_MESSAGE_BYTES)
         {
             self.add_record(record);
         }
@@ -122,13 +116,7 @@ impl Contents {
         }
         self.decisions.cut += u64::from(record.is_cut);
         if let Some(versions) = record.versions {
-            let v1::Versions {
-                software,
-                configuration,
-                instance,
-                ..
-            } = versions;
-            let told = [software, configuration, instance];
+            let told = [versions.software, versions.configuration, versions.instance];
             let told: Vec<String> = told.into_iter().filter(|part| !part.is_empty()).collect();
             self.planners.insert(told.join(" "));
         }

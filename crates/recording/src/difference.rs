@@ -130,12 +130,11 @@ fn shown(value: &Value) -> String {
 
 impl fmt::Display for Difference {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            field,
-            first,
-            second,
-        } = self;
-        write!(formatter, "{field}: {first} and {second}")
+        write!(
+            formatter,
+            "{}: {} and {}",
+            self.field, self.first, self.second
+        )
     }
 }
 

@@ -201,12 +201,8 @@ impl Running for Console {
         self.runtime.shutdown_timeout(GRACE);
         // Without these nobody has the follower's address, nor it the others': threads end as their
         // mailboxes are empty.
-        let Following {
-            subscriptions,
-            follower,
-            threads,
-        } = self.following;
-        drop((self.alive, subscriptions, follower));
-        join(threads, deadline)
+        let following = self.following;
+        drop((self.alive, following.subscriptions, following.follower));
+        join(following.threads, deadline)
     }
 }

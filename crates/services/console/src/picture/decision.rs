@@ -112,12 +112,10 @@ impl Decided {
     pub(super) fn part(&self, context: &Context<'_>) -> Value {
         let decision = &self.decision;
         let object = decision.object.as_str();
-        let known = context.shapes.named(
-            &decision.session_id,
-            &decision.item_id,
-            object,
-            decision.pose,
-        );
+        let (session_id, item_id) = (&decision.session_id, &decision.item_id);
+        let known = context
+            .shapes
+            .named(session_id, item_id, object, decision.pose);
         let placed = pose::read(decision.container_from_item.as_ref());
         let placed = known.zip(placed).map(|(known, at)| known.placed(&at));
         let (yaw_rad, corner_m) = corner(decision.placement.as_ref(), context.grid);
@@ -257,12 +255,11 @@ impl Decisions {
         let Some(newest) = self.decisions.front_mut() else {
             return;
         };
-        newest
-            .explained
-            .retain(|known| known.item_id != reason.item_id);
-        newest.explained.push(reason);
-        let surplus = newest.explained.len().saturating_sub(MOST_EXPLAINED);
-        newest.explained.drain(..surplus);
+        let explained = &mut newest.explained;
+        explained.retain(|known| known.item_id != reason.item_id);
+        explained.push(reason);
+        let surplus = explained.len().saturating_sub(MOST_EXPLAINED);
+        explained.drain(..surplus);
     }
 
     /// Forgets the times of other sessions' steps; this one's first decision may be known already.
@@ -356,13 +353,8 @@ mod tests {
         let alternative = &part["alternatives"][0];
         assert_eq!(alternative["item_id"], json!("i-2"));
         let corner: Vec<f64> = serde_json::from_value(alternative["corner_m"].clone()).unwrap();
-        let expected = [0.03, 0.04, 0.02];
-        assert!(
-            corner
-                .iter()
-                .zip(expected)
-                .all(|(a, b)| (a - b).abs() < 1e-12)
-        );
+        let mut pairs = corner.iter().zip([0.03, 0.04, 0.02]);
+        assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-12));
         assert_eq!(alternative["shape"], json!(null));
         assert_eq!(part["outcome"], json!(null));
         assert_eq!(part["corner_m"], json!(null), "it has no placement");

@@ -173,18 +173,14 @@ impl Picture {
 
     /// Gives the containers of a cell: those of its session, else one with its own name.
     fn containers_of(&self, cell: &Cell) -> Vec<Cell> {
-        let session = self
-            .cells
-            .get(cell)
-            .and_then(|known| known.session.as_ref());
+        let known = self.cells.get(cell);
+        let session = known.and_then(|known| known.session.as_ref());
         let containers = session.into_iter().flat_map(|session| &session.containers);
-        let names = containers
-            .filter_map(|container| Cell::new(session::address(cell, &container.container)).ok());
-        let names: Vec<Cell> = names.collect();
-        if names.is_empty() {
-            vec![cell.clone()]
-        } else {
-            names
+        let names = containers.map(|container| session::address(cell, &container.container));
+        let names: Vec<Cell> = names.filter_map(|name| Cell::new(name).ok()).collect();
+        match names.is_empty() {
+            true => vec![cell.clone()],
+            false => names,
         }
     }
 
@@ -224,11 +220,8 @@ impl Picture {
 
     fn content(&self, cell: &Cell, container: &Cell) -> Content {
         let mut content = Content::default();
-        for item in self
-            .lying(cell, container)
-            .iter()
-            .filter(|item| item.is_inside)
-        {
+        let lying = self.lying(cell, container);
+        for item in lying.iter().filter(|item| item.is_inside) {
             let volume_m3 = item.shape.and_then(|shape| self.volumes.get(&shape));
             content.items += 1;
             content.without_volume += usize::from(volume_m3.is_none());
@@ -241,10 +234,8 @@ impl Picture {
     fn lying(&self, cell: &Cell, container: &Cell) -> Vec<LyingItem<'_>> {
         let known = self.cells.get(cell);
         let session = known.and_then(|known| known.session.as_ref());
-        let state = self
-            .places
-            .get(container)
-            .and_then(|place| place.state.as_ref());
+        let place = self.places.get(container);
+        let state = place.and_then(|place| place.state.as_ref());
         let told = state.filter(|state| state.is_simulated || !state.bodies.is_empty());
         if let Some(state) = told {
             let bodies = state.bodies.iter();

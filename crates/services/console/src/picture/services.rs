@@ -101,15 +101,11 @@ impl Services {
 
     /// Says what is wrong with a service of a cell; `None` where one that serves the cell is ready.
     pub(super) fn trouble(&self, service: Service, cell: &Cell, now_ms: u64) -> Option<String> {
-        let of_service = self
-            .known
-            .values()
-            .filter(|known| known.found.service == service);
+        let known = self.known.values();
+        let of_service = known.filter(|known| known.found.service == service);
         let serving: Vec<&Known> = of_service.filter(|known| known.serves(cell)).collect();
-        if serving
-            .iter()
-            .any(|known| known.condition == Condition::Ready)
-        {
+        let is_ready = |known: &&Known| known.condition == Condition::Ready;
+        if serving.iter().any(is_ready) {
             return None;
         }
         let newest = serving.into_iter().max_by_key(|known| known.since_ms);
@@ -117,13 +113,11 @@ impl Services {
             return Some(format!("There is no {service} of {cell}."));
         };
         let passed = words::seconds(known.since_ms, now_ms);
+        let failing = known.failing().join("; ");
         Some(match known.condition {
             Condition::Gone => format!("The {service} has been away for {passed}."),
             Condition::Silent => format!("The {service} has not answered for {passed}."),
-            _ => format!(
-                "The {service} has not been ready for {passed}: {}.",
-                known.failing().join("; ")
-            ),
+            _ => format!("The {service} has not been ready for {passed}: {failing}."),
         })
     }
 }
@@ -150,19 +144,13 @@ impl Known {
             return None;
         }
         self.since_ms = now_ms;
-        let Found {
-            service, instance, ..
-        } = &self.found;
+        let name = format!("{} {}", self.found.service, self.found.instance);
+        let failing = self.failing().join("; ");
         let text = match condition {
-            Condition::Ready => format!("{service} {instance} is ready."),
-            Condition::NotReady => {
-                format!(
-                    "{service} {instance} is not ready: {}.",
-                    self.failing().join("; ")
-                )
-            }
-            Condition::Silent => format!("{service} {instance} does not answer."),
-            Condition::Gone => format!("{service} {instance} has gone."),
+            Condition::Ready => format!("{name} is ready."),
+            Condition::NotReady => format!("{name} is not ready: {failing}."),
+            Condition::Silent => format!("{name} does not answer."),
+            Condition::Gone => format!("{name} has gone."),
         };
         Some(Turn {
             cells: self.found.cells.clone(),

@@ -167,10 +167,9 @@ impl<'a> Situation<'a> {
         if let Some(decision) = &session.pending {
             let item = words::item(&decision.object, &decision.item_id);
             let container = address(self.cell, &decision.container);
-            let verb = if is_moving {
-                "Placing"
-            } else {
-                "About to place"
+            let verb = match is_moving {
+                true => "Placing",
+                false => "About to place",
             };
             let text = format!("{verb} {item} into {container} ({step}).");
             return said(Doing::Placing, text);
@@ -234,6 +233,7 @@ pub(super) fn ended(session: &v1::Session) -> Option<Said> {
 #[cfg(test)]
 mod tests {
     use super::super::tests;
+    use super::Doing::{Failed, Idle, Manual, Placing, Planning, Waiting};
     use super::*;
 
     fn all_ready() -> Services {
@@ -297,36 +297,21 @@ mod tests {
             is_automatic: false,
             ..session(&[ItemState::Waiting])
         };
-        for (session, doing, text) in [
-            (
-                packing,
-                Doing::Planning,
-                "Planning the next placement (2 of 2).",
-            ),
-            (
-                placing,
-                Doing::Placing,
-                "About to place mug into c1 (2 of 2).",
-            ),
-            (failed, Doing::Failed, "Stopped: it was lost"),
-            (
-                session(&[ItemState::Packed]),
-                Doing::Waiting,
-                "Waiting for items.",
-            ),
-            (
-                v1::Session::default(),
-                Doing::Idle,
-                "Nothing is to be packed",
-            ),
+        let (empty, none) = (session(&[ItemState::Packed]), v1::Session::default());
+        for (session, expected, text) in [
+            (packing, Planning, "Planning the next placement (2 of 2)."),
+            (placing, Placing, "About to place mug into c1 (2 of 2)."),
+            (failed, Failed, "Stopped: it was lost"),
+            (empty, Waiting, "Waiting for items."),
+            (none, Idle, "Nothing is to be packed"),
             (
                 manual,
-                Doing::Manual,
+                Manual,
                 "A controller decides when to go on (1 of 1)",
             ),
         ] {
-            let (did, said) = told(Some(&session), &[("c1", held(None))], &all_ready());
-            assert_eq!(did, doing);
+            let (doing, said) = told(Some(&session), &[("c1", held(None))], &all_ready());
+            assert_eq!(doing, expected);
             assert!(said.starts_with(text), "{said}");
         }
     }

@@ -87,10 +87,8 @@ impl Picture {
         let Some(place) = self.place(container) else {
             return;
         };
-        let was_doubtful = place
-            .seen
-            .as_ref()
-            .is_some_and(|seen| !seen.doubts.is_empty());
+        let before = place.seen.as_ref();
+        let was_doubtful = before.is_some_and(|seen| !seen.doubts.is_empty());
         place.see(at_ms, seen);
         match (was_doubtful, doubt) {
             (false, Some(doubt)) => {
@@ -114,10 +112,9 @@ impl Picture {
             return;
         };
         if known.decisions.add(at_ms, decision) {
-            let level = if is_degraded {
-                Level::Warning
-            } else {
-                Level::Info
+            let level = match is_degraded {
+                true => Level::Warning,
+                false => Level::Info,
             };
             known.log.note(at_ms, level, "decided", text);
         }

@@ -155,10 +155,7 @@ fn box_of(view: &ItemView, resolution: &Resolution) -> Mesh {
 /// Writes a mesh in little-endian numbers: how many vertices and triangles there are (`u32`), x, y
 /// and z of each vertex in metres (`f32`), and the three vertices of each triangle (`u32`).
 fn encode(mesh: &Mesh) -> Vec<u8> {
-    let Mesh {
-        vertices,
-        triangles,
-    } = mesh;
+    let (vertices, triangles) = (&mesh.vertices, &mesh.triangles);
     let mut bytes = Vec::with_capacity(8 + 12 * (vertices.len() + triangles.len()));
     for count in [vertices.len(), triangles.len()] {
         // A message that a mesh comes in has room for far fewer.
