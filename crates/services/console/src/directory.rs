@@ -120,10 +120,7 @@ mod tests {
             ..Directory::begun()
         };
         directory.hear("c1");
-        assert_eq!(directory.heard_containers(&cell("c2")), None);
-        assert_eq!(
-            directory.heard_containers(&cell("c1")),
-            Some(vec![cell("c1")])
-        );
+        let heard = ["c1", "c2"].map(|name| directory.heard_containers(&cell(name)));
+        assert_eq!(heard, [Some(vec![cell("c1")]), None]);
     }
 }

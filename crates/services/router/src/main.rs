@@ -1,4 +1,4 @@
-//! `ppnpack-router`: the Zenoh router that services and cell controllers connect to, run like any service.
+//! `ppnpack-router`: the Zenoh router that services and controllers connect to, run as a service.
 //!
 //! Access control is a part of Zenoh's configuration: `zenoh.file` names a file with it.
 

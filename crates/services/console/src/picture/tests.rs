@@ -175,16 +175,12 @@ fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
     assert!(page.picture.missing().is_empty(), "nothing lies there");
     page.picture
         .learn_volumes(4_500, vec![(shape, 0.32 * 0.32 * 0.3 / 8.0)]);
-    assert_eq!(
-        page.part(None, "buffer")["items"][0]["shape"],
-        json!(shape.to_string())
-    );
+    let buffer = page.part(None, "buffer");
+    assert_eq!(buffer["items"][0]["shape"], json!(shape.to_string()));
     page.decision(decision("d", "i-1"));
     let decided = page.part(None, "decisions");
-    assert_eq!(
-        decided[0]["container_from_shape"]["position_m"],
-        json!([0.1, 0.0, 0.0])
-    );
+    let position_m = |of: &Value| of["container_from_shape"]["position_m"].clone();
+    assert_eq!(position_m(&decided[0]), json!([0.1, 0.0, 0.0]));
     assert_eq!(decided[0]["outcome"], Value::Null);
     let outcome = v1::Outcome {
         placement_id: "d".to_owned(),
@@ -195,17 +191,12 @@ fn a_step_is_seen_from_its_decision_to_the_item_in_the_container() {
     page.state("c1", &["i-1"], None);
     let packed = vec![item("i-1", "mug", ItemState::Packed)];
     page.session("c1", session(packed));
-    assert_eq!(
-        page.part(None, "decisions")[0]["outcome"]["kind"],
-        json!("placed")
-    );
+    let decided = page.part(None, "decisions");
+    assert_eq!(decided[0]["outcome"]["kind"], json!("placed"));
     assert_eq!(page.part(None, "cycles")["mean_took_s"], json!(1.0));
     let items = page.part(Some("c1"), "items");
     // The bridge says where it is now.
-    assert_eq!(
-        items[0]["container_from_shape"]["position_m"],
-        json!([0.2, 0.0, 0.0])
-    );
+    assert_eq!(position_m(&items[0]), json!([0.2, 0.0, 0.0]));
     assert_eq!(items[0]["shape"], json!(shape.to_string()));
     let figures = page.part(Some("c1"), "figures");
     assert!((figures["utilisation"].as_f64().unwrap() - 0.125).abs() < 1e-12);
@@ -312,10 +303,8 @@ fn a_session_that_ends_and_what_is_taken_out_are_events() {
     });
     page.session("c1", ended.clone());
     page.session("c1", ended);
-    assert_eq!(
-        page.kinds("c1"),
-        ["session", "changed", "set_aside", "failed"]
-    );
+    let kinds = ["session", "changed", "set_aside", "failed"];
+    assert_eq!(page.kinds("c1"), kinds);
     assert_eq!(page.part(None, "status")["failure_id"], json!("s-1"));
 }
 
@@ -357,10 +346,8 @@ fn what_is_heard_of_too_many_cells_is_left_out() {
         picture.apply(0, &name, News::State(Box::default()));
         picture.apply(0, &name, News::Decision(Box::default()));
     }
-    assert_eq!(
-        (picture.cells.len(), picture.places.len()),
-        (MOST_CELLS, MOST_CELLS)
-    );
+    let counts = [picture.cells.len(), picture.places.len()];
+    assert_eq!(counts, [MOST_CELLS; 2]);
 }
 
 #[test]

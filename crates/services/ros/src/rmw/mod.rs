@@ -7,10 +7,11 @@
 //!
 //! Two crates have this protocol, and neither serves in place of this module:
 //!
-//! - `hiroz` 0.2.1 adds 88 packages to the workspace's 620, and Zenoh's default features, serial lines and shared memory to
-//!   every service. It opens a session of its own, never the stack's. `tests/ros2` holds this module against it.
-//! - `ros2-client` 0.12.1 adds 64 packages and Zenoh's default features. Types of one's own are sent under a hash of zeros,
-//!   which no subscriber of `rmw_zenoh` matches, and publishers keep nothing for who comes later.
+//! - `hiroz` 0.2.1 adds 88 packages to 620, and Zenoh's default features, serial lines and shared
+//!   memory to every service. It opens a session of its own, never the stack's. `tests/ros2` holds
+//!   this module against it.
+//! - `ros2-client` 0.12.1 adds 64 packages and Zenoh's default features. Own types are sent under a
+//!   hash of zeros, which no subscriber of `rmw_zenoh` matches. Publishers keep no last message.
 
 pub(crate) mod cdr;
 pub(crate) mod keys;
