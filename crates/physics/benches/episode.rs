@@ -1,5 +1,5 @@
-//! An episode of the simulated cell: forty household objects released one by one onto one another, each followed by
-//! a scan. Planning is not part of what is timed.
+//! An episode of the simulated cell: forty household objects released one by one onto one another,
+//! each followed by a scan. Planning is not part of what is timed.
 #![allow(missing_docs, reason = "criterion's macros make undocumented items")]
 #![allow(
     clippy::unwrap_used,
@@ -81,14 +81,8 @@ fn releases(cell: &mut SimulatedCell, grid: &Grid, catalogue: &Catalogue) -> Vec
 fn episode(criterion: &mut Criterion) {
     let grid = Grid::reference();
     let resolution = Resolution::reference();
-    let settings = Settings::default();
-    let catalogue = Catalogue::load(
-        &ppnpack_household::builtin(),
-        &settings,
-        &resolution,
-        &|_, _| (),
-    )
-    .unwrap();
+    let (source, settings) = (ppnpack_household::builtin(), Settings::default());
+    let catalogue = Catalogue::load(&source, &settings, &resolution, &|_, _| ()).unwrap();
     let mut cell = SimulatedCell::new(CellSettings::default()).unwrap();
     let releases = releases(&mut cell, &grid, &catalogue);
 
@@ -96,18 +90,16 @@ fn episode(criterion: &mut Criterion) {
     group
         .sample_size(10)
         .measurement_time(Duration::from_secs(20));
-    group.bench_function(
-        format!("episode of {} items, with scans", releases.len()),
-        |bencher| {
-            bencher.iter(|| {
-                cell.reset();
-                for (model, pose) in &releases {
-                    cell.place(model, pose).unwrap();
-                    cell.scan_surface(&grid).unwrap();
-                }
-            });
-        },
-    );
+    let name = format!("episode of {} items, with scans", releases.len());
+    group.bench_function(name, |bencher| {
+        bencher.iter(|| {
+            cell.reset();
+            for (model, pose) in &releases {
+                cell.place(model, pose).unwrap();
+                cell.scan_surface(&grid).unwrap();
+            }
+        });
+    });
     group.bench_function("the same without scans", |bencher| {
         bencher.iter(|| {
             cell.reset();

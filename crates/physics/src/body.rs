@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, SymmetricEigen, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SymmetricEigen, UnitQuaternion};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::object::{ConvexPiece, MassProperties, Model};
 use rapier3d::geometry::SharedShape;
@@ -26,10 +26,10 @@ const MAX_COORDINATE_M: f64 = 10.0;
 /// The least volume of a convex piece: a tenth of a cubic millimetre.
 const MIN_PIECE_VOLUME_M3: f64 = 1e-10;
 
-/// So many templates are kept whether their models are used or not.
+/// Maximum of templates that are kept whether their models are used or not.
 const TEMPLATES_KEPT: usize = 256;
 
-/// What all bodies of one model share.
+/// Hulls and mass that all bodies of one model share.
 pub(crate) struct BodyTemplate {
     pub(crate) model: Arc<Model>,
     pieces: Vec<SharedShape>,
@@ -38,7 +38,6 @@ pub(crate) struct BodyTemplate {
     pub(crate) mass: EngineMass,
     /// The distance from the centre of mass to the farthest vertex, in metres.
     pub(crate) radius_m: f64,
-    /// Whether it rolls on a floor from the pose in which it stands.
     pub(crate) can_roll: bool,
 }
 
@@ -72,27 +71,21 @@ impl BodyTemplate {
         })
     }
 
-    /// The box around it where it is posed so, in metres.
+    /// Gives the box around it at a pose, in metres.
     pub(crate) fn bounds(&self, container_from_item: &Isometry3<f64>) -> Bounds {
         let pose = engine_pose(container_from_item);
         // That of the whole shape is around its own box, turned, and larger.
         let boxes = self.pieces.iter().map(|piece| piece.compute_aabb(&pose));
-        let boxes = boxes.map(|bounds| Bounds {
-            lowest: point_m(bounds.mins),
-            highest: point_m(bounds.maxs),
-        });
-        let around = |all: Bounds, piece: Bounds| Bounds {
-            lowest: all.lowest.inf(&piece.lowest),
-            highest: all.highest.sup(&piece.highest),
-        };
+        let corners = boxes.flat_map(|bounds| [bounds.mins, bounds.maxs].map(point_m));
+        let corners: Vec<Point3<f64>> = corners.collect();
         let at = container_from_item.translation.vector.into();
-        boxes.reduce(around).unwrap_or(Bounds {
+        Bounds::of(&corners).unwrap_or(Bounds {
             lowest: at,
             highest: at,
         })
     }
 
-    /// How far it can be lowered before it touches a shape, at most `most_m`, in metres.
+    /// Measures how far it can be lowered before it touches a shape, at most `most_m`, in metres.
     pub(crate) fn clearance_m(
         &self,
         container_from_item: &Isometry3<f64>,
@@ -107,17 +100,10 @@ impl BodyTemplate {
             ..ShapeCastOptions::with_max_time_of_impact(engine_length(most_m))
         };
         let hits = self.pieces.iter().map(|piece| {
-            match cast_shapes(
-                &pose,
-                down,
-                &**piece,
-                container_from_other,
-                still,
-                other,
-                cast,
-            ) {
+            let (shape, at) = (&**piece, container_from_other);
+            match cast_shapes(&pose, down, shape, at, still, other, cast) {
                 Ok(hit) => hit.map_or(most_m, |hit| metres(hit.time_of_impact)),
-                // No known shape is of a kind that cannot be cast; were one, nothing would be lowered onto it.
+                // All known shapes can be cast; onto one that cannot, nothing is lowered.
                 Err(_) => 0.0,
             }
         });
@@ -125,7 +111,7 @@ impl BodyTemplate {
     }
 }
 
-/// Convex pieces, of which there is at least one, as one shape.
+/// Joins convex pieces, of which there is at least one, to one shape.
 fn together(pieces: &[SharedShape]) -> SharedShape {
     match pieces {
         [piece] => piece.clone(),
@@ -136,23 +122,22 @@ fn together(pieces: &[SharedShape]) -> SharedShape {
     }
 }
 
-/// The hull of a piece.
+/// Says whether a point is finite and within [`MAX_COORDINATE_M`] of the origin.
+fn is_sane(point: &Point3<f64>) -> bool {
+    point.iter().all(|value| value.abs() <= MAX_COORDINATE_M)
+}
+
+/// Makes the hull of a piece.
 ///
 /// The engine's own constructor panics on points without volume; this one says what is wrong.
 fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
-    let is_sane = |value: &f64| value.abs() <= MAX_COORDINATE_M;
-    if !piece
-        .vertices
-        .iter()
-        .all(|vertex| vertex.iter().all(is_sane))
-    {
+    if !piece.vertices.iter().all(is_sane) {
         return Err(format!(
             "a vertex is further than {MAX_COORDINATE_M} m away or not finite"
         ));
     }
-    let points: Vec<Vector> = piece
-        .vertices
-        .iter()
+    let vertices = piece.vertices.iter();
+    let points: Vec<Vector> = vertices
         .map(|vertex| engine_vector(&vertex.coords))
         .collect();
     if points.len() < 4 {
@@ -172,17 +157,15 @@ fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
         .ok_or_else(|| "its hull is degenerate".to_owned())
 }
 
-/// The principal axes are found in double precision: inertias of small items are near 1e-8 kg m^2, where the engine's
-/// own single-precision solver loses them.
+/// Converts mass properties to the engine's.
+///
+/// The principal axes are found in double precision: inertias of small items are near 1e-8 kg m^2,
+/// where the engine's own single-precision solver loses them.
 fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
     if !(mass.mass_kg.is_finite() && mass.mass_kg > 0.0) {
         return Err("its mass is not a positive number");
     }
-    if !mass
-        .centre_of_mass_m
-        .iter()
-        .all(|value| value.abs() <= MAX_COORDINATE_M)
-    {
+    if !is_sane(&mass.centre_of_mass_m) {
         return Err("its centre of mass is far away or not finite");
     }
     let inertia = mass.inertia_kg_m2;
@@ -207,11 +190,9 @@ fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
         engine_rotation(&axes),
     );
     let is_usable = engine.inv_mass.is_finite() && engine.inv_principal_inertia.is_finite();
-    if is_usable {
-        Ok(engine)
-    } else {
-        Err("its mass or inertia is too small")
-    }
+    is_usable
+        .then_some(engine)
+        .ok_or("its mass or inertia is too small")
 }
 
 /// Templates by model, so that hulls are built once per model and not per body.
@@ -221,14 +202,12 @@ fn engine_mass(mass: &MassProperties) -> Result<EngineMass, &'static str> {
 pub(crate) struct Templates(HashMap<usize, Arc<BodyTemplate>>);
 
 impl Templates {
-    /// The template of a model, built where it is new.
+    /// Gives the template of a model, built where it is new.
     pub(crate) fn of(&mut self, model: &Arc<Model>) -> Result<Arc<BodyTemplate>, PhysicsError> {
-        match self.0.entry(Arc::as_ptr(model).addr()) {
-            Entry::Occupied(known) => Ok(Arc::clone(known.get())),
-            Entry::Vacant(vacant) => Ok(Arc::clone(
-                vacant.insert(Arc::new(BodyTemplate::new(model)?)),
-            )),
-        }
+        Ok(Arc::clone(match self.0.entry(Arc::as_ptr(model).addr()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(new) => new.insert(Arc::new(BodyTemplate::new(model)?)),
+        }))
     }
 
     /// Forgets the templates of models that nobody else has, where there are many.

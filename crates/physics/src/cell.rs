@@ -1,5 +1,6 @@
 //! The simulated cell: items are released into a container, settle, and are scanned.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -10,7 +11,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rapier3d::dynamics::RigidBodyHandle;
+use rapier3d::dynamics::{RigidBodyHandle, RigidBodyType};
 
 use crate::body::{BodyTemplate, Templates};
 use crate::container;
@@ -25,8 +26,9 @@ const MAX_DISTANCE_M: f64 = 10.0;
 
 /// A simulated container with what was released into it.
 ///
-/// Each cell is independent of every other and uses the calling thread only: for many cells at once, use many threads.
-/// A clone continues exactly like its original: it is a state to go back to.
+/// Each cell is independent of every other and uses the calling thread only: for many cells at
+/// once, use many threads. A clone continues exactly like its original: it is a state to go back
+/// to.
 #[derive(Clone)]
 pub struct SimulatedCell {
     settings: CellSettings,
@@ -42,24 +44,20 @@ struct Body {
     id: BodyId,
     template: Arc<BodyTemplate>,
     handle: RigidBodyHandle,
-    laid: Option<Laid>,
+    /// The pose in which it was laid down, and the same as the engine rounds it: until the body
+    /// moves, it is where it was said to be.
+    laid: Option<[Isometry3<f64>; 2]>,
 }
 
-/// Where a body was laid. The engine rounds poses; until the body moves, it is where it was said to be.
-#[derive(Clone, Copy)]
-struct Laid {
-    container_from_item: Isometry3<f64>,
-    rounded: Isometry3<f64>,
-}
-
-/// Where a body is, and where its centre of mass.
+/// The pose of a body, and its centre of mass.
 #[derive(Clone, Copy)]
 struct Whereabouts {
     container_from_item: Isometry3<f64>,
     centre_of_mass_m: Point3<f64>,
 }
 
-/// How a settling phase went.
+/// A settling phase: its steps, and the bodies that it lost.
+#[derive(Default)]
 struct Phase {
     steps: usize,
     lost: Vec<(BodyId, Whereabouts)>,
@@ -82,7 +80,8 @@ impl SimulatedCell {
         })
     }
 
-    /// Empties the container, as if the cell were new, but keeps the hulls of the models seen so far.
+    /// Empties the container, as if the cell were new, but keeps the hulls of the models seen so
+    /// far.
     pub fn reset(&mut self) {
         self.world = World::new(&self.settings);
         self.bodies.clear();
@@ -96,12 +95,12 @@ impl SimulatedCell {
 
     /// Releases an item above its planned pose, from rest, and lets everything settle.
     ///
-    /// An item should be planned where the way down is free: one that is released inside another is pushed out
-    /// slowly. On an error nothing has changed.
+    /// An item should be planned where the way down is free: one that is released inside another is
+    /// pushed out slowly. On an error nothing has changed.
     ///
     /// # Errors
-    /// [`PhysicsError::Model`] where the model has no usable hulls or mass, [`PhysicsError::Pose`] where the pose is
-    /// not finite, not rigid or far away.
+    /// [`PhysicsError::Model`] where the model has no usable hulls or mass, [`PhysicsError::Pose`]
+    /// where the pose is not finite, not rigid or far away.
     pub fn place(
         &mut self,
         model: &Arc<Model>,
@@ -110,22 +109,18 @@ impl SimulatedCell {
         let planned = checked_pose(self.settings.container, model, container_from_item)?;
         let template = self.templates.of(model)?;
         let before: Vec<(BodyId, Whereabouts)> = self.whereabouts().collect();
-
-        let released = self.release_pose(BodyId(self.next_id), &planned);
-        let body = self.new_body(template, &released);
-        let id = body.id;
-        self.bodies.push(body);
+        let id = BodyId(self.next_id);
+        let released = self.release_pose(id, &planned);
+        self.insert(template, &released);
         let phase = self.settle_phase();
-
-        let centre_of_mass_m = planned * model.mass.centre_of_mass_m;
         let planned = Whereabouts {
             container_from_item: planned,
-            centre_of_mass_m,
+            centre_of_mass_m: planned * model.mass.centre_of_mass_m,
         };
         Ok(self.report(id, planned, &before, &phase))
     }
 
-    /// What [`place`](Self::place) would report; the cell stays as it is.
+    /// Reports what [`place`](Self::place) would; the cell stays as it is.
     ///
     /// # Errors
     /// As [`place`](Self::place).
@@ -141,17 +136,19 @@ impl SimulatedCell {
         report
     }
 
-    /// Lets everything settle for one more phase; says how long that took, in seconds of simulated time.
+    /// Lets everything settle for one more phase; says how long that took, in seconds of simulated
+    /// time.
     pub fn settle(&mut self) -> f64 {
         self.settle_phase().steps as f64 * self.settings.solver.timestep_s
     }
 
-    /// Lays bodies down where they are said to be, at rest, in place of all that is there: a cell goes on where another
-    /// one ended.
+    /// Lays bodies down where they are said to be, at rest, in place of all that is there: a cell
+    /// goes on where another one ended.
     ///
-    /// They are numbered in the order given. Scans and contents are those of the cell that the poses come from, bit for
-    /// bit, until the next placement: that wakes them all, as the engine finds their contacts anew, and they may shift by
-    /// some hundredths of a millimetre. On an error nothing has changed.
+    /// They are numbered in the order given. Scans and contents are those of the cell that the
+    /// poses come from, bit for bit, until the next placement: that wakes them all, as the engine
+    /// finds their contacts anew, and they may shift by some hundredths of a millimetre. On an
+    /// error nothing has changed.
     ///
     /// # Errors
     /// As [`place`](Self::place).
@@ -167,18 +164,23 @@ impl SimulatedCell {
         let checked: Vec<_> = checked.collect::<Result<_, PhysicsError>>()?;
         self.reset();
         for (template, engine_pose, pose) in checked {
-            self.lay(template, &engine_pose, pose);
+            let handle = self.insert(template, &engine_pose);
+            self.world.put_to_sleep(handle);
+            if let Some((body, rounded)) = self.bodies.last_mut().zip(self.world.pose(handle)) {
+                body.laid = Some([pose, rounded]);
+            }
         }
         Ok(())
     }
 
     /// The bodies in the simulation, in the order in which they were placed.
     ///
-    /// Bodies that left the container are no longer among them; one that lies on the rim is, and is not inside.
+    /// Bodies that left the container are no longer among them; one that lies on the rim is, and is
+    /// not inside.
     pub fn contents(&self) -> Vec<BodyState> {
         let container = self.settings.container;
         let state = |body: &Body| {
-            let whereabouts = self.whereabouts_of(body)?;
+            let whereabouts = body.whereabouts(&self.world)?;
             Some(BodyState {
                 id: body.id,
                 model: Arc::clone(&body.template.model),
@@ -189,8 +191,8 @@ impl SimulatedCell {
         self.bodies.iter().filter_map(state).collect()
     }
 
-    /// What rests on each body, in the order of [`contents`](Self::contents), as the mean over a tenth of a second: of what is at rest. The
-    /// cell stays as it is.
+    /// Measures what rests on each body, in the order of [`contents`](Self::contents), as the mean
+    /// over a tenth of a second: of what is at rest. The cell stays as it is.
     pub fn loads(&self) -> Vec<BodyLoad> {
         let handles: Vec<_> = self.bodies.iter().map(|body| body.handle).collect();
         let forces = self.world.clone().vertical_forces(&handles);
@@ -206,21 +208,22 @@ impl SimulatedCell {
     /// Whether every body is at rest: asleep, or slower than the speed at which bodies fall asleep.
     pub fn is_still(&self) -> bool {
         let limit_m_s = self.settings.solver.sleep_speed_m_s;
-        self.bodies.iter().all(|body| {
+        let speed_m_s = |body: &Body| {
             self.world
                 .surface_speed_m_s(body.handle, body.template.radius_m)
-                <= limit_m_s
-        })
+        };
+        self.bodies.iter().all(|body| speed_m_s(body) <= limit_m_s)
     }
 
-    /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres: how far
-    /// the simulation is from rigid contact. Slow and exact, from the hulls: a check, not for every step.
+    /// Measures the deepest that two touching bodies, or a body and the container, reach into each
+    /// other, in metres: how far the simulation is from rigid contact. Slow and exact, from the
+    /// hulls: a check, not for every step.
     pub fn deepest_overlap_m(&self) -> f64 {
         self.world.deepest_overlap_m()
     }
 
-    /// The surface of the content seen from above: each sample is the greatest height of the posed meshes within its
-    /// square; what is outside the grid is left out, and the floor is at 0.
+    /// Scans the surface of the content from above: each sample is the greatest height of the posed
+    /// meshes within its square; what is outside the grid is left out, and the floor is at 0.
     ///
     /// Only bodies whose pose changed since the last scan on an equal grid are computed anew.
     ///
@@ -244,36 +247,23 @@ impl SimulatedCell {
         Ok(Scene::from_surface(grid, self.scan_surface(grid)?)?)
     }
 
-    fn new_body(&mut self, template: Arc<BodyTemplate>, pose: &Isometry3<f64>) -> Body {
-        let id = BodyId(self.next_id);
-        self.next_id += 1;
-        Body {
-            id,
-            handle: self.world.insert(&template, pose),
+    /// Adds a body under the next number.
+    fn insert(&mut self, template: Arc<BodyTemplate>, pose: &Isometry3<f64>) -> RigidBodyHandle {
+        let handle = self.world.insert(RigidBodyType::Dynamic, &template, pose);
+        self.bodies.push(Body {
+            id: BodyId(self.next_id),
+            handle,
             template,
             laid: None,
-        }
-    }
-
-    fn lay(
-        &mut self,
-        template: Arc<BodyTemplate>,
-        engine_pose: &Isometry3<f64>,
-        container_from_item: Isometry3<f64>,
-    ) {
-        let mut body = self.new_body(template, engine_pose);
-        self.world.put_to_sleep(body.handle);
-        body.laid = self.world.pose(body.handle).map(|rounded| Laid {
-            container_from_item,
-            rounded,
         });
-        self.bodies.push(body);
+        self.next_id += 1;
+        handle
     }
 
-    /// The planned pose, raised by the release height and displaced by the jitter.
+    /// Gives the planned pose, raised by the release height and displaced by the jitter.
     ///
-    /// The jitter depends on the seed and the body's number alone, so that a placement tried and rolled back has the
-    /// same jitter when it is made.
+    /// The jitter depends on the seed and the body's number alone, so that a placement tried and
+    /// rolled back has the same jitter when it is made.
     fn release_pose(&self, id: BodyId, planned: &Isometry3<f64>) -> Isometry3<f64> {
         let release = &self.settings.release;
         let mut released = *planned;
@@ -292,10 +282,7 @@ impl SimulatedCell {
     }
 
     fn settle_phase(&mut self) -> Phase {
-        let mut phase = Phase {
-            steps: 0,
-            lost: Vec::new(),
-        };
+        let mut phase = Phase::default();
         for _ in 0..self.settings.settle_steps() {
             if self.world.is_asleep() {
                 break;
@@ -319,38 +306,20 @@ impl SimulatedCell {
                 || is_beyond(point.x, container.x_m)
                 || is_beyond(point.y, container.y_m)
         };
-        let mut index = 0;
-        while let Some(body) = self.bodies.get(index) {
-            match self.whereabouts_of(body) {
-                Some(whereabouts)
-                    if left(&whereabouts.centre_of_mass_m) || self.world.gave_up(body.handle) =>
-                {
-                    self.world.remove(body.handle);
-                    lost.push((body.id, whereabouts));
-                    self.bodies.remove(index);
-                }
-                _ => index += 1,
+        let world = &mut self.world;
+        self.bodies.retain(|body| match body.whereabouts(world) {
+            Some(at) if left(&at.centre_of_mass_m) || world.gave_up(body.handle) => {
+                world.remove(body.handle);
+                lost.push((body.id, at));
+                false
             }
-        }
-    }
-
-    fn whereabouts_of(&self, body: &Body) -> Option<Whereabouts> {
-        let pose = self.world.pose(body.handle)?;
-        let container_from_item = match &body.laid {
-            Some(laid) if laid.rounded == pose => laid.container_from_item,
-            _ => pose,
-        };
-        let centre_of_mass_m = container_from_item * body.template.model.mass.centre_of_mass_m;
-        Some(Whereabouts {
-            container_from_item,
-            centre_of_mass_m,
-        })
+            _ => true,
+        });
     }
 
     fn whereabouts(&self) -> impl Iterator<Item = (BodyId, Whereabouts)> + '_ {
-        self.bodies
-            .iter()
-            .filter_map(|body| Some((body.id, self.whereabouts_of(body)?)))
+        let bodies = self.bodies.iter();
+        bodies.filter_map(|body| Some((body.id, body.whereabouts(&self.world)?)))
     }
 
     fn report(
@@ -360,26 +329,20 @@ impl SimulatedCell {
         before: &[(BodyId, Whereabouts)],
         phase: &Phase,
     ) -> PlacedReport {
-        let after: Vec<(BodyId, Whereabouts)> = self
-            .whereabouts()
-            .chain(phase.lost.iter().copied())
-            .collect();
-        let after_of = |id: BodyId| {
-            after
-                .iter()
-                .find(|(other, _)| *other == id)
-                .map(|(_, after)| after)
-        };
+        let lost = phase.lost.iter().copied();
+        let after: BTreeMap<BodyId, Whereabouts> = self.whereabouts().chain(lost).collect();
         let moved_m = before.iter().filter_map(|(other, before)| {
-            let after = after_of(*other)?;
+            let after = after.get(other)?;
             let moved = after.centre_of_mass_m - before.centre_of_mass_m;
             (after.container_from_item != before.container_from_item).then(|| moved.norm())
         });
+        let lost = phase.lost.iter().map(|(lost, _)| *lost);
+        let (own, others_lost): (Vec<_>, Vec<_>) = lost.partition(|lost| *lost == id);
+        let lost = !own.is_empty();
 
-        let end = after_of(id).copied().unwrap_or(planned);
+        let end = after.get(&id).copied().unwrap_or(planned);
         let moved = end.centre_of_mass_m - planned.centre_of_mass_m;
         let tilt_rad = tilt_rad(&planned.container_from_item, &end.container_from_item);
-        let lost = phase.lost.iter().any(|(lost, _)| *lost == id);
         PlacedReport {
             id,
             container_from_item: end.container_from_item,
@@ -390,19 +353,29 @@ impl SimulatedCell {
             inside: !lost && is_inside(self.settings.container, &end.centre_of_mass_m),
             lost,
             disturbance_m: moved_m.fold(0.0, f64::max),
-            others_lost: phase
-                .lost
-                .iter()
-                .map(|(lost, _)| *lost)
-                .filter(|lost| *lost != id)
-                .collect(),
+            others_lost,
             still: self.is_still(),
             simulated_s: phase.steps as f64 * self.settings.solver.timestep_s,
         }
     }
 }
 
-/// A pose of a model in a container, made exactly rigid; an error where it is not finite, not rigid or far away.
+impl Body {
+    fn whereabouts(&self, world: &World) -> Option<Whereabouts> {
+        let pose = world.pose(self.handle)?;
+        let container_from_item = match self.laid {
+            Some([said, rounded]) if rounded == pose => said,
+            _ => pose,
+        };
+        Some(Whereabouts {
+            container_from_item,
+            centre_of_mass_m: container_from_item * self.template.model.mass.centre_of_mass_m,
+        })
+    }
+}
+
+/// Makes a pose of a model in a container exactly rigid; refuses one that is not finite, not rigid
+/// or far away.
 pub(crate) fn checked_pose(
     container: ContainerSize,
     model: &Model,

@@ -5,8 +5,8 @@ use rapier3d::math::{Pose, Rotation, Vector};
 
 /// The engine counts lengths in decimetres.
 ///
-/// Its tolerances are absolute: for the edges and gaps of household items in metres, its penetration depths come out
-/// wrong by millimetres, and items sink into one another.
+/// Its tolerances are absolute: for the edges and gaps of household items in metres, its
+/// penetration depths come out wrong by millimetres, and items sink into one another.
 const UNITS_PER_M: f64 = 10.0;
 
 /// A length, or anything else that grows with it, in the engine's unit.

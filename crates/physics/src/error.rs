@@ -1,10 +1,10 @@
-//! What can go wrong in the simulated cell.
+//! Errors of the simulated cell.
 
 use ppnpack_camera::CameraError;
 use ppnpack_numbers::SettingError;
 use ppnpack_packing::heightmap::HeightmapError;
 
-/// Why the simulated cell refused something.
+/// Refusal of the simulated cell.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PhysicsError {
@@ -16,7 +16,7 @@ pub enum PhysicsError {
     Pose {
         /// The model to be placed.
         model: String,
-        /// What is wrong with the pose.
+        /// The fault of the pose.
         reason: &'static str,
     },
     /// A model has no body that can be simulated.
@@ -24,7 +24,7 @@ pub enum PhysicsError {
     Model {
         /// The model's name.
         model: String,
-        /// What is wrong with it.
+        /// The fault of the model.
         reason: String,
     },
     /// The grid of a scan is not that of the cell's container.

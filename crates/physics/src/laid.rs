@@ -1,4 +1,4 @@
-//! What lies in a twin, and which tries a change of it touches.
+//! The content of a twin, and which tries a change of it touches.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use rapier3d::parry::shape::Cuboid;
 use crate::body::BodyTemplate;
 use crate::convert::{engine_pose, engine_vector};
 
-/// What lies in a twin.
+/// The content of a twin.
 #[derive(Clone, Default)]
 pub(crate) struct Laid {
-    /// What is known of it, as bodies.
+    /// The known solids, as bodies.
     pub(crate) bodies: Vec<Lying>,
-    /// What nothing moves beside the container.
+    /// Boxes that nothing moves, beside the container's own.
     pub(crate) terrain: Vec<Bounds>,
 }
 
@@ -26,13 +26,12 @@ pub(crate) struct Lying {
     pub(crate) template: Arc<BodyTemplate>,
     pub(crate) container_from_item: Isometry3<f64>,
     pub(crate) bounds: Bounds,
-    /// What it weighs, and may carry.
     pub(crate) burden: Burden,
 }
 
 impl Laid {
-    /// The boxes around all that is only here or only there: what was added, moved or taken out. Bodies that are in both are
-    /// looked for in their order.
+    /// Gives the boxes around all that is only here or only there: what was added, moved or taken
+    /// out. Bodies that are in both are looked for in their order.
     pub(crate) fn difference(&self, other: &Self) -> Vec<Bounds> {
         let mut later = other.bodies.iter().peekable();
         let mut different = Vec::new();
@@ -51,15 +50,8 @@ impl Laid {
         different
     }
 
-    /// The bodies that an item at a place may touch, within a reach in metres.
-    pub(crate) fn movable(&self, place: &Bounds, reach_m: f64) -> Vec<bool> {
-        let bodies = self.bodies.iter();
-        bodies
-            .map(|lying| are_near(&lying.bounds, place, reach_m))
-            .collect()
-    }
-
-    /// How far an item can be lowered before it touches what lies there or the floor, at most `most_m`, in metres. Walls do not count.
+    /// Measures how far an item can be lowered before it touches the content or the floor, at most
+    /// `most_m`, in metres. Walls do not count.
     pub(crate) fn clearance_m(
         &self,
         template: &BodyTemplate,
@@ -72,29 +64,25 @@ impl Laid {
             return 0.0;
         }
         swept.lowest.z -= most_m;
-        let bodies = self
-            .bodies
-            .iter()
-            .filter(|lying| are_near(&lying.bounds, &swept, 0.0));
+        let bodies = self.bodies.iter();
+        let bodies = bodies.filter(|lying| are_near(&lying.bounds, &swept, 0.0));
         let bodies = bodies.map(|lying| {
             let pose = engine_pose(&lying.container_from_item);
             template.clearance_m(container_from_item, &*lying.template.shape, &pose, most_m)
         });
-        let boxes = self
-            .terrain
-            .iter()
-            .filter(|bounds| are_near(bounds, &swept, 0.0));
+        let boxes = self.terrain.iter();
+        let boxes = boxes.filter(|bounds| are_near(bounds, &swept, 0.0));
         let boxes = boxes.map(|Bounds { lowest, highest }| {
             let cuboid = Cuboid::new(engine_vector(&((highest - lowest) * 0.5)));
-            let pose =
-                Pose::from_translation(engine_vector(&nalgebra::center(lowest, highest).coords));
+            let middle_m = nalgebra::center(lowest, highest).coords;
+            let pose = Pose::from_translation(engine_vector(&middle_m));
             template.clearance_m(container_from_item, &cuboid, &pose, most_m)
         });
         bodies.chain(boxes).fold(most_m, f64::min)
     }
 
-    /// Whether what becomes of an item at a place has nothing to do with what is in some boxes: none of them is near it, nor
-    /// near a body that it may touch.
+    /// Says whether what is in some boxes cannot matter to an item at a place: none of them is near
+    /// it, nor near a body that it may touch.
     pub(crate) fn is_beyond_reach(&self, place: &Bounds, boxes: &[Bounds], reach_m: f64) -> bool {
         let is_reached = |from: &Bounds| boxes.iter().any(|other| are_near(other, from, reach_m));
         let bodies = self.bodies.iter().map(|lying| &lying.bounds);
@@ -110,7 +98,7 @@ impl Lying {
     }
 }
 
-/// Whether two boxes are within a reach of each other along every axis, in metres.
+/// Says whether two boxes are within a reach of each other along every axis, in metres.
 pub(crate) fn are_near(one: &Bounds, other: &Bounds, reach_m: f64) -> bool {
     let reach = Vector3::repeat(reach_m);
     let (low, high) = (other.lowest - reach, other.highest + reach);

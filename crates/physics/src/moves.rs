@@ -1,26 +1,28 @@
-//! What each placement changed of how everything lies.
+//! Changes by each placement of how everything lies.
 
 use std::collections::BTreeMap;
 
 use nalgebra::Isometry3;
 
-/// What lies elsewhere, or otherwise, after a placement than before it.
+/// Items that lie elsewhere, or otherwise, after a placement than before it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Moves {
-    /// By its place in the sequence of arrivals, the placed item among it: the pose of its own frame in that of the container.
+    /// Those in the container, the placed one among them, by their places in the sequence of
+    /// arrivals: the poses of their own frames in that of the container.
     pub lies: Vec<(usize, Isometry3<f64>)>,
-    /// What left the container, by its place in the sequence of arrivals.
+    /// Those that left the container, by their places in the sequence of arrivals.
     pub gone: Vec<usize>,
 }
 
-/// How everything lay when it was last looked at; at first nothing lies there.
+/// The poses of everything when it was last looked at; at first nothing lies there.
 #[derive(Debug, Clone, Default)]
 pub struct LastPoses {
     poses: BTreeMap<usize, Isometry3<f64>>,
 }
 
 impl LastPoses {
-    /// What changed since the last look. `now` is all that lies in or on the container, by its place in the sequence of arrivals.
+    /// Tells what changed since the last look. `now` is all that lies in or on the container, by
+    /// its place in the sequence of arrivals.
     pub fn changed(&mut self, now: impl IntoIterator<Item = (usize, Isometry3<f64>)>) -> Moves {
         let now: BTreeMap<usize, Isometry3<f64>> = now.into_iter().collect();
         let moved = now

@@ -1,4 +1,4 @@
-//! What became of a placement, and what lies in the container.
+//! The outcome of a placement, and the container's content.
 
 use std::sync::Arc;
 
@@ -12,50 +12,52 @@ use serde::{Deserialize, Serialize};
 pub struct BodyId(pub(crate) u32);
 
 impl BodyId {
-    /// How many bodies were placed before this one.
+    /// Counts the bodies that were placed before this one.
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// What lies in or on the container.
+/// A body that lies in or on the container.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyState {
-    /// Which body.
+    /// Its number.
     pub id: BodyId,
     /// Its geometry.
     pub model: Arc<Model>,
-    /// Where it is.
+    /// Its pose.
     pub container_from_item: Isometry3<f64>,
     /// Whether its centre of mass is inside the container.
     pub inside: bool,
 }
 
-/// What rests on a body, measured where it lies.
+/// The load on a body, measured where it lies.
 ///
-/// Every other body that touches it pushes it up or down, by the normal forces and the friction of all contacts between the two taken
-/// together. Those that push it down load it: as much as the sum of these forces. That is what [`ppnpack_packing::loads`] estimates; floor and walls
-/// are no load, and what rests on what rests on a body counts by what it hands down. Impacts are not measured.
+/// Every other body that touches it pushes it up or down, by the normal forces and the friction of
+/// all contacts between the two taken together. The sum of those that push it down is its load,
+/// which [`ppnpack_packing::loads`] estimates. Floor and walls are no load; a body higher up counts
+/// by the share that it hands down. Impacts are not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BodyLoad {
-    /// Which body.
+    /// The number of the body.
     pub id: BodyId,
-    /// What rests on it, in kilograms.
+    /// The mass that rests on it, in kilograms.
     pub carried_kg: f64,
-    /// By how much it is held up with more than its weight and its load, in kilograms; near 0 where it is at rest, and the measure
-    /// is right.
+    /// The force that holds it up beyond its weight and its load, in kilograms; near 0 where it is
+    /// at rest, and the measure is right.
     pub unbalanced_kg: f64,
 }
 
-/// A placed item that slid further than this did not stay, in metres.
+/// Maximum slide of a placed item that stayed, in metres.
 const SLIDE_LIMIT_M: f64 = 0.02;
 
-/// Whether a placed item did not stay where it was placed: it toppled, slid by more than 2 cm or is not inside the container.
+/// Says whether a placed item did not stay where it was placed: it toppled, slid by more than 2 cm
+/// or is not inside the container.
 pub fn is_unsteady(toppled: bool, slide_m: f64, inside: bool) -> bool {
     toppled || !inside || slide_m > SLIDE_LIMIT_M
 }
 
-/// What became of a placement by the end of its settling phase.
+/// The outcome of a placement by the end of its settling phase.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlacedReport {
     /// The new body.
@@ -64,34 +66,40 @@ pub struct PlacedReport {
     pub container_from_item: Isometry3<f64>,
     /// Horizontal distance of its centre of mass from where it was planned, in metres.
     pub slide_m: f64,
-    /// Height of its centre of mass above where it was planned, in metres; negative when it sank deeper.
+    /// Height of its centre of mass above where it was planned, in metres; negative when it sank
+    /// deeper.
     pub height_change_m: f64,
-    /// Angle between its upward axis as planned and at the end, in radians; turns about the vertical do not count.
+    /// Angle between its upward axis as planned and at the end, in radians; turns about the
+    /// vertical do not count.
     pub tilt_rad: f64,
     /// Whether it tilted by more than the threshold.
     pub toppled: bool,
-    /// Whether its centre of mass is inside the container: within the inner walls and below the rim.
+    /// Whether its centre of mass is inside the container: within the inner walls and below the
+    /// rim.
     pub inside: bool,
     /// Whether it left the container and was taken out of the simulation.
     pub lost: bool,
-    /// How far the centre of mass of the most disturbed other body moved, in metres; 0 where none moved.
+    /// How far the centre of mass of the most disturbed other body moved, in metres; 0 where none
+    /// moved.
     pub disturbance_m: f64,
     /// Earlier bodies that left the container in this phase and were taken out.
     pub others_lost: Vec<BodyId>,
-    /// Whether every body was at rest at the end; where it is `false`, the next phase goes on from the motion.
+    /// Whether every body was at rest at the end; where it is `false`, the next phase goes on from
+    /// the motion.
     pub still: bool,
     /// How long the phase took, in seconds of simulated time.
     pub simulated_s: f64,
 }
 
-/// Whether a point is within the inner walls, at or above the floor and at or below the rim.
+/// Says whether a point is within the inner walls, at or above the floor and at or below the rim.
 pub(crate) fn is_inside(container: ContainerSize, point: &Point3<f64>) -> bool {
     (0.0..=container.x_m).contains(&point.x)
         && (0.0..=container.y_m).contains(&point.y)
         && (0.0..=container.z_m).contains(&point.z)
 }
 
-/// The angle between the vertical and what was vertical before `after * before^-1`, in radians.
+/// Gives the angle between the vertical and what was vertical before `after * before^-1`, in
+/// radians.
 pub(crate) fn tilt_rad(before: &Isometry3<f64>, after: &Isometry3<f64>) -> f64 {
     let up = after.rotation * before.rotation.inverse_transform_vector(&Vector3::z());
     up.angle(&Vector3::z())

@@ -1,15 +1,16 @@
-//! How deep convex solids reach into each other: the separating axis test over all faces and pairs of edges, in double
-//! precision.
+//! Depth to which convex solids reach into each other: the separating axis test over all faces and
+//! pairs of edges, in double precision.
 //!
-//! The engine's own penetration depths are fast and single-precision; these check what comes of them.
+//! The engine's own penetration depths are fast and single-precision; these check what comes of
+//! them.
 
 use nalgebra::Vector3;
-use rapier3d::geometry::{Collider, Shape, SharedShape, TypedShape};
+use rapier3d::geometry::{Collider, Shape, TypedShape};
 use rapier3d::math::Pose;
 
 use crate::convert::point_m;
 
-/// Two edges count as parallel when the sine of their angle is below this.
+/// Minimum sine of the angle between two edges that are not parallel.
 const PARALLEL: f64 = 1e-6;
 
 /// The deepest that one of some solids and one of some others reach into each other, in metres.
@@ -31,16 +32,13 @@ impl Solid {
     /// The solids that a collider consists of, but those that are neither boxes nor hulls.
     pub(crate) fn all_of(collider: &Collider) -> Vec<Self> {
         let pose = collider.position();
-        match collider.shape().as_compound() {
-            Some(compound) => {
-                let pieces = compound.shapes().iter();
-                let solid = |(in_body, piece): &(Pose, SharedShape)| {
-                    Self::new(&(pose * in_body), piece.as_ref())
-                };
-                pieces.filter_map(solid).collect()
-            }
-            None => Self::new(pose, collider.shape()).into_iter().collect(),
-        }
+        let Some(compound) = collider.shape().as_compound() else {
+            return Self::new(pose, collider.shape()).into_iter().collect();
+        };
+        let pieces = compound.shapes().iter();
+        pieces
+            .filter_map(|(in_body, piece)| Self::new(&(pose * in_body), &**piece))
+            .collect()
     }
 
     fn new(pose: &Pose, shape: &dyn Shape) -> Option<Self> {
@@ -58,11 +56,8 @@ impl Solid {
             let vertex = |index: u32| vertices_m.get(index as usize).copied();
             let (a, b, c) = (vertex(a)?, vertex(b)?, vertex(c)?);
             normals.extend((b - a).cross(&(c - a)).try_normalize(0.0));
-            edges.extend(
-                [b - a, c - b, a - c]
-                    .iter()
-                    .filter_map(|edge| edge.try_normalize(0.0)),
-            );
+            let sides = [b - a, c - b, a - c];
+            edges.extend(sides.iter().filter_map(|edge| edge.try_normalize(0.0)));
         }
         Some(Self {
             vertices_m,
@@ -75,10 +70,8 @@ impl Solid {
     pub(crate) fn overlap_m(&self, other: &Self) -> f64 {
         let faces = self.normals.iter().chain(&other.normals).copied();
         let crossed = self.edges.iter().flat_map(|edge| {
-            other
-                .edges
-                .iter()
-                .filter_map(|across| edge.cross(across).try_normalize(PARALLEL))
+            let others = other.edges.iter();
+            others.filter_map(|across| edge.cross(across).try_normalize(PARALLEL))
         });
         let mut least_m = f64::INFINITY;
         for axis in faces.chain(crossed) {
@@ -118,11 +111,8 @@ mod tests {
         let overlap_m = |x, roll| deepest_m(&solid(0.0, 0.0), &solid(x, roll));
         assert!((overlap_m(0.9, 0.0) - 0.01).abs() < 1e-8);
         assert_eq!(overlap_m(1.1, 0.0), 0.0);
-        let corner = 0.5_f32.sqrt();
+        let corner_m = f64::from(0.5 + 0.5_f32.sqrt() - 0.9) * 0.1;
         let turned = overlap_m(0.9, std::f32::consts::FRAC_PI_4);
-        assert!(
-            (turned - f64::from(0.5 + corner - 0.9) * 0.1).abs() < 1e-8,
-            "{turned}"
-        );
+        assert!((turned - corner_m).abs() < 1e-8, "{turned}");
     }
 }

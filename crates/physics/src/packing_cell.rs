@@ -27,58 +27,58 @@ use crate::outcome::{BodyState, PlacedReport};
 use crate::settings::CellSettings;
 use crate::view::{CameraSettings, CameraView};
 
-/// What a placement of an episode led to.
+/// The outcome of a placement of an episode.
 #[derive(Debug, Clone)]
 pub struct Placed {
     /// The item's place in the sequence of arrivals.
     pub arrival: usize,
-    /// What became of it by the end of its settling phase.
+    /// The report at the end of its settling phase.
     pub report: PlacedReport,
-    /// What lies elsewhere by then than before, itself among it.
+    /// All that moved by then, itself among it.
     pub moves: Moves,
 }
 
-/// Which of the content's heights within a cell of the grid is the cell's.
+/// The choice of a grid cell's height among the content's heights within it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Sampling {
     /// The greatest: no item is planned into another.
     #[default]
     #[serde(rename = "exact")]
     Greatest,
-    /// That at the cell's middle, as a camera with one pixel per cell gives it.
+    /// The one at the cell's middle, as a camera with one pixel per cell gives it.
     #[serde(rename = "camera")]
     Middle,
 }
 
-/// A simulated cell that packs the objects of a catalogue. What lies in it is posed by its own frame, in whichever of its
-/// resting poses it was placed.
+/// A simulated cell that packs the objects of a catalogue. Its content is posed by the items' own
+/// frames, in whichever of their resting poses they were placed.
 pub struct SimulatedPackingCell {
     cell: SimulatedCell,
     grid: Grid,
-    /// Of objects, by their shapes in all of their poses.
+    /// Models of objects, by their shapes in all of their poses.
     models: BTreeMap<ShapeId, Arc<Model>>,
-    /// By the numbers of their bodies.
+    /// Placements, by the numbers of their bodies.
     placed: Vec<Placed>,
     last_poses: LastPoses,
     sampling: Sampling,
-    /// Where cameras see the cell in place of an exact scan.
+    /// Cameras that see the cell in place of an exact scan.
     view: Option<CameraView>,
     pose_error: PoseError,
     random: ChaCha8Rng,
 }
 
-/// How well the poses of what lies in the cell are known: standard deviations.
+/// Standard deviations of the poses in which the content is known.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoseError {
-    /// Of the position, per axis, in metres.
+    /// Deviation of the position, per axis, in metres.
     pub position_m: f64,
-    /// Of the rotation, per axis, in radians.
+    /// Deviation of the rotation, per axis, in radians.
     pub rotation_rad: f64,
 }
 
 impl PoseError {
-    /// A pose as it is known.
+    /// Draws a pose as it is known.
     pub fn disturb(self, pose: &Isometry3<f64>, random: &mut ChaCha8Rng) -> Isometry3<f64> {
         if self == Self::default() {
             return *pose;
@@ -125,19 +125,19 @@ impl SimulatedPackingCell {
         Ok(self)
     }
 
-    /// The scenes that it gives know the poses of its content only so well.
+    /// Makes its scenes know the poses of its content only so well.
     #[must_use]
     pub fn with_pose_error(mut self, pose_error: PoseError) -> Self {
         self.pose_error = pose_error;
         self
     }
 
-    /// What was placed so far, in order.
+    /// Gives the placements so far, in order.
     pub fn placed(&self) -> &[Placed] {
         &self.placed
     }
 
-    /// What lies in or on the container now, each with its place in the sequence of arrivals.
+    /// Gives what lies in or on the container now, each with its place in the sequence of arrivals.
     pub fn contents(&self) -> Vec<(usize, BodyState)> {
         let bodies = self.cell.contents().into_iter();
         bodies
@@ -145,12 +145,12 @@ impl SimulatedPackingCell {
             .collect()
     }
 
-    /// The simulated cell itself.
+    /// Gives the simulated cell itself.
     pub fn cell(&self) -> &SimulatedCell {
         &self.cell
     }
 
-    /// The model that is placed, as far as it is known, and where its frame shall be.
+    /// Gives the model that is placed, as far as it is known, and the pose of its frame.
     fn planned(
         &self,
         candidate: &Candidate,
@@ -168,7 +168,7 @@ impl SimulatedPackingCell {
     }
 }
 
-/// The model of an object, by the shapes of all of its poses.
+/// Gives the model of an object, by the shapes of all of its poses.
 fn by_shape(object: &CatalogueObject) -> impl Iterator<Item = (ShapeId, Arc<Model>)> {
     let further = object.poses.iter().map(|posed| posed.item.shape());
     let shapes = once(object.item.shape()).chain(further);
@@ -200,10 +200,8 @@ impl PackingCell for SimulatedPackingCell {
         resting: &RestingPlacement,
         evidence: &Evidence,
     ) -> Result<(), StageError> {
-        let (model, container_from_item) = self.planned(item, resting)?;
-        let report = self
-            .cell
-            .place(&model, &evidence.lower(container_from_item))?;
+        let (model, pose) = self.planned(item, resting)?;
+        let report = self.cell.place(&model, &evidence.lower(pose))?;
         self.placed.push(Placed {
             arrival: item.arrival,
             report,
@@ -219,8 +217,8 @@ impl PackingCell for SimulatedPackingCell {
     }
 
     fn is_inside(&self, arrival: usize) -> bool {
-        self.contents()
-            .iter()
-            .any(|(placed, body)| *placed == arrival && body.inside)
+        let contents = self.contents();
+        let mut contents = contents.iter();
+        contents.any(|(placed, body)| *placed == arrival && body.inside)
     }
 }

@@ -1,27 +1,29 @@
-//! Which solids roll: balls, cylinders and cones that lie on their sides, pencils and tools with rounded handles.
+//! Solids that roll: balls, cylinders and cones that lie on their sides, pencils and tools with
+//! rounded handles.
 
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 use ppnpack_packing::model::Model;
 
-/// How far a solid has to turn to have rolled, in radians: from there on it counts as toppled.
+/// Minimum turn of a solid that has rolled, in radians: from there on it counts as toppled.
 const ROLLED_RAD: f64 = PI / 6.0;
 
-/// The most by which the centre of mass of what rolls rises on the way, as a share of its height: that of a lying octagonal
-/// prism, 1 / cos(pi / 8) - 1.
+/// Maximum rise of the centre of mass of what rolls, as a share of its height: that of a lying
+/// octagonal prism, 1 / cos(pi / 8) - 1.
 const MOST_RISE: f64 = 0.083;
 
-/// So many directions around the vertical are tried.
+/// Number of directions around the vertical that are tried.
 const DIRECTIONS: usize = 24;
 
-/// In so many steps a solid is turned.
+/// Number of steps in which a solid is turned.
 const STEPS: usize = 6;
 
 /// Says whether a solid rolls on a floor from the pose in which it stands.
 ///
-/// It does where it can turn by 30 degrees in some direction, touching the floor, while its centre of mass hardly rises.
-/// So does what tips over by itself, as its centre of mass is beside its foot.
+/// It does where it can turn by 30 degrees in some direction, touching the floor, while its centre
+/// of mass hardly rises. So does what tips over by itself, as its centre of mass is beside its
+/// foot.
 pub(crate) fn can_roll(model: &Model) -> bool {
     let centre = model.mass.centre_of_mass_m;
     let vertices = model.pieces.iter().flat_map(|piece| &piece.vertices);
@@ -96,10 +98,8 @@ mod tests {
         assert!(can_roll(&ball(0.03)));
         assert!(can_roll(&prism(8, 0.01, 0.1)));
         assert!(can_roll(&prism(30, 0.01, 0.1)));
-        assert!(
-            !can_roll(&prism(6, 0.01, 0.1)),
-            "a pencil stays on its side"
-        );
+        // A pencil stays on its side.
+        assert!(!can_roll(&prism(6, 0.01, 0.1)));
         assert!(!can_roll(&prism(4, 0.05, 0.1)));
         let up = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI / 2.0);
         let can = prism(30, 0.03, 0.1).turned(&up);

@@ -20,7 +20,7 @@ settings! {
         pub walls: WallSettings = WallSettings::default(),
         /// Friction and restitution of what touches.
         pub contact: ContactSettings = ContactSettings::default(),
-        /// How items are let go.
+        /// Height and errors with which items are let go.
         pub release: ReleaseSettings = ReleaseSettings::default(),
         /// The longest that bodies are given to settle after a release, in seconds of simulated
         /// time.
@@ -52,7 +52,7 @@ settings! {
     }
 }
 
-/// How the coefficients of two touching surfaces combine into one.
+/// Rule by which the coefficients of two touching surfaces combine into one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -77,7 +77,7 @@ settings! {
         pub item_friction: f64 = 0.5 => within("between 0 and 10", 0.0..=10.0),
         /// Friction coefficient of walls and floor.
         pub wall_friction: f64 = 0.3 => within("between 0 and 10", 0.0..=10.0),
-        /// How two friction coefficients combine.
+        /// Rule by which two friction coefficients combine.
         pub friction_combine: Combine = Combine::Multiply,
         /// Restitution of items, walls and floor: 0 does not bounce, 1 bounces back to where it
         /// came from.
@@ -86,9 +86,9 @@ settings! {
 }
 
 settings! {
-    /// How items are let go: from rest, above their planned pose, displaced by the robot's error.
+    /// Release of items: from rest, above their planned pose, displaced by the robot's error.
     pub struct ReleaseSettings with validate as "release." {
-        /// How far above the planned pose an item is let go, in metres.
+        /// Height above the planned pose at which an item is let go, in metres.
         pub height_m: f64 = 0.12 => within("between 0 and 2 m", 0.0..=2.0),
         /// Standard deviation of the horizontal error, per axis, in metres.
         pub jitter_m: f64 = 0.0 => within("between 0 and 0.1 m", 0.0..=0.1),
@@ -128,30 +128,23 @@ settings! {
         pub length_scale_m: f64 = 0.1 => within("between 1 mm and 10 m", 1e-3..=10.0),
         /// A body may fall asleep while its fastest point is slower than this, in m/s.
         pub sleep_speed_m_s: f64 = 0.01 => within("between 0 and 1 m/s", 0.0..=1.0),
-        /// How long a group of touching bodies has to be that slow to fall asleep, in seconds.
+        /// Time for which a group of touching bodies has to be that slow to fall asleep, in
+        /// seconds.
         pub sleep_time_s: f64 = 0.1 => within("above 0 and at most 60 s", above(0.0, 60.0)),
     }
 }
 
 impl CellSettings {
-    /// A robot that lays items down: let go 1 cm above their place, given up to 2 s to come to rest. Contacts are solved for three
-    /// times as often as in the reference, as what is asked of it is what stays and what it carries.
+    /// Gives the settings of a robot that lays items down: let go 1 cm above their place, given up
+    /// to 2 s to come to rest. Contacts are solved for three times as often as in the reference, as
+    /// what is asked of it is what stays and what it carries.
     pub fn robot() -> Self {
-        let release = ReleaseSettings {
-            height_m: 0.01,
-            ..ReleaseSettings::default()
-        };
-        let solver = SolverSettings {
-            substeps: 4,
-            sweeps: 3,
-            ..SolverSettings::default()
-        };
-        Self {
-            release,
-            solver,
-            settle_time_s: 2.0,
-            ..Self::default()
-        }
+        let mut robot = Self::default();
+        robot.release.height_m = 0.01;
+        robot.solver.substeps = 4;
+        robot.solver.sweeps = 3;
+        robot.settle_time_s = 2.0;
+        robot
     }
 
     /// Checks that every number is possible.
@@ -173,10 +166,10 @@ impl CellSettings {
         steps("the steps of a settling phase", wanted)
     }
 
-    /// These settings with what another value has, object by object, in place of theirs: what is left out stays.
+    /// Replaces what another value has, object by object: what is left out stays.
     ///
     /// # Errors
-    /// What of `over` is no setting.
+    /// The first of `over` that is no setting.
     pub fn overlaid(&self, over: Value) -> Result<Self, serde_json::Error> {
         let mut settings = serde_json::to_value(self)?;
         overlay(&mut settings, over);

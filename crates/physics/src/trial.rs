@@ -24,61 +24,64 @@ use loads::LoadTries;
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin, TwinSettings};
 
-/// Divisor of the tries of an item that has a last resort: what rolls seldom stays at the next places, either, and all of them
-/// are tried again and again as it is left for later steps.
+/// Divisor of the tries of an item that has a last resort: what rolls seldom stays at the next
+/// places, either, and all of them are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
-/// Factor of the distance between tries in a widened search, in which it holds at any yaw and in any pose.
+/// Factor of the distance between tries in a widened search, in which it holds at any yaw and in
+/// any pose.
 const WIDE: f64 = 4.0;
 
-/// So many tries are kept from one step to the next at most.
+/// Maximum of tries that are kept from one step to the next.
 const TRIES_KEPT: usize = 10_000;
 
-/// Of a try with what was seen of the item.
+/// Degradation of a try with what was seen of the item.
 const SEEN_ITEM: &str =
     "the item was tried with the shape that was seen of it, as its solid is not known";
 
-/// Of an item that was not tried.
+/// Degradation of an item that was not tried.
 const UNTRIED_ITEM: &str = "the item was not tried, as what was seen of it makes no solid";
 
-/// Of a try among items of which no more is known than what was seen.
+/// Degradation of a try among items of which no more is known than what was seen.
 const SEEN_CONTENT: &str =
     "items in the container took part with the shapes that were seen of them";
 
-/// Of a try where not all that lies in the container is known.
+/// Degradation of a try where not all that lies in the container is known.
 const PARTIAL_CONTENT: &str =
     "the item was tried among the known ones in the container, and on the heightmap of the others";
 
 /// Accepts placements whose item stays where it is placed, as the twin of the cell tells.
 ///
-/// An item whose solid is not known takes part with the shape that was seen; what lies in the container and has no known
-/// shape is as high as the heightmap shows it. The evidence says so. Where nothing is known of the content, placements
-/// are accepted without evidence.
+/// An item whose solid is not known takes part with the shape that was seen; what lies in the
+/// container and has no known shape is as high as the heightmap shows it. The evidence says so.
+/// Where nothing is known of the content, placements are accepted without evidence.
 ///
 /// Its answers are the same with any number of threads, and whatever was tried in earlier steps.
 pub struct TrialCheck {
     settings: TrialSettings,
     twin: Twin,
-    /// Of items whose own solids are not known.
+    /// Solids of items whose own are not known.
     seen: SeenSolids,
-    /// What this step lacks of the container's content.
+    /// Degradations of this step, by what is not known of the container's content.
     lacks: Vec<&'static str>,
-    /// Spreads the tries of a step; without one they are made one after another.
+    /// Threads that share the tries of a step; without them they are made one after another.
     pool: Option<Arc<rayon::ThreadPool>>,
     /// Tries of this step, and those of earlier steps that would not go otherwise now.
     known: HashMap<Place, Tried>,
-    /// Of this step.
+    /// Refusals of this step.
     refused: Vec<Refused>,
-    /// What tried placements load the items below with.
+    /// Loads of tried placements on the items below.
     loads: LoadTries,
-    /// By arrival: tries of this step that counted.
+    /// Tries of this step that counted, by arrival.
     tries: HashMap<usize, usize>,
-    /// Whether tries are far from each other in this search, so that they reach other places than those before.
+    /// Whether tries are far from each other in this search, so that they reach other places than
+    /// those before.
     is_wide: bool,
 }
 
-/// The check of a method that tries placements, in a twin, on the threads of a pool; `None` of one that does not. Where items have
-/// limits, loads are held against them by the settings of `loads`.
+/// Makes the check of a method that tries placements, in a twin, on the threads of a pool; `None`
+/// of one that does not. Where items have limits, loads are held against them by the settings of
+/// `loads`.
 ///
 /// # Errors
 /// [`PhysicsError::Setting`] where a setting is impossible.
@@ -95,7 +98,7 @@ pub fn check(
     Ok(Some(Box::new(TrialCheck { pool, ..check })))
 }
 
-/// Threads for the tries of a step; none are needed for one at a time.
+/// Starts threads for the tries of a step; none are needed for one at a time.
 ///
 /// # Errors
 /// [`PhysicsError::Threads`] where they cannot be had.
@@ -119,15 +122,21 @@ struct Place {
 }
 
 /// A placement that was refused, and why.
-#[derive(Debug, Clone, Copy)]
 struct Refused {
     place: Place,
-    settling: Settling,
+    tried: Tried,
     why: &'static str,
 }
 
+impl Refused {
+    /// Refuses it, or one like it.
+    fn refusal(&self) -> Refusal {
+        Refusal::because(Cause::Unsteady, self.why)
+    }
+}
+
 impl TrialCheck {
-    /// A check by these settings, in the twin of a cell.
+    /// Makes a check by these settings, in the twin of a cell.
     ///
     /// # Errors
     /// [`PhysicsError::Setting`] where a setting is impossible.
@@ -156,50 +165,34 @@ impl TrialCheck {
         }
     }
 
-    /// How many placements of this step it was asked about that it did not refuse unasked.
+    /// Counts the placements of this step that it was asked about and did not refuse unasked.
     pub fn tries(&self) -> usize {
         self.tries.values().sum()
     }
 
-    /// What was refused close to a placement, of the same item and yaw.
-    fn refused_near(&self, input: &StepInput<'_>, place: &Place) -> Option<&Refused> {
+    /// Gives the refusal of a placement close to this one, of the same item and yaw.
+    fn refused_near(&self, input: &StepInput<'_>, place: &Place) -> Option<Refusal> {
         let mut refused = self.refused.iter();
-        refused.find(|refused| self.is_near(input, place, &refused.place))
+        let near = refused.find(|refused| self.is_near(input, place, &refused.place));
+        let overloaded = || {
+            self.loads
+                .refused(|other| self.is_near(input, place, other))
+        };
+        near.map(Refused::refusal).or_else(|| overloaded().cloned())
     }
 
-    /// What was refused by its load close to a placement, of the same item and yaw.
-    fn overloaded_near(&self, input: &StepInput<'_>, place: &Place) -> Option<&Refusal> {
-        self.loads
-            .refused(|other| self.is_near(input, place, other))
-    }
-
-    /// What was refused last of the same item.
-    fn refused_last(&self, place: &Place) -> Option<&Refused> {
-        let mut refused = self.refused.iter().rev();
-        refused.find(|refused| refused.place.arrival == place.arrival)
-    }
-
-    /// What was refused as it rolls, and is within the limits of all.
+    /// Gives the placements that were refused as the item rolls, and are within the limits of all.
     fn resorts(&self) -> impl Iterator<Item = &Refused> {
         let limits = &self.settings.limits;
         let refused = self.refused.iter();
-        refused.filter(|refused| refused.settling.beyond(limits).is_none())
-    }
-
-    /// Refuses a placement as it, or one like it, goes beyond the limits.
-    fn refusal(&self, like: Option<&Refused>) -> Refusal {
-        let why = like.map(|refused| refused.why);
-        let because = |why| Refusal::because(Cause::Unsteady, why);
-        why.map_or(Cause::Unsteady.into(), because)
+        refused.filter(|refused| refused.tried.settling.beyond(limits).is_none())
     }
 
     fn is_near(&self, input: &StepInput<'_>, place: &Place, other: &Place) -> bool {
         let (at, near) = (place.resting.placement, other.resting.placement);
         let is_turned = place.shape != other.shape || at.yaw != near.yaw;
-        let near_m = match self.is_wide {
-            true => WIDE * self.settings.neighbour_m,
-            false => self.settings.neighbour_m,
-        };
+        let factor = if self.is_wide { WIDE } else { 1.0 };
+        let near_m = factor * self.settings.neighbour_m;
         let cell_m = input.grid.resolution().cell_m();
         let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * cell_m;
         let (x_m, y_m) = (apart_m(at.x, near.x), apart_m(at.y, near.y));
@@ -221,7 +214,8 @@ impl TrialCheck {
         Ok(())
     }
 
-    /// A candidate as it can be tried at a place; `None` where it cannot.
+    /// Gives a candidate as it can be tried at a place, with what was seen of it where its solid is
+    /// not known; `None` where it cannot.
     fn solid_at(
         &mut self,
         input: &StepInput<'_>,
@@ -231,62 +225,44 @@ impl TrialCheck {
         let Some(pose) = candidate.item.container_from_item(input.grid, resting) else {
             return Ok(None);
         };
-        match &candidate.model {
-            Some(model) => Ok(Some((self.twin.solid(model)?, pose))),
-            None => Ok(self.seen_at(input, candidate, pose)),
+        if let Some(model) = &candidate.model {
+            return Ok(Some((self.twin.solid(model)?, pose)));
         }
+        let seen = self.seen.of(&candidate.item, input.grid.resolution());
+        let solid = seen.and_then(|model| self.twin.solid(&model).ok());
+        let solid = solid.filter(|solid| self.twin.can_try(solid, &pose));
+        Ok(solid.map(|solid| (solid, pose)))
     }
 
-    /// As [`Self::solid_at`], with what was seen of the candidate.
-    fn seen_at(
-        &mut self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        pose: Isometry3<f64>,
-    ) -> Option<(Solid, Isometry3<f64>)> {
-        let model = self.seen.of(&candidate.item, input.grid.resolution())?;
-        let solid = self.twin.solid(&model).ok()?;
-        self.twin.can_try(&solid, &pose).then_some((solid, pose))
-    }
-
-    /// The item below that the placement loads most, where one has a limit: of what was tried and is not refused anyway.
-    fn load(
-        &self,
-        candidate: &Candidate,
-        place: &Place,
-        settling: &Settling,
-    ) -> Result<Option<Load>, PhysicsError> {
-        let is_possible = settling.beyond(&self.settings.limits).is_none();
-        match self.known.get(place).filter(|_| is_possible) {
-            Some(tried) => self.loads.greatest(
-                &self.twin,
-                &tried.solid,
-                candidate.weighs_kg(),
-                &tried.container_from_item,
-                self.pool.as_deref(),
-            ),
-            None => Ok(None),
+    /// Gives the item below that a placement loads most, where one has a limit and the placement is
+    /// not refused anyway.
+    fn load(&self, candidate: &Candidate, tried: &Tried) -> Result<Option<Load>, PhysicsError> {
+        if tried.settling.beyond(&self.settings.limits).is_some() {
+            return Ok(None);
         }
+        let (mass_kg, pose) = (candidate.weighs_kg(), &tried.container_from_item);
+        let pool = self.pool.as_deref();
+        self.loads
+            .greatest(&self.twin, &tried.solid, mass_kg, pose, pool)
     }
 
-    fn evidence(&self, place: &Place, settling: Settling, load: Option<Load>) -> Evidence {
+    fn evidence(&self, place: &Place, tried: &Tried, load: Option<Load>) -> Evidence {
         let item = place.is_seen.then_some(SEEN_ITEM);
         let degraded = item.iter().chain(&self.lacks);
-        // It was tried from its place, so that it falls no farther in the cell than it did here.
-        let clearance_m = |tried: &Tried| {
-            let pose = &tried.container_from_item;
-            self.twin.clearance_m(&tried.solid, pose)
-        };
         Evidence {
-            settling: Some(settling),
+            settling: Some(tried.settling),
             load,
             degraded: degraded.map(|reason| (*reason).to_owned()).collect(),
-            lowered_m: self.known.get(place).map_or(0.0, clearance_m),
+            // It was tried from its place, so that it falls no farther in the cell than here.
+            lowered_m: self
+                .twin
+                .clearance_m(&tried.solid, &tried.container_from_item),
             ..Evidence::default()
         }
     }
 
-    /// Forgets the tries that may go otherwise now, as something is not as it was, and those of items that are gone.
+    /// Forgets the tries that may go otherwise now, as something is not as it was, and those of
+    /// items that are gone.
     fn forget(&mut self, input: &StepInput<'_>, changed: &[Bounds]) {
         let twin = &self.twin;
         let waits = |place: &Place| {
@@ -302,25 +278,24 @@ impl TrialCheck {
     }
 
     /// Tries a candidate at a place, where that is not known yet; `None` where it cannot be tried.
-    fn settling(
+    fn tried(
         &mut self,
         input: &StepInput<'_>,
         candidate: &Candidate,
         place: &Place,
-    ) -> Result<Option<Settling>, PhysicsError> {
+    ) -> Result<Option<Tried>, PhysicsError> {
         if let Some(tried) = self.known.get(place) {
-            return Ok(Some(tried.settling));
+            return Ok(Some(tried.clone()));
         }
         let Some((solid, pose)) = self.solid_at(input, candidate, &place.resting)? else {
             return Ok(None);
         };
         let tried = Tried::now(&self.twin, solid, pose, &self.settings.limits)?;
-        let settling = tried.settling;
-        self.known.insert(*place, tried);
-        Ok(Some(settling))
+        self.known.insert(*place, tried.clone());
+        Ok(Some(tried))
     }
 
-    /// As [`ValidityCheck::judge`].
+    /// Judges as [`ValidityCheck::judge`], but for time.
     fn judge_by_tries(
         &mut self,
         input: &StepInput<'_>,
@@ -331,33 +306,29 @@ impl TrialCheck {
             return Ok(untried(input, candidate, resting, Vec::new()));
         }
         let place = Place::of(candidate, resting);
-        let Some(settling) = self.settling(input, candidate, &place)? else {
+        let Some(tried) = self.tried(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];
             return Ok(untried(input, candidate, resting, degraded));
         };
         *self.tries.entry(place.arrival).or_default() += 1;
-        let load = self.load(candidate, &place, &settling)?;
-        if let Some(refusal) = load
+        let load = self.load(candidate, &tried)?;
+        let overload = load
             .as_ref()
-            .and_then(|load| self.loads.refuse(place, load))
-        {
+            .and_then(|load| self.loads.refuse(place, load));
+        if let Some(refusal) = overload {
             return Ok(Verdict::Refused(refusal));
         }
-        let tried = self.known.get(&place);
-        if let Some(why) = tried.and_then(|tried| tried.beyond(&self.settings.limits)) {
-            let refused = Refused {
-                place,
-                settling,
-                why,
-            };
-            self.refused.push(refused);
-            return Ok(Verdict::Refused(self.refusal(Some(&refused))));
-        }
-        Ok(Verdict::Accepted(self.evidence(&place, settling, load)))
+        let Some(why) = tried.beyond(&self.settings.limits) else {
+            return Ok(Verdict::Accepted(self.evidence(&place, &tried, load)));
+        };
+        let refused = Refused { place, tried, why };
+        let refusal = refused.refusal();
+        self.refused.push(refused);
+        Ok(Verdict::Refused(refusal))
     }
 }
 
-/// Of a placement that cannot be tried: it is made as planned if that is not above the rim.
+/// Judges a placement that cannot be tried: it is made as planned if that is not above the rim.
 fn untried(
     input: &StepInput<'_>,
     candidate: &Candidate,
@@ -374,7 +345,8 @@ fn untried(
     })
 }
 
-/// What became of a solid at a place.
+/// The outcome for a solid at a place.
+#[derive(Clone)]
 struct Tried {
     solid: Solid,
     container_from_item: Isometry3<f64>,
@@ -396,13 +368,10 @@ impl Tried {
         })
     }
 
-    /// What keeps it from being accepted as long as another placement is valid.
+    /// Says what keeps it from being accepted as long as another placement is valid.
     fn beyond(&self, limits: &TrialLimits) -> Option<&'static str> {
-        if self.solid.can_roll() {
-            self.settling.beyond(&limits.of_rolling())
-        } else {
-            self.settling.beyond(limits)
-        }
+        let rolling = self.solid.can_roll().then(|| limits.of_rolling());
+        self.settling.beyond(&rolling.unwrap_or(*limits))
     }
 }
 
@@ -446,18 +415,17 @@ impl ValidityCheck for TrialCheck {
         candidate: &Candidate,
         resting: &RestingPlacement,
     ) -> Option<Refusal> {
-        let place = Place::of(candidate, resting);
-        if let Some(near) = self.refused_near(input, &place) {
-            return Some(self.refusal(Some(near)));
+        let near = self.refused_near(input, &Place::of(candidate, resting));
+        let overload = || self.loads.done_with(candidate.arrival).cloned();
+        if let Some(refusal) = near.or_else(overload) {
+            return Some(refusal);
         }
-        if let Some(refusal) = self.overloaded_near(input, &place) {
-            return Some(refusal.clone());
-        }
-        if let Some(refusal) = self.loads.done_with(candidate.arrival) {
-            return Some(refusal.clone());
-        }
-        let is_done = self.is_done_with(candidate);
-        is_done.then(|| self.refusal(self.refused_last(&place)))
+        let last = || {
+            let mut refused = self.refused.iter().rev();
+            let last = refused.find(|refused| refused.place.arrival == candidate.arrival);
+            last.map_or_else(|| Cause::Unsteady.into(), Refused::refusal)
+        };
+        self.is_done_with(candidate).then(last)
     }
 
     fn judge(
@@ -497,7 +465,6 @@ impl ValidityCheck for TrialCheck {
             let mut others = tries.iter();
             let is_covered = self.is_done_with(candidate)
                 || self.refused_near(input, &place).is_some()
-                || self.overloaded_near(input, &place).is_some()
                 || others.any(|(other, ..)| self.is_near(input, &place, other));
             if is_covered || self.known.contains_key(&place) {
                 continue;
@@ -526,27 +493,23 @@ impl ValidityCheck for TrialCheck {
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {
         let tries = self.tries.get(&candidate.arrival).copied().unwrap_or(0);
-        let most = match self
-            .resorts()
-            .any(|resort| resort.place.arrival == candidate.arrival)
-        {
-            true => self.settings.tries_per_item.div_ceil(TRIES_WITH_RESORT),
-            false => self.settings.tries_per_item,
-        };
-        tries >= most || self.loads.done_with(candidate.arrival).is_some()
+        let mut resorts = self.resorts();
+        let has_resort = resorts.any(|resort| resort.place.arrival == candidate.arrival);
+        let divisor = if has_resort { TRIES_WITH_RESORT } else { 1 };
+        tries >= self.settings.tries_per_item.div_ceil(divisor)
+            || self.loads.done_with(candidate.arrival).is_some()
     }
 
     fn last_resort(&self) -> Option<LastResort> {
         let rolling = self.settings.limits.of_rolling();
-        let severity = |refused: &Refused| refused.settling.severity(&rolling);
-        let least = self
-            .resorts()
-            .min_by(|a, b| severity(a).total_cmp(&severity(b)));
+        let severity = |refused: &Refused| refused.tried.settling.severity(&rolling);
+        let mut resorts = self.resorts();
+        let least = resorts.min_by(|a, b| severity(a).total_cmp(&severity(b)));
         least.map(|refused| LastResort {
             arrival: refused.place.arrival,
             shape: refused.place.shape,
             resting: refused.place.resting,
-            evidence: self.evidence(&refused.place, refused.settling, None),
+            evidence: self.evidence(&refused.place, &refused.tried, None),
         })
     }
 }

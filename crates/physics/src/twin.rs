@@ -1,10 +1,12 @@
 //! The twin of a cell: what is known to lie there, in which placements are tried.
 //!
-//! A try simulates only what it can touch. The item is let go as a robot would let it go, among the bodies near its place:
-//! those that it may touch move with it, those around them are fixed, and the rest of the content is left out. So a try costs
-//! the same in a full container as in a half-empty one.
+//! A try simulates only what it can touch. The item is let go as a robot would let it go, among the
+//! bodies near its place: those that it may touch move with it, those around them are fixed, and
+//! the rest of the content is left out. So a try costs the same in a full container as in a
+//! half-empty one.
 //!
-//! Where not all that lies there is known, the rest is as the heightmap shows it, and nothing moves it.
+//! Where not all that lies there is known, the rest is as the heightmap shows it, and nothing moves
+//! it.
 
 mod loads;
 
@@ -21,8 +23,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::loads::Burden;
 use ppnpack_packing::trial::{Settling, TrialLimits};
-use rapier3d::dynamics::RigidBodyHandle;
-use serde::{Deserialize, Serialize};
+use rapier3d::dynamics::{RigidBodyHandle, RigidBodyType};
 
 use crate::body::{BodyTemplate, Templates};
 use crate::cell::checked_pose;
@@ -33,31 +34,43 @@ use crate::settings::CellSettings;
 use crate::terrain;
 use crate::world::World;
 
-/// The least time step of a try, in seconds. Half of that changed neither how full containers get nor what stays in them.
+/// Minimum time step of a try, in seconds. Half of that changed neither how full containers get nor
+/// what stays in them.
 const TIMESTEP_S: f64 = 1.0 / 240.0;
 
 /// Bodies that a try lifts by no more than this count as lying where they lay, in metres.
 const LIFTED_M: f64 = 0.001;
 
-/// How a try is simulated. A rough try, in coarse steps of time, refuses most of what would not stay; what passes it is tried
-/// twice more, for longer and under a disturbance: one way, and the other.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TwinSettings {
-    /// The cell that is copied; its settling time is the longest that a try lasts.
-    pub cell: CellSettings,
-    /// How the rough try is simulated.
-    pub rough: RoughSettings,
-    /// How the tries after the rough one differ from the plan: the real cell is not quite the twin.
-    pub disturbance: Disturbance,
-    /// Bodies this close to the item's place move in a try, in metres.
-    pub reach_m: f64,
-    /// An item that is slower than this counts as at rest when the time is over, in m/s.
-    pub still_speed_m_s: f64,
+/// The outcome for an item that the engine gave up on.
+const GIVEN_UP: Settling = Settling {
+    tilt_rad: PI,
+    slide_m: 0.0,
+    disturbance_m: 0.0,
+    above_rim_m: 0.0,
+    is_still: false,
+};
+
+settings! {
+    /// Settings of tries. A rough try, in coarse steps of time, refuses most of what would not
+    /// stay; what passes it is tried twice more, for longer and under a disturbance: one way, and
+    /// the other.
+    pub struct TwinSettings {
+        /// The cell that is copied; its settling time is the longest that a try lasts.
+        pub cell: CellSettings = TwinSettings::copy_of(CellSettings::robot()),
+        /// The rough try.
+        pub rough: RoughSettings = RoughSettings::default(),
+        /// Differences of the tries after the rough one from the plan: the real cell is not quite
+        /// the twin.
+        pub disturbance: Disturbance = Disturbance::default(),
+        /// Bodies this close to the item's place move in a try, in metres.
+        pub reach_m: f64 = 0.01,
+        /// An item that is slower than this counts as at rest when the time is over, in m/s.
+        pub still_speed_m_s: f64 = 0.05,
+    }
 }
 
 settings! {
-    /// How the rough try is simulated.
+    /// Settings of the rough try.
     #[derive(Copy)]
     pub struct RoughSettings {
         /// Time per step, in seconds.
@@ -70,27 +83,27 @@ settings! {
 }
 
 settings! {
-    /// How two tries of a placement differ from the plan: in one the item is let go beside its
+    /// Differences of two tries of a placement from the plan: in one the item is let go beside its
     /// place, ahead along x and y, and is turned to the left; in the other behind and turned to the
     /// right. Both have the same friction.
     #[derive(Copy)]
     pub struct Disturbance with validate as "disturbance." {
         /// Factor of all friction coefficients.
         pub friction: f64 = 0.75 => within("between 0.1 and 10", 0.1..=10.0),
-        /// How far from its place the item is let go, along x and along y, in metres.
+        /// Distance from its place at which the item is let go, along x and along y, in metres.
         pub shift_m: f64 = 0.003 => within("between 0 and 0.1 m", 0.0..=0.1),
-        /// By how much it is turned about the vertical, in radians.
+        /// Angle by which it is turned about the vertical, in radians.
         pub yaw_rad: f64 = 1.0_f64.to_radians() => within("between 0 and 1 rad", 0.0..=1.0),
     }
 }
 
 impl Disturbance {
-    /// Where the item is held in place of its planned pose: in one try, and in the other.
+    /// Gives the poses in which the item is held instead of the planned one, in either try.
     fn held(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 2] {
         [1.0, -1.0].map(|way| self.beside(planned, [way, way], way))
     }
 
-    /// Where the item is held beside its planned pose, on each of the four sides between x and y.
+    /// Gives the poses beside the planned one on each of the four sides between x and y.
     fn around(&self, planned: &Isometry3<f64>) -> [Isometry3<f64>; 4] {
         let ways = [[1.0, 1.0], [-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
         ways.map(|ways| self.beside(planned, ways, ways[0]))
@@ -104,28 +117,22 @@ impl Disturbance {
     }
 }
 
-impl Default for TwinSettings {
-    fn default() -> Self {
-        Self::of(&CellSettings::robot())
-    }
-}
-
 impl TwinSettings {
-    /// The twin of a cell. A try lasts a second at most, in steps of 1/240 s or longer, and the robot makes no errors in it but
-    /// the disturbance.
+    /// Makes the twin of a cell. A try lasts a second at most, in steps of 1/240 s or longer, and
+    /// the robot makes no errors in it but the disturbance.
     pub fn of(cell: &CellSettings) -> Self {
-        let mut cell = cell.clone();
+        Self {
+            cell: Self::copy_of(cell.clone()),
+            ..Self::default()
+        }
+    }
+
+    fn copy_of(mut cell: CellSettings) -> CellSettings {
         cell.solver.timestep_s = cell.solver.timestep_s.max(TIMESTEP_S);
         cell.settle_time_s = cell.settle_time_s.min(1.0);
         cell.release.jitter_m = 0.0;
         cell.release.jitter_yaw_rad = 0.0;
-        Self {
-            cell,
-            rough: RoughSettings::default(),
-            disturbance: Disturbance::default(),
-            reach_m: 0.01,
-            still_speed_m_s: 0.05,
-        }
+        cell
     }
 
     /// The cell of rough tries.
@@ -145,13 +152,15 @@ impl TwinSettings {
         cell
     }
 
-    /// A cell in which loads are tried: for twice as long, as what slides or rolls slowly comes to rest late.
+    /// A cell in which loads are tried: for twice as long, as what slides or rolls slowly comes to
+    /// rest late.
     fn patient(mut cell: CellSettings) -> CellSettings {
         cell.settle_time_s *= 2.0;
         cell
     }
 
-    /// The cell in which loads are tried as planned: in steps as short as those of the cell that is copied.
+    /// The cell in which loads are tried as planned: in steps as short as those of the cell that is
+    /// copied.
     fn fine_cell(&self) -> CellSettings {
         let mut cell = Self::patient(self.cell.clone());
         cell.solver.timestep_s /= 2.0;
@@ -173,18 +182,18 @@ impl TwinSettings {
     }
 }
 
-/// What is known to lie in a container, as bodies.
+/// The known content of a container, as bodies.
 pub struct Twin {
     settings: TwinSettings,
     /// The cells of rough and of disturbed tries.
     rough: CellSettings,
     disturbed: CellSettings,
-    /// Those of tries of loads, as planned and disturbed.
+    /// The cells of tries of loads, as planned and disturbed.
     fine: CellSettings,
     patient: CellSettings,
     templates: Templates,
     laid: Laid,
-    /// When tries end that have not come to an end.
+    /// The end of tries that have not come to an end before.
     deadline: Option<Instant>,
 }
 
@@ -193,7 +202,7 @@ pub struct Twin {
 pub struct Solid(Arc<BodyTemplate>);
 
 impl Solid {
-    /// Whether it rolls on a floor from the pose in which it stands.
+    /// Says whether it rolls on a floor from the pose in which it stands.
     pub fn can_roll(&self) -> bool {
         self.0.can_roll
     }
@@ -218,7 +227,8 @@ impl Twin {
         })
     }
 
-    /// Ends tries from now on that take longer than until then: they fail as [`PhysicsError::Late`].
+    /// Ends tries from now on that take longer than until then: they fail as
+    /// [`PhysicsError::Late`].
     pub fn end_by(&mut self, deadline: Option<Instant>) {
         self.deadline = deadline;
     }
@@ -235,17 +245,15 @@ impl Twin {
     /// that is all of it.
     pub fn lay_down(&mut self, content: &[LyingSolid]) -> bool {
         let laid = content.iter().filter_map(|solid| self.lying(solid).ok());
-        let bodies: Vec<Lying> = laid.collect();
-        let is_all = bodies.len() == content.len();
-        self.laid = Laid {
-            bodies,
-            terrain: Vec::new(),
-        };
+        let bodies = laid.collect();
+        let terrain = Vec::new();
+        self.laid = Laid { bodies, terrain };
         self.templates.tidy();
-        is_all
+        self.laid.bodies.len() == content.len()
     }
 
-    /// Fills the container up to where a scene shows more than what was laid down, with what nothing moves.
+    /// Fills the container up to where a scene shows more than what was laid down, with what
+    /// nothing moves.
     ///
     /// # Errors
     /// [`PhysicsError::Heightmap`] where the scene is not of the grid; then nothing has changed.
@@ -259,8 +267,7 @@ impl Twin {
     }
 
     fn lying(&mut self, solid: &LyingSolid) -> Result<Lying, PhysicsError> {
-        let container = self.settings.cell.container;
-        let pose = checked_pose(container, &solid.model, &solid.container_from_item)?;
+        let pose = self.checked(&solid.model, &solid.container_from_item)?;
         let template = self.templates.of(&solid.model)?;
         Ok(Lying {
             bounds: template.bounds(&pose),
@@ -270,17 +277,25 @@ impl Twin {
         })
     }
 
-    /// What each of the bodies that lie there weighs, and may carry.
+    fn checked(
+        &self,
+        model: &Model,
+        pose: &Isometry3<f64>,
+    ) -> Result<Isometry3<f64>, PhysicsError> {
+        checked_pose(self.settings.cell.container, model, pose)
+    }
+
+    /// Gives what each of the bodies that lie there weighs, and may carry.
     pub(crate) fn burdens(&self) -> impl Iterator<Item = &Burden> {
         self.laid.bodies.iter().map(|lying| &lying.burden)
     }
 
-    /// What lies there.
+    /// Gives the content.
     pub(crate) fn laid(&self) -> &Laid {
         &self.laid
     }
 
-    /// Whether what becomes of an item at a place has nothing to do with what is in some boxes.
+    /// Says whether what is in some boxes cannot matter to an item at a place.
     pub(crate) fn is_beyond_reach(
         &self,
         Solid(template): &Solid,
@@ -288,11 +303,11 @@ impl Twin {
         boxes: &[Bounds],
     ) -> bool {
         let place = template.bounds(container_from_item);
-        let reach_m = self.settings.reach_m;
-        self.laid.is_beyond_reach(&place, boxes, reach_m)
+        self.laid
+            .is_beyond_reach(&place, boxes, self.settings.reach_m)
     }
 
-    /// A model to be tried; its hulls are built the first time.
+    /// Prepares a model to be tried; its hulls are built the first time.
     ///
     /// # Errors
     /// [`PhysicsError::Model`] where it has no usable hulls or mass.
@@ -300,27 +315,24 @@ impl Twin {
         Ok(Solid(self.templates.of(model)?))
     }
 
-    /// Whether a solid can be tried there: the pose is finite, rigid and not far away.
+    /// Says whether a solid can be tried there: the pose is finite, rigid and not far away.
     pub fn can_try(&self, Solid(template): &Solid, container_from_item: &Isometry3<f64>) -> bool {
-        let container = self.settings.cell.container;
-        checked_pose(container, &template.model, container_from_item).is_ok()
+        self.checked(&template.model, container_from_item).is_ok()
     }
 
-    /// How far below a place an item touches what lies there, in metres. At most it is the height from which items are let go: let
-    /// go above where it touches by that, an item is nowhere lower than at its place.
-    pub fn clearance_m(
-        &self,
-        Solid(template): &Solid,
-        container_from_item: &Isometry3<f64>,
-    ) -> f64 {
+    /// Measures how far below a place an item touches what lies there, in metres. At most it is the
+    /// height from which items are let go: let go above where it touches by that, an item is
+    /// nowhere lower than at its place.
+    pub fn clearance_m(&self, Solid(template): &Solid, pose: &Isometry3<f64>) -> f64 {
         let most_m = self.settings.cell.release.height_m;
-        self.laid.clearance_m(template, container_from_item, most_m)
+        self.laid.clearance_m(template, pose, most_m)
     }
 
-    /// What becomes of an item that is placed there. A try that goes beyond the limits ends then and there.
+    /// Tries to place an item. A try that goes beyond the limits ends then and there.
     ///
     /// # Errors
-    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away; [`PhysicsError::Late`].
+    /// [`PhysicsError::Pose`] where the pose is not finite, not rigid or far away;
+    /// [`PhysicsError::Late`].
     pub fn try_placement(
         &self,
         solid: &Solid,
@@ -328,8 +340,7 @@ impl Twin {
         limits: &TrialLimits,
     ) -> Result<Settling, PhysicsError> {
         let Solid(template) = solid;
-        let container = self.settings.cell.container;
-        let planned = checked_pose(container, &template.model, container_from_item)?;
+        let planned = self.checked(&template.model, container_from_item)?;
         let mut settling = self.attempt(template, &planned, &planned, &self.rough, limits)?;
         for held in self.settings.disturbance.held(&planned) {
             if settling.beyond(limits).is_some() {
@@ -354,35 +365,45 @@ impl Twin {
         released.translation.z += cell.release.height_m;
         let mut world = World::new(cell);
         let movable = self.lay_near(&mut world, &template.bounds(planned));
-        let handle = world.insert(template, &released);
+        let handle = world.insert(RigidBodyType::Dynamic, template, &released);
         let mut attempt = Attempt {
             world,
             handle,
-            twin: self,
             template,
             planned: *planned,
             movable,
         };
-        attempt.run(cell, self.settings.still_speed_m_s, limits)
+        let mut settling = GIVEN_UP;
+        for _ in 0..cell.settle_steps() {
+            self.in_time()?;
+            attempt.world.step();
+            settling = attempt.settling(self.settings.still_speed_m_s);
+            if settling.severity(limits) > 1.0 || attempt.world.is_asleep() {
+                break;
+            }
+        }
+        Ok(Settling {
+            above_rim_m: attempt.above_rim_m(cell.container),
+            ..settling
+        })
     }
 
     /// Lays down the bodies and the terrain near a place; gives the bodies that can move.
     fn lay_near(&self, world: &mut World, place: &Bounds) -> Vec<Movable<'_>> {
         let reach_m = self.settings.reach_m;
-        let is_movable = self.laid.movable(place, reach_m);
-        let bodies = || self.laid.bodies.iter().zip(&is_movable);
+        let is_movable = |lying: &Lying| are_near(&lying.bounds, place, reach_m);
         let is_near_movable = |other: &Bounds| {
-            let mut movable = bodies().filter(|(_, is_movable)| **is_movable);
-            movable.any(|(lying, _)| are_near(other, &lying.bounds, reach_m))
+            let mut movable = self.laid.bodies.iter().filter(|lying| is_movable(lying));
+            movable.any(|lying| are_near(other, &lying.bounds, reach_m))
         };
         let mut movable = Vec::new();
-        for (lying, is_movable) in bodies() {
-            let pose = &lying.container_from_item;
-            if *is_movable {
-                let handle = world.insert(&lying.template, pose);
+        for lying in &self.laid.bodies {
+            let (template, pose) = (&lying.template, &lying.container_from_item);
+            if is_movable(lying) {
+                let handle = world.insert(RigidBodyType::Dynamic, template, pose);
                 movable.push(Movable { handle, lying });
             } else if is_near_movable(&lying.bounds) {
-                world.insert_fixed(&lying.template, pose);
+                world.insert(RigidBodyType::Fixed, template, pose);
             }
         }
         for bounds in &self.laid.terrain {
@@ -403,42 +424,13 @@ struct Movable<'a> {
 struct Attempt<'a> {
     world: World,
     handle: RigidBodyHandle,
-    twin: &'a Twin,
     template: &'a BodyTemplate,
     planned: Isometry3<f64>,
     movable: Vec<Movable<'a>>,
 }
 
 impl Attempt<'_> {
-    fn run(
-        &mut self,
-        cell: &CellSettings,
-        still_speed_m_s: f64,
-        limits: &TrialLimits,
-    ) -> Result<Settling, PhysicsError> {
-        let mut settling = Settling {
-            tilt_rad: 0.0,
-            slide_m: 0.0,
-            disturbance_m: 0.0,
-            above_rim_m: 0.0,
-            is_still: false,
-        };
-        for _ in 0..cell.settle_steps() {
-            self.twin.in_time()?;
-            self.world.step();
-            settling = self.settling(still_speed_m_s);
-            let is_beyond = settling.severity(limits) > 1.0;
-            if is_beyond || self.world.is_asleep() {
-                break;
-            }
-        }
-        Ok(Settling {
-            above_rim_m: self.above_rim_m(cell.container),
-            ..settling
-        })
-    }
-
-    /// How far the item, or one that it has lifted, sticks out above the rim now.
+    /// Measures how far the item, or one that it has lifted, sticks out above the rim now.
     fn above_rim_m(&self, container: ContainerSize) -> f64 {
         let pose = self.world.pose(self.handle).unwrap_or(self.planned);
         let lifted_tops = self.movable.iter().filter_map(|Movable { handle, lying }| {
@@ -451,19 +443,12 @@ impl Attempt<'_> {
 
     fn settling(&self, still_speed_m_s: f64) -> Settling {
         if self.world.gave_up(self.handle) {
-            return Settling {
-                tilt_rad: PI,
-                slide_m: 0.0,
-                disturbance_m: 0.0,
-                above_rim_m: 0.0,
-                is_still: false,
-            };
+            return GIVEN_UP;
         }
         let pose = self.world.pose(self.handle).unwrap_or(self.planned);
         let centre = self.template.model.mass.centre_of_mass_m;
-        let speed_m_s = self
-            .world
-            .surface_speed_m_s(self.handle, self.template.radius_m);
+        let radius_m = self.template.radius_m;
+        let speed_m_s = self.world.surface_speed_m_s(self.handle, radius_m);
         let moved_m = |movable: &Movable<'_>| {
             let Movable { handle, lying } = movable;
             if self.world.gave_up(*handle) {

@@ -1,4 +1,4 @@
-//! What depth cameras above a simulated cell see of it.
+//! Depth cameras above a simulated cell.
 
 use std::ops::Bound;
 
@@ -18,7 +18,7 @@ pub use ppnpack_camera::NoiseModel;
 use crate::cell::SimulatedCell;
 use crate::error::PhysicsError;
 
-/// How far each of two cameras stands beside the middle of the container along x, in metres.
+/// Distance of each of two cameras from the middle of the container along x, in metres.
 const BESIDE_M: f64 = 0.2;
 
 settings! {
@@ -27,7 +27,7 @@ settings! {
     pub struct CameraSettings {
         /// One camera above the middle, or two, beside it along x.
         pub cameras: usize = 1,
-        /// How far above the floor they are, in metres.
+        /// Their height above the floor, in metres.
         pub height_m: f64 = 0.9,
         /// Columns of an image.
         pub width_px: usize = 640,
@@ -59,18 +59,15 @@ impl CameraSettings {
     fn poses(&self, container: ContainerSize) -> Result<Vec<DepthCamera>, PhysicsError> {
         let (x_m, y_m) = (container.x_m * 0.5, container.y_m * 0.5);
         let middle = Point3::new(x_m, y_m, 0.0);
-        let beside: &[f64] = if self.cameras < 2 {
-            &[0.0]
-        } else {
-            &[-BESIDE_M, BESIDE_M]
+        let beside: &[f64] = match self.cameras {
+            1 => &[0.0],
+            _ => &[-BESIDE_M, BESIDE_M],
         };
         let cameras = beside.iter().map(|beside_m| {
             let place = Point3::new(x_m + beside_m, y_m, self.height_m);
             // One that leans sees the near wall's rim wider than one above the middle.
-            let sides_m = [
-                container.x_m + 1.5 * beside_m.abs(),
-                container.y_m + beside_m.abs(),
-            ];
+            let wider_m = beside_m.abs();
+            let sides_m = [container.x_m + 1.5 * wider_m, container.y_m + wider_m];
             let to_rim_m = self.height_m - container.z_m;
             let intrinsics = Intrinsics::framing(self.width_px, self.height_px, sides_m, to_rim_m)?;
             let camera = DepthCamera {
@@ -90,7 +87,7 @@ impl CameraSettings {
 pub struct CameraCloud {
     /// The points that were measured, in the camera's frame, in metres.
     pub points_m: Vec<Point3<f32>>,
-    /// Where the camera is.
+    /// The camera's pose.
     pub container_from_camera: Isometry3<f64>,
 }
 
@@ -100,12 +97,12 @@ pub struct Cameras {
     cameras: Vec<DepthCamera>,
     noise: NoiseModel,
     seed: u64,
-    /// How many images were taken: each has noise of its own.
+    /// The number of images that were taken: each has noise of its own.
     images: u64,
 }
 
 impl Cameras {
-    /// The cameras of these settings above a container.
+    /// Sets up the cameras of these settings above a container.
     ///
     /// # Errors
     /// [`PhysicsError::Setting`] or [`PhysicsError::Camera`] where a setting is impossible.
@@ -119,12 +116,12 @@ impl Cameras {
         })
     }
 
-    /// The cameras, in the container's frame.
+    /// Gives the cameras, in the container's frame.
     pub fn cameras(&self) -> &[DepthCamera] {
         &self.cameras
     }
 
-    /// What each sees of a cell now.
+    /// Takes a cloud of a cell with each.
     ///
     /// # Errors
     /// [`PhysicsError::Camera`] where the content has too many triangles.
@@ -165,7 +162,7 @@ pub struct CameraView {
 }
 
 impl CameraView {
-    /// A view of the content of a grid's container.
+    /// Makes a view of the content of a grid's container.
     ///
     /// # Errors
     /// As [`Cameras::new`].
@@ -179,15 +176,15 @@ impl CameraView {
         })
     }
 
-    /// The scene of a cell in which this is known to lie.
+    /// Makes the scene of a cell in which this is known to lie.
     ///
     /// # Errors
     /// As [`Cameras::see`].
     pub fn scene(&mut self, cell: &SimulatedCell, known: Content) -> Result<Scene, PhysicsError> {
         self.mapper.clear();
         for cloud in self.cameras.see(cell)? {
-            self.mapper
-                .add(cloud.points_m, &cloud.container_from_camera);
+            let pose = &cloud.container_from_camera;
+            self.mapper.add(cloud.points_m, pose);
         }
         let scene = self.mapper.finish()?.scene.with_content(known);
         Ok(self.memory.complete(&self.grid, scene))

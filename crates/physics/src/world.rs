@@ -6,12 +6,10 @@ use nalgebra::Isometry3;
 use ppnpack_catalogue::mesh::Bounds;
 use rapier3d::dynamics::{
     CCDSolver, CoefficientCombineRule, ImpulseJointSet, IntegrationParameters, IslandManager,
-    MultibodyJointSet, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, SoftBodySet,
-    SpringCoefficients,
+    MultibodyJointSet, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, RigidBodyType,
+    SoftBodySet, SpringCoefficients,
 };
-use rapier3d::geometry::{
-    BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactManifold, ContactPair, NarrowPhase,
-};
+use rapier3d::geometry::{BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactPair, NarrowPhase};
 use rapier3d::math::Vector;
 use rapier3d::pipeline::PhysicsPipeline;
 
@@ -22,14 +20,16 @@ use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
 
 /// Frequency of the springs that push out what overlaps, per substep rate.
 ///
-/// The engine's default of 30 Hz is made for 60 steps a second; at 480 it lets a stack sink by millimetres. The stiffest
-/// spring that a substep can resolve is at a fourth of its rate, but there light items rattle between others for ever.
+/// The engine's default of 30 Hz is made for 60 steps a second; at 480 it lets a stack sink by
+/// millimetres. The stiffest spring that a substep can resolve is at a fourth of its rate, but
+/// there light items rattle between others for ever.
 const STIFFNESS: f64 = 1.0 / 8.0;
 
-/// Contacts are not computed anew while two bodies move against each other by less than this, in length scales.
+/// Contacts are not computed anew while two bodies move against each other by less than this, in
+/// length scales.
 ///
-/// The engine's default is five times as much, half a centimetre for items of a decimetre, as large as the items' own
-/// edges and features.
+/// The engine's default is five times as much, half a centimetre for items of a decimetre, as large
+/// as the items' own edges and features.
 const RECYCLING: f32 = 0.01;
 
 /// The state of the simulation, and what steps it. A clone continues with the same bits.
@@ -53,8 +53,8 @@ pub(crate) struct World {
     pipeline: Pipeline,
 }
 
-/// The engine's working memory. A clone has its own, made anew: it holds tables of the state that it last stepped,
-/// which it would take for current.
+/// The engine's working memory. A clone has its own, made anew: it holds tables of the state that
+/// it last stepped, which it would take for current.
 struct Pipeline(PhysicsPipeline);
 
 impl Clone for Pipeline {
@@ -105,31 +105,14 @@ impl World {
         self.colliders.insert(collider);
     }
 
-    /// Adds a body at rest.
+    /// Adds a body at rest: a dynamic one, or a fixed one that nothing moves.
     pub(crate) fn insert(
         &mut self,
+        kind: RigidBodyType,
         template: &BodyTemplate,
         container_from_item: &Isometry3<f64>,
     ) -> RigidBodyHandle {
-        self.insert_as(RigidBodyBuilder::dynamic(), template, container_from_item)
-    }
-
-    /// Adds a body that nothing moves.
-    pub(crate) fn insert_fixed(
-        &mut self,
-        template: &BodyTemplate,
-        container_from_item: &Isometry3<f64>,
-    ) -> RigidBodyHandle {
-        self.insert_as(RigidBodyBuilder::fixed(), template, container_from_item)
-    }
-
-    fn insert_as(
-        &mut self,
-        body: RigidBodyBuilder,
-        template: &BodyTemplate,
-        container_from_item: &Isometry3<f64>,
-    ) -> RigidBodyHandle {
-        let mut body: RigidBody = body
+        let mut body: RigidBody = RigidBodyBuilder::new(kind)
             .pose(engine_pose(container_from_item))
             .additional_mass_properties(template.mass)
             .build();
@@ -198,21 +181,21 @@ impl World {
         );
     }
 
-    /// Whether no body is awake, so that further steps change nothing. Those that nothing moves neither sleep nor wake.
+    /// Says whether no body is awake, so that further steps change nothing. Fixed ones neither
+    /// sleep nor wake.
     pub(crate) fn is_asleep(&self) -> bool {
         let mut bodies = self.bodies.iter();
         bodies.all(|(_, body)| body.is_sleeping() || body.is_fixed())
     }
 
-    /// Where a body is.
+    /// Gives the pose of a body.
     pub(crate) fn pose(&self, handle: RigidBodyHandle) -> Option<Isometry3<f64>> {
-        self.bodies
-            .get(handle)
-            .map(|body| isometry(body.position()))
+        let body = self.bodies.get(handle);
+        body.map(|body| isometry(body.position()))
     }
 
-    /// An upper bound of the speed of a body's points, in m/s, where all are within `radius_m` of its centre of mass;
-    /// 0 when it sleeps.
+    /// Gives an upper bound of the speed of a body's points, in m/s, where all are within
+    /// `radius_m` of its centre of mass; 0 when it sleeps.
     pub(crate) fn surface_speed_m_s(&self, handle: RigidBodyHandle, radius_m: f64) -> f64 {
         match self.bodies.get(handle) {
             Some(body) if !body.is_sleeping() => {
@@ -223,12 +206,14 @@ impl World {
         }
     }
 
-    /// The deepest that two touching bodies, or a body and the container, reach into each other, in metres.
+    /// The deepest that two touching bodies, or a body and the container, reach into each other, in
+    /// metres.
     pub(crate) fn deepest_overlap_m(&self) -> f64 {
         let solids = |handle| {
             self.colliders
                 .get(handle)
-                .map_or_else(Vec::new, Solid::all_of)
+                .map(Solid::all_of)
+                .unwrap_or_default()
         };
         let overlap_m =
             |pair: &ContactPair| deepest_m(&solids(pair.collider1), &solids(pair.collider2));
@@ -238,18 +223,9 @@ impl World {
 
     /// Whether the engine disabled a body because its state was no longer finite.
     pub(crate) fn gave_up(&self, handle: RigidBodyHandle) -> bool {
-        self.bodies
-            .get(handle)
-            .is_some_and(|body| !body.is_enabled())
+        let body = self.bodies.get(handle);
+        body.is_some_and(|body| !body.is_enabled())
     }
-}
-
-/// The impulse of the contacts that were solved: others keep that of the step in which they last were.
-fn normal_impulse(manifold: &ContactManifold) -> f32 {
-    let solved = manifold.data.solver_contacts.iter();
-    let solved = solved.flat_map(|contact| contact.contact_indices());
-    let points = solved.filter_map(|index| manifold.points.get(index as usize));
-    points.map(|point| point.data.impulse).sum()
 }
 
 fn combine(rule: Combine) -> CoefficientCombineRule {

@@ -1,4 +1,4 @@
-//! What a tried placement would load the items below with.
+//! Loads of a tried placement on the items below.
 
 use nalgebra::Isometry3;
 use ppnpack_packing::loads::Load;
@@ -11,18 +11,20 @@ use crate::twin::{Solid, Twin};
 /// Simulated loads tremble by less than this, as a share of them.
 const TREMBLING: f64 = 0.02;
 
-/// Placements of an item that a step refuses by their loads at most; after that the item is left out of the step. To try a load takes
-/// longer than to try a placement, as the whole content takes part.
+/// Maximum of placements of an item that a step refuses by their loads; after that the item is left
+/// out of the step. To try a load takes longer than to try a placement, as the whole content takes
+/// part.
 const MOST_REFUSED: usize = 5;
 
-/// Lighter loads count as none, in kilograms: what leans on an item's side presses it down by some tenths of a gram.
+/// Minimum load that counts, in kilograms: what leans on an item's side presses it down by some
+/// tenths of a gram.
 const LEAST_KG: f64 = 0.002;
 
 /// Holds what items carry, where a placement was tried, against what they may.
 pub(super) struct LoadTries {
-    /// Loads count this many times, but never more than all that is above.
+    /// Factor of loads, which never count more than all that is above.
     margin: f64,
-    /// Of this step.
+    /// Refusals of this step.
     refused: Vec<(Place, Refusal)>,
 }
 
@@ -34,19 +36,19 @@ impl LoadTries {
         }
     }
 
-    /// A step begins.
+    /// Begins a step.
     pub(super) fn begin(&mut self) {
         self.refused.clear();
     }
 
-    /// What was refused at a place that `is_near`.
+    /// Gives a refusal at a place that `is_near`.
     pub(super) fn refused(&self, is_near: impl Fn(&Place) -> bool) -> Option<&Refusal> {
         let mut refused = self.refused.iter();
         let near = refused.find(|(place, _)| is_near(place));
         near.map(|(_, refusal)| refusal)
     }
 
-    /// What was refused last of an item of which no more placements are looked at.
+    /// Gives the last refusal of an item of which no more placements are looked at.
     pub(super) fn done_with(&self, arrival: usize) -> Option<&Refusal> {
         let of_item = self.refused.iter().rev();
         let mut of_item = of_item.filter(|(place, _)| place.arrival == arrival);
@@ -55,7 +57,7 @@ impl LoadTries {
         (before + 1 >= MOST_REFUSED).then_some(&last.1)
     }
 
-    /// The item that would be loaded most for what it may carry, where one has a limit.
+    /// Gives the item that would be loaded most for what it may carry, where one has a limit.
     pub(super) fn greatest(
         &self,
         twin: &Twin,
@@ -64,8 +66,7 @@ impl LoadTries {
         pose: &Isometry3<f64>,
         pool: Option<&rayon::ThreadPool>,
     ) -> Result<Option<Load>, PhysicsError> {
-        // An item of unknown mass loads nothing.
-        let Some(mass_kg) = mass_kg.filter(|mass_kg| Self::may_exceed(twin, *mass_kg)) else {
+        let Some(mass_kg) = mass_kg.filter(|_| Self::are_tried(twin, mass_kg)) else {
             return Ok(None);
         };
         let planned_kg = twin.try_loads_kg(solid, mass_kg, pose, self.margin)?;
@@ -76,39 +77,32 @@ impl LoadTries {
         }
         let disturbed_kg = twin.try_disturbed_loads_kg(solid, mass_kg, pose, self.margin, pool)?;
         let disturbed = greatest(twin, &disturbed_kg);
-        let both = planned.into_iter().chain(disturbed);
-        Ok(both.max_by(|one, other| one.share().total_cmp(&other.share())))
+        Ok(heaviest(planned.into_iter().chain(disturbed)))
     }
 
-    /// Whether loads are tried of an item of this mass.
+    /// Says whether all that there is may be too much for an item, so that loads are tried. An item
+    /// of unknown mass loads nothing.
     pub(super) fn are_tried(twin: &Twin, mass_kg: Option<f64>) -> bool {
-        mass_kg.is_some_and(|mass_kg| Self::may_exceed(twin, mass_kg))
-    }
-
-    /// Whether all that there is may be too much for an item.
-    fn may_exceed(twin: &Twin, mass_kg: f64) -> bool {
-        let all_kg: f64 = twin.burdens().map(|burden| burden.mass_kg).sum::<f64>() + mass_kg;
-        let mut limits = twin.burdens();
-        limits.any(|burden| {
-            let others_kg = all_kg - burden.mass_kg;
-            burden
-                .carries_kg
-                .is_some_and(|carries_kg| others_kg > carries_kg)
+        let lying_kg: f64 = twin.burdens().map(|burden| burden.mass_kg).sum();
+        let mut limits = twin
+            .burdens()
+            .filter_map(|burden| Some((burden, burden.carries_kg?)));
+        mass_kg.is_some_and(|mass_kg| {
+            limits.any(|(burden, carries_kg)| lying_kg + mass_kg - burden.mass_kg > carries_kg)
         })
     }
 
     /// Refuses a placement that loads an item with more than it may carry, and remembers that.
     pub(super) fn refuse(&mut self, place: Place, load: &Load) -> Option<Refusal> {
-        if !is_too_much(load) {
-            return None;
-        }
-        let refusal = load.refusal();
-        self.refused.push((place, refusal.clone()));
-        Some(refusal)
+        is_too_much(load).then(|| {
+            let refusal = load.refusal();
+            self.refused.push((place, refusal.clone()));
+            refusal
+        })
     }
 }
 
-/// Of these loads that which comes nearest to a limit.
+/// Gives the load that comes nearest to a limit.
 fn greatest(twin: &Twin, loads_kg: &[f64]) -> Option<Load> {
     let loads = twin.burdens().zip(loads_kg);
     let loads = loads.filter_map(|(burden, load_kg)| {
@@ -119,6 +113,10 @@ fn greatest(twin: &Twin, loads_kg: &[f64]) -> Option<Load> {
             carries_kg,
         })
     });
+    heaviest(loads)
+}
+
+fn heaviest(loads: impl Iterator<Item = Load>) -> Option<Load> {
     loads.max_by(|one, other| one.share().total_cmp(&other.share()))
 }
 

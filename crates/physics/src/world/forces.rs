@@ -1,29 +1,30 @@
-//! With what vertical forces bodies hold and load each other, from the impulses that the engine keeps of its contacts.
+//! Vertical forces with which bodies hold and load each other, from the impulses that the engine
+//! keeps of its contacts.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use rapier3d::dynamics::RigidBodyHandle;
 use rapier3d::geometry::ContactManifold;
 
-use super::{World, normal_impulse};
+use super::World;
 use crate::convert::metres;
 
-/// What bodies that were asleep, or that were just laid down, are given to press as they do at rest, in seconds.
+/// Time for bodies that were asleep, or just laid down, to press as they do at rest, in seconds.
 const SETTLING_S: f64 = 0.05;
 
-/// Over how long forces are averaged, in seconds: those of a single step tremble.
+/// Time over which forces are averaged, in seconds: those of a single step tremble.
 const AVERAGED_S: f64 = 0.1;
 
 /// Mean vertical forces between what touches.
 #[derive(Debug, Default)]
 pub(crate) struct VerticalForces {
-    /// In newtons, upwards, on a body by another one, or by what is no body: floor, walls and terrain. Bodies are numbered in the order in
-    /// which they were asked for.
+    /// Newtons, upwards, on a body by another one, or by what is no body: floor, walls and terrain.
+    /// Bodies are numbered in the order in which they were asked for.
     on_by_n: BTreeMap<(usize, Option<usize>), f64>,
 }
 
 impl VerticalForces {
-    /// Those of the others that press a body downwards with more than a force, directly or through others, in newtons.
+    /// Gives the bodies that press on this one, directly or through others, by more than `least_n`.
     pub(crate) fn above(&self, body: usize, least_n: f64) -> BTreeSet<usize> {
         let mut above = BTreeSet::new();
         let mut open = vec![body];
@@ -39,13 +40,14 @@ impl VerticalForces {
         above
     }
 
-    /// The forces of others that press a body downwards, each taken together over all that it touches the body with, in newtons.
+    /// Sums the forces with which others press a body downwards, in newtons; those of one other
+    /// body are netted first.
     pub(crate) fn pressing_n(&self, body: usize) -> f64 {
         let by_bodies = self.on(body).filter(|(by, _)| by.is_some());
         by_bodies.map(|(_, up_n)| (-up_n).max(0.0)).sum()
     }
 
-    /// The sum of all forces on a body but gravity, upwards, in newtons: its weight where it is at rest.
+    /// Sums all forces on a body but gravity, upwards, in newtons: its weight where it is at rest.
     pub(crate) fn total_n(&self, body: usize) -> f64 {
         self.on(body).map(|(_, up_n)| up_n).sum()
     }
@@ -63,10 +65,11 @@ impl VerticalForces {
 }
 
 impl World {
-    /// Goes on for a moment with all bodies awake, and tells with what forces these press on each other, and on what is no body.
+    /// Goes on for a moment with all bodies awake, and measures the forces between them, and by
+    /// what is no body.
     ///
-    /// The engine keeps the impulses of sleeping bodies, and of contacts that are no more, from when they were last solved: so what
-    /// sleeps is woken.
+    /// The engine keeps the impulses of sleeping bodies, and of contacts that are no more, from
+    /// when they were last solved: so what sleeps is woken.
     pub(crate) fn vertical_forces(mut self, bodies: &[RigidBodyHandle]) -> VerticalForces {
         for handle in bodies {
             if let Some(body) = self.bodies.get_mut(*handle) {
@@ -112,16 +115,23 @@ impl World {
         }
     }
 
-    /// What a step's impulse on the first body is, upwards: along the normal, which points to the second, and of friction.
+    /// Gives a step's impulse on the first body, upwards: along the normal, which points to the
+    /// second, and of friction.
     ///
-    /// One impulse of friction is solved for all points of a manifold, and kept with each of them, in the world's frame; other than that along
-    /// the normal it is that of the last substep alone.
+    /// Contacts that were not solved keep the impulse of the step in which they last were, and are
+    /// left out. One impulse of friction is solved for all points of a manifold, and kept with each
+    /// of them, in the world's frame: other than that along the normal, of the last substep alone.
     fn upward_impulse(&self, manifold: &ContactManifold) -> f32 {
         let solved = manifold.data.solver_contacts.iter();
-        let mut solved = solved.flat_map(|contact| contact.contact_indices());
-        let friction = solved.find_map(|index| manifold.points.get(index as usize));
-        let friction = friction.map_or(0.0, |point| point.data.warmstart_tangent_world.z);
+        let solved = solved.flat_map(|contact| contact.contact_indices());
+        let mut points = solved
+            .filter_map(|index| manifold.points.get(index as usize))
+            .peekable();
+        let friction = points
+            .peek()
+            .map_or(0.0, |point| point.data.warmstart_tangent_world.z);
+        let normal: f32 = points.map(|point| point.data.impulse).sum();
         let substeps = self.parameters.num_solver_iterations as f32;
-        friction * substeps - manifold.data.normal.z * normal_impulse(manifold)
+        friction * substeps - manifold.data.normal.z * normal
     }
 }

@@ -1,5 +1,5 @@
-//! The contract: the same settings and calls give the same bits, whatever else runs, and going back to a clone
-//! continues as if nothing had happened since.
+//! The contract: the same settings and calls give the same bits, whatever else runs, and going back
+//! to a clone continues as if nothing had happened since.
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
@@ -11,17 +11,12 @@ use crate::common::{ball, cell, cuboid, cuboids, put, turned};
 
 /// Ten releases that fall on one another.
 fn releases() -> Vec<(Arc<Model>, Isometry3<f64>)> {
-    let models = [
-        cuboid([0.08, 0.06, 0.04]),
-        cuboids(
-            "angle",
-            &[
-                ([0.0, 0.0, 0.0], [0.09, 0.03, 0.03]),
-                ([0.03, 0.0, 0.03], [0.03; 3]),
-            ],
-        ),
-        ball(0.025),
+    let angle = [
+        ([0.0, 0.0, 0.0], [0.09, 0.03, 0.03]),
+        ([0.03, 0.0, 0.03], [0.03; 3]),
     ];
+    let block = cuboid([0.08, 0.06, 0.04]);
+    let models = [block, cuboids("angle", &angle), ball(0.025)];
     (0..10)
         .map(|step| {
             let turn = f64::from(step);
@@ -53,10 +48,9 @@ fn pose_bits(cell: &SimulatedCell) -> Vec<(usize, [u64; 7])> {
         let (p, r) = (pose.translation, pose.rotation);
         [p.x, p.y, p.z, r.i, r.j, r.k, r.w].map(f64::to_bits)
     };
-    cell.contents()
-        .iter()
-        .map(|body| (body.id.index(), bits(&body.container_from_item)))
-        .collect()
+    let bodies = cell.contents().into_iter();
+    let bits = bodies.map(|body| (body.id.index(), bits(&body.container_from_item)));
+    bits.collect()
 }
 
 fn episode() -> Vec<(usize, [u64; 7])> {
@@ -70,14 +64,9 @@ fn an_episode_is_the_same_in_any_number_of_threads() {
     let expected = episode();
     assert!(expected.len() > 5);
     for threads in [1, 2, 3] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
-        assert!(
-            pool.install(episode) == expected,
-            "in a pool of {threads} threads"
-        );
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let found = pool.unwrap().install(episode);
+        assert!(found == expected, "in a pool of {threads} threads");
     }
     std::thread::scope(|scope| {
         let runs = [scope.spawn(episode), scope.spawn(episode)];
@@ -111,9 +100,11 @@ fn trying_a_placement_leaves_no_trace() {
     let releases = releases();
     let mut cell = new_cell();
     for (index, (model, pose)) in releases.iter().enumerate() {
-        let elsewhere = turned(0.1, 0.2, 0.15, index as f64);
-        cell.try_place(&releases[(index + 1) % 10].0, &elsewhere)
-            .unwrap();
+        let (other, elsewhere) = (
+            &releases[(index + 1) % 10].0,
+            turned(0.1, 0.2, 0.15, index as f64),
+        );
+        cell.try_place(other, &elsewhere).unwrap();
         let tried = cell.try_place(model, pose).unwrap();
         let placed = cell.place(model, pose).unwrap();
         assert_eq!(tried, placed);
@@ -140,7 +131,8 @@ fn a_scan_after_going_back_shows_what_is_there() {
     // Both bodies are the cell's first, and rest at the same place.
     put(&mut cell, &small, turned(0.16, 0.16, 0.02, 0.0));
     cell.scan(&grid).unwrap();
-    // A clone takes its surfaces along; a reset cell keeps those of bodies that were numbered alike.
+    // A clone takes its surfaces along; a reset cell keeps those of bodies that were numbered
+    // alike.
     let mut reset = cell.clone();
     reset.reset();
     cell = empty;

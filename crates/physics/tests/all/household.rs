@@ -14,9 +14,8 @@ use ppnpack_physics::settings::CellSettings;
 fn scanned(file: &str) -> Option<Arc<Model>> {
     let path = crate::shared::shared("data/ycb_apc")?.join(file);
     let mesh = reader::read(&path, LengthUnit::Metres).unwrap();
-    Some(Arc::new(
-        model(file, mesh, &ModelSettings::default()).unwrap().0,
-    ))
+    let (model, _) = model(file, mesh, &ModelSettings::default()).unwrap();
+    Some(Arc::new(model))
 }
 
 #[test]
@@ -29,11 +28,8 @@ fn a_pile_of_scanned_objects_comes_to_rest_without_sinking_into_itself() {
         "03_032_knife.ply",
         "36_009_gelatin_box.ply",
     ];
-    let Some(models) = files
-        .iter()
-        .map(|file| scanned(file))
-        .collect::<Option<Vec<_>>>()
-    else {
+    let models = files.iter().map(|file| scanned(file));
+    let Some(models) = models.collect::<Option<Vec<_>>>() else {
         return;
     };
     let mut cell = SimulatedCell::new(CellSettings::default()).unwrap();
@@ -46,12 +42,8 @@ fn a_pile_of_scanned_objects_comes_to_rest_without_sinking_into_itself() {
             let (x_m, y_m) = (0.16 - middle.x, 0.16 - middle.y + 0.03 * f64::from(round));
             let pose = Isometry3::translation(x_m, y_m, fill_m - bounds.lowest.z);
             let report = cell.place(model, &pose).unwrap();
-            assert!(report.inside, "{}: {report:?}", model.name);
-            assert!(
-                cell.deepest_overlap_m() < 2e-3,
-                "{}: {report:?}",
-                model.name
-            );
+            let is_sound = report.inside && cell.deepest_overlap_m() < 2e-3;
+            assert!(is_sound, "{}: {report:?}", model.name);
             let surface = cell.scan_surface(&grid).unwrap();
             fill_m = f64::from(surface.heights_m().iter().copied().fold(0.0, f32::max));
         }
@@ -62,9 +54,6 @@ fn a_pile_of_scanned_objects_comes_to_rest_without_sinking_into_itself() {
         cell.is_still()
     });
     assert!(still, "the pile does not come to rest");
-    assert!(
-        cell.deepest_overlap_m() < 1e-3,
-        "{} m",
-        cell.deepest_overlap_m()
-    );
+    let overlap_m = cell.deepest_overlap_m();
+    assert!(overlap_m < 1e-3, "{overlap_m} m");
 }

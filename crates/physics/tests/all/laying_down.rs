@@ -2,17 +2,12 @@
 use ppnpack_packing::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
-use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, ball, cuboid, poses, put, turned};
-
-fn new_cell() -> SimulatedCell {
-    SimulatedCell::new(CellSettings::robot()).unwrap()
-}
+use crate::common::{at, ball, cuboid, poses, put, robot, turned};
 
 /// A cell with a heap of tilted bodies.
 fn heap() -> SimulatedCell {
-    let mut cell = new_cell();
+    let mut cell = robot();
     let models = [cuboid([0.09, 0.06, 0.04]), ball(0.03), cuboid([0.05; 3])];
     for step in 0..9_u32 {
         let turn = f64::from(step);
@@ -31,7 +26,7 @@ fn a_scan_of_bodies_laid_down_is_the_scan_they_came_from() {
     let mut before = heap();
     let bodies = poses(&before);
     assert!(bodies.len() > 5);
-    let mut after = new_cell();
+    let mut after = robot();
     after.place(&cuboid([0.1; 3]), &at(0.1, 0.1, 0.05)).unwrap();
     after.lay_down(&bodies).unwrap();
     let contents = after.contents();
@@ -46,7 +41,7 @@ fn a_scan_of_bodies_laid_down_is_the_scan_they_came_from() {
 
 #[test]
 fn bodies_laid_down_bear_what_is_placed_on_them() {
-    let mut cell = new_cell();
+    let mut cell = robot();
     let block = cuboid([0.06, 0.06, 0.04]);
     put(&mut cell, &block, at(0.06, 0.06, 0.02));
     let bodies = poses(&cell);
@@ -80,9 +75,7 @@ fn bodies_that_cannot_be_laid_down_change_nothing() {
     let before = poses(&cell);
     let mut bodies = before.clone();
     bodies[3].1.translation.x = f64::NAN;
-    assert!(matches!(
-        cell.lay_down(&bodies),
-        Err(PhysicsError::Pose { .. })
-    ));
+    let refused = cell.lay_down(&bodies);
+    assert!(matches!(refused, Err(PhysicsError::Pose { .. })));
     assert_eq!(poses(&cell), before);
 }

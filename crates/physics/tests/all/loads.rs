@@ -9,15 +9,15 @@ use ppnpack_packing::loads::Pile;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, ball, cuboid, poses, put};
+use crate::common::{at, ball, cuboid, poses, put, robot};
 
 type Posed = (Arc<Model>, Isometry3<f64>);
 
 /// A cell in which these were placed one after the other.
 fn placed(bodies: &[Posed]) -> SimulatedCell {
-    let mut cell = SimulatedCell::new(CellSettings::robot()).unwrap();
+    let mut cell = robot();
     for (model, pose) in bodies {
-        cell.place(model, pose).unwrap();
+        put(&mut cell, model, *pose);
     }
     assert!(cell.is_still());
     cell
@@ -27,7 +27,8 @@ fn masses_kg(bodies: &[Posed]) -> Vec<f64> {
     bodies.iter().map(|(model, _)| model.mass.mass_kg).collect()
 }
 
-/// Each within a share of the whole mass of what is expected, and all held up with what they weigh and carry.
+/// Each within a share of the whole mass of what is expected, and all held up with what they weigh
+/// and carry.
 fn assert_carry(cell: &SimulatedCell, expected_kg: &[f64], share: f64) {
     let loads = cell.loads();
     assert_eq!(loads.len(), expected_kg.len());
@@ -35,10 +36,7 @@ fn assert_carry(cell: &SimulatedCell, expected_kg: &[f64], share: f64) {
     let all_kg: f64 = contents.iter().map(|body| body.model.mass.mass_kg).sum();
     for (load, expected_kg) in loads.iter().zip(expected_kg) {
         let is_near = (load.carried_kg - expected_kg).abs() < share * all_kg;
-        assert!(
-            is_near,
-            "{loads:?} kg where {expected_kg:?} kg are expected"
-        );
+        assert!(is_near, "{loads:?} where {expected_kg:?} kg are expected");
         assert!(load.unbalanced_kg.abs() < 0.005 * all_kg, "{loads:?}");
     }
 }
@@ -49,9 +47,8 @@ fn estimated_kg(cell: &SimulatedCell) -> Vec<f64> {
     let solids: Vec<_> = solids.collect();
     let mut pile = Pile::new(&Grid::reference());
     pile.lay_down(&solids);
-    (0..solids.len())
-        .map(|solid| pile.carried_kg(solid))
-        .collect()
+    let solids = 0..solids.len();
+    solids.map(|solid| pile.carried_kg(solid)).collect()
 }
 
 /// Boxes of these sides, one on the other.
@@ -104,7 +101,8 @@ fn supports_bear_a_bridge_by_the_lever_rule() {
     ];
     let bridge_kg = bodies[2].0.mass.mass_kg;
     let cell = placed(&bodies);
-    // A pillar's top may bear at its edges: by a centimetre each the shares are between 0.6 and 0.71.
+    // A pillar's top may bear at its edges: by a centimetre each the shares are between 0.6 and
+    // 0.71.
     let loads = cell.loads();
     let shares = [0, 1].map(|pillar| loads[pillar].carried_kg / bridge_kg);
     assert!(
@@ -144,7 +142,8 @@ fn what_is_estimated_is_within_a_tenth_of_what_is_measured_on_stacks_of_boxes() 
     }
 }
 
-/// A plate leans on a block, by friction and by its edge: what it weighs is on the floor, or on the block.
+/// A plate leans on a block, by friction and by its edge: what it weighs is on the floor, or on the
+/// block.
 #[test]
 fn what_leans_is_held_by_friction_and_normal_forces_together() {
     let block = cuboid([0.08, 0.1, 0.08]);
@@ -177,19 +176,15 @@ fn what_leans_is_held_by_friction_and_normal_forces_together() {
 fn a_ball_on_others_is_borne_by_them_together() {
     let ball = ball(0.03);
     let one_kg = ball.mass.mass_kg;
-    let bodies = [
-        (Arc::clone(&ball), at(0.03, 0.03, 0.03)),
-        (Arc::clone(&ball), at(0.09, 0.03, 0.03)),
-        (Arc::clone(&ball), at(0.03, 0.09, 0.03)),
-        (Arc::clone(&ball), at(0.09, 0.09, 0.03)),
-    ];
-    let mut cell = SimulatedCell::new(CellSettings::robot()).unwrap();
+    let places = [(0.03, 0.03), (0.09, 0.03), (0.03, 0.09), (0.09, 0.09)];
+    let bodies = places.map(|(x_m, y_m)| (Arc::clone(&ball), at(x_m, y_m, 0.03)));
     let blocks = [
         (cuboid([0.18, 0.32 - 0.12, 0.06]), at(0.09, 0.22, 0.03)),
         (cuboid([0.32 - 0.12, 0.12, 0.06]), at(0.22, 0.06, 0.03)),
     ];
+    let mut cell = robot();
     for (model, pose) in bodies.iter().chain(&blocks) {
-        cell.place(model, pose).unwrap();
+        put(&mut cell, model, *pose);
     }
     let top = put(&mut cell, &ball, at(0.06, 0.06, 0.075));
     assert!(top.inside && top.still, "{top:?}");

@@ -14,28 +14,19 @@ use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::packing_cell::{PoseError, Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 
-use crate::common::{at, cell, cuboid, placed, poses, put, turned};
-
-fn reference() -> SimulatedCell {
-    cell(|_| {})
-}
+use crate::common::{at, cuboid, placed, poses, put, reference, turned};
 
 /// The samples higher than half a centimetre.
 fn covered(surface: &Surface) -> usize {
-    surface
-        .heights_m()
-        .iter()
-        .filter(|height_m| **height_m > 0.005)
-        .count()
+    let heights_m = surface.heights_m().iter();
+    heights_m.filter(|height_m| **height_m > 0.005).count()
 }
 
 #[test]
 fn an_empty_container_is_flat() {
     let grid = Grid::reference();
-    assert_eq!(
-        reference().scan_surface(&grid).unwrap(),
-        Surface::empty(&grid)
-    );
+    let surface = reference().scan_surface(&grid).unwrap();
+    assert_eq!(surface, Surface::empty(&grid));
 }
 
 #[test]
@@ -52,13 +43,8 @@ fn the_scan_of_a_box_is_its_size() {
     let scene = cell.scan(&grid).unwrap();
     assert_eq!(scene.surface(), Some(&surface));
     // 16.125 - 4 to 16.125 + 4 cm: nine cells; 12.125 - 2.5 to 12.125 + 2.5 cm: six.
-    let cells = scene
-        .heightmap()
-        .heights()
-        .iter()
-        .filter(|height| **height > 2)
-        .count();
-    assert_eq!(cells, 9 * 6);
+    let heights = scene.heightmap().heights().iter();
+    assert_eq!(heights.filter(|height| **height > 2).count(), 9 * 6);
 }
 
 /// Drops one more plate on the pile; gives a cell in which the same lies that was never scanned.
@@ -102,10 +88,8 @@ fn a_grid_of_another_container_is_refused() {
         ..ContainerSize::REFERENCE
     };
     let grid = Grid::new(container, Resolution::reference()).unwrap();
-    assert!(matches!(
-        reference().scan(&grid),
-        Err(PhysicsError::Grid { .. })
-    ));
+    let refused = reference().scan(&grid);
+    assert!(matches!(refused, Err(PhysicsError::Grid { .. })));
 }
 
 #[test]
@@ -114,12 +98,8 @@ fn what_lies_on_the_rim_is_seen_within_the_walls_only() {
     let mut cell = reference();
     put(&mut cell, &cuboid([0.36, 0.36, 0.02]), at(0.16, 0.16, 0.31));
     let surface = cell.scan_surface(&grid).unwrap();
-    assert!(
-        surface
-            .heights_m()
-            .iter()
-            .all(|height_m| (0.31..0.33).contains(height_m))
-    );
+    let mut heights_m = surface.heights_m().iter();
+    assert!(heights_m.all(|height_m| (0.31..0.33).contains(height_m)));
 }
 
 /// A cell with three cubes, of whose poses its scans know only so much.
@@ -148,8 +128,8 @@ fn with_cubes(mut cell: SimulatedPackingCell) -> SimulatedPackingCell {
     let model = cuboid([0.04; 3]);
     for (arrival, x) in [4, 12, 20].into_iter().enumerate() {
         let cube = Candidate::new(arrival, Arc::clone(&item)).with_model(Arc::clone(&model));
-        cell.place(&cube, &placed(x, 10, 0), &Evidence::default())
-            .unwrap();
+        let placed = cell.place(&cube, &placed(x, 10, 0), &Evidence::default());
+        placed.unwrap();
     }
     cell
 }

@@ -107,12 +107,11 @@ fn a_tall_box_mostly_over_an_edge_is_refused_either_way() {
 
 #[test]
 fn what_was_seen_and_what_nobody_knows_bear_what_is_placed_on_them() {
-    let seen = (
-        LyingBody::Seen(seen_base()),
-        "items in the container took part",
-    );
-    let unknown = (LyingBody::Unknown, "on the heightmap of the others");
-    for (body, degraded) in [seen, unknown] {
+    let seen = LyingBody::Seen(seen_base());
+    for (body, degraded) in [
+        (seen, "items in the container took part"),
+        (LyingBody::Unknown, "on the heightmap of the others"),
+    ] {
         for held in tall() {
             let content = std::slice::from_ref(&body);
             let evidence = accepted(verdict(content, &held, &placed(3, 3, 50)));
@@ -130,8 +129,6 @@ fn what_cannot_be_laid_down_counts_as_not_known() {
     let [known, _] = tall();
     let verdict = verdict(&[LyingBody::Known(far)], &known, &placed(3, 3, 50));
     let evidence = accepted(verdict);
-    assert!(
-        says(&evidence, "on the heightmap of the others"),
-        "{evidence:?}"
-    );
+    let is_said = says(&evidence, "on the heightmap of the others");
+    assert!(is_said, "{evidence:?}");
 }

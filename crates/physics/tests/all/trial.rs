@@ -254,8 +254,8 @@ fn a_search_is_not_widened_for_what_has_a_last_resort() {
     assert!(!check.widen());
 }
 
-/// Placements on the floor and on the base of the items of [`held`], by increasing x: some stay, some fall, some are
-/// neighbours of others.
+/// Placements on the floor and on the base of the items of [`held`], by increasing x: some stay,
+/// some fall, some are neighbours of others.
 fn placements() -> Vec<(usize, RestingPlacement)> {
     let on_floor = [2, 3, 11, 20].map(|x| placed(x, 2, 0));
     let on_base = [8, 11, 12, 14, 15].map(|x| placed(x, 11, 50));
@@ -351,14 +351,8 @@ fn where_the_content_is_not_known_nothing_is_tried() {
 
 #[test]
 fn a_method_that_tries_nothing_has_no_check() {
-    let check = |settings| {
-        trial::check(
-            settings,
-            &LoadSettings::default(),
-            TwinSettings::default(),
-            None,
-        )
-    };
+    let (loads, twin) = (LoadSettings::default(), TwinSettings::default());
+    let check = |settings| trial::check(settings, &loads, twin.clone(), None);
     assert!(check(TrialSettings::off()).unwrap().is_none());
     let impossible = settings(|settings| settings.limits.slide_m = f64::NAN);
     assert!(matches!(check(impossible), Err(PhysicsError::Setting(_))));
@@ -368,7 +362,8 @@ fn a_method_that_tries_nothing_has_no_check() {
 #[test]
 fn what_reaches_above_the_rim_is_made_where_it_sinks_below_it() {
     for (tower_m, is_accepted) in [(0.255, true), (0.265, false)] {
-        // Under the cells 10 to 20 along both sides; the item is 1 cm above the rim of 30 cm, as planned.
+        // Under the cells 10 to 20 along both sides; the item is 1 cm above the rim of 30 cm, as
+        // planned.
         let tower = (cuboid([0.1, 0.1, tower_m]), at(0.15, 0.15, tower_m / 2.0));
         let step = Step::new(lying(&[tower]), [block(0, [6, 6], 20)]);
         let verdict = verdict_of(TrialSettings::default(), &step, &placed(12, 12, 135));

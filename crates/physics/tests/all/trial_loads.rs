@@ -12,7 +12,8 @@ use ppnpack_physics::twin::TwinSettings;
 
 use crate::common::{Content, Step, at, block, cuboid, lying, placed};
 
-/// A block under the cells 10 to 16 along both sides, 50 units high, of 180 g; and one of 72 g on it.
+/// A block under the cells 10 to 16 along both sides, 50 units high, of 180 g; and one of 72 g on
+/// it.
 fn tower() -> Box<Content> {
     Box::new([
         (cuboid([0.06, 0.06, 0.1]), at(0.13, 0.13, 0.05)),
@@ -30,7 +31,8 @@ fn small() -> Candidate {
     block(0, [6, 6], 25)
 }
 
-/// What a check says of a placement where what lies lowest may carry so much, and then of the same without a further try.
+/// What a check says of a placement where what lies lowest may carry so much, and then of the same
+/// without a further try.
 fn judged(
     held: Candidate,
     carries_kg: f64,
@@ -62,7 +64,8 @@ fn accepted(held: Candidate, carries_kg: f64, margin: f64) -> Load {
 
 #[test]
 fn what_is_passed_down_through_the_pile_is_held_against_the_limit() {
-    // 72 g lie on it, and 90 g come; what is over by less than a simulation trembles is not too much.
+    // 72 g lie on it, and 90 g come; what is over by less than a simulation trembles is not too
+    // much.
     let load = accepted(small(), 0.161, 1.0);
     assert_eq!(load.item, "glass");
     assert!((load.estimated_kg - 0.162).abs() < 0.002, "{load:?}");

@@ -39,7 +39,8 @@ fn beyond(settling: &Settling) -> Option<&'static str> {
 fn an_item_is_lowered_to_what_it_touches_but_no_farther_than_it_is_let_go_above_its_place() {
     let mut twin = new_twin(TwinSettings::default(), &[base()]);
     let cube = twin.solid(&cuboid([0.04; 3])).unwrap();
-    // By where the middle of its foot is: beside the base, whose top is 0.1 m high, or over it by as little as a centimetre.
+    // By where the middle of its foot is: beside the base, whose top is 0.1 m high, or over it by
+    // as little as a centimetre.
     for (x_m, foot_m, clearance_m) in [
         (0.13, 0.106, 0.006),
         (0.17, 0.106, 0.006),
@@ -83,11 +84,8 @@ fn a_body_out_of_reach_stays_fixed() {
         (cuboid([0.06, 0.06, 0.05]), at(0.16, 0.16, 0.145)),
     ];
     let (model, pose) = (cuboid([0.04; 3]), at(0.16, 0.16, 0.19));
-    let settling = tried(
-        &mut new_twin(TwinSettings::default(), &content),
-        &model,
-        &pose,
-    );
+    let mut twin = new_twin(TwinSettings::default(), &content);
+    let settling = tried(&mut twin, &model, &pose);
     assert_eq!(beyond(&settling), None, "{settling:?}");
     assert!(settling.disturbance_m < 5e-3, "{settling:?}");
     let settings = TwinSettings {
@@ -148,8 +146,8 @@ fn the_twin_of_a_cell_makes_no_errors_but_its_own_and_ends_soon() {
     cell.release.jitter_yaw_rad = 0.1;
     let twin = TwinSettings::of(&cell).cell;
     assert_eq!(
-        (twin.release.jitter_m, twin.release.jitter_yaw_rad),
-        (0.0, 0.0)
+        [twin.release.jitter_m, twin.release.jitter_yaw_rad],
+        [0.0; 2]
     );
     assert_eq!(twin.release.height_m, cell.release.height_m);
     assert!(twin.settle_time_s <= 1.0);

@@ -77,6 +77,16 @@ pub(crate) fn cell(change: impl FnOnce(&mut CellSettings)) -> SimulatedCell {
     SimulatedCell::new(settings).unwrap()
 }
 
+/// A cell of the reference experiment.
+pub(crate) fn reference() -> SimulatedCell {
+    cell(|_| {})
+}
+
+/// A cell with a robot that lays items down.
+pub(crate) fn robot() -> SimulatedCell {
+    SimulatedCell::new(CellSettings::robot()).unwrap()
+}
+
 /// Places a model.
 pub(crate) fn put(
     cell: &mut SimulatedCell,
@@ -92,9 +102,8 @@ pub(crate) type Content = [(Arc<Model>, Isometry3<f64>)];
 /// What lies in a cell.
 pub(crate) fn poses(cell: &SimulatedCell) -> Vec<(Arc<Model>, Isometry3<f64>)> {
     let bodies = cell.contents().into_iter();
-    bodies
-        .map(|body| (body.model, body.container_from_item))
-        .collect()
+    let posed = bodies.map(|body| (body.model, body.container_from_item));
+    posed.collect()
 }
 
 /// Cells of 1 cm, units of 2 mm, two yaws a right angle apart.
@@ -111,15 +120,12 @@ pub(crate) fn boxed(
     height: Units,
 ) -> Candidate {
     // Half a cell is 5 mm, half a unit 1 mm.
-    let middle_m = |nx, ny| {
-        Vector3::new(
+    let view = |nx: usize, ny: usize| ViewSurfaces {
+        origin_from_corner_m: Vector3::from([
             nx as f64 * 0.005,
             ny as f64 * 0.005,
             f64::from(height) * 0.001,
-        )
-    };
-    let view = |nx: usize, ny: usize| ViewSurfaces {
-        origin_from_corner_m: middle_m(nx, ny),
+        ]),
         ..ViewSurfaces::of_cells(nx, ny, vec![height; nx * ny], vec![0; nx * ny])
     };
     let views = vec![view(nx, ny), view(ny, nx)];
@@ -128,11 +134,8 @@ pub(crate) fn boxed(
 }
 
 pub(crate) fn solid_box([nx, ny]: [usize; 2], height: Units) -> Arc<Model> {
-    cuboid([
-        nx as f64 * 0.01,
-        ny as f64 * 0.01,
-        f64::from(height) * 0.002,
-    ])
+    let [x_m, y_m] = [nx, ny].map(|cells| cells as f64 * 0.01);
+    cuboid([x_m, y_m, f64::from(height) * 0.002])
 }
 
 pub(crate) fn block(arrival: usize, cells: [usize; 2], height: Units) -> Candidate {
@@ -149,9 +152,8 @@ pub(crate) fn placed(x: usize, y: usize, resting_height: Units) -> RestingPlacem
 
 pub(crate) fn lying(content: &Content) -> Vec<LyingSolid> {
     let solids = content.iter();
-    solids
-        .map(|(model, pose)| LyingSolid::new(Arc::clone(model), *pose))
-        .collect()
+    let solids = solids.map(|(model, pose)| LyingSolid::new(Arc::clone(model), *pose));
+    solids.collect()
 }
 
 /// A step on the [`grid`], with what is held.
