@@ -42,10 +42,8 @@ fn bench(criterion: &mut Criterion) {
     let (mut accepted, mut refused) = (Vec::new(), Vec::new());
     while accepted.len() < CASES {
         let case = case(&mut random);
-        if check
-            .pick(&case.candidate(), case.grid.resolution())
-            .is_err()
-        {
+        let pick = check.pick(&case.candidate(), case.grid.resolution());
+        if pick.is_err() {
             continue;
         }
         match check.plan(&input(&case), &case.candidate(), &case.resting) {
@@ -64,14 +62,9 @@ fn bench(criterion: &mut Criterion) {
     }
 
     let pose = Isometry3::translation(0.1, -0.35, 0.0);
-    let picks: Vec<_> = accepted
-        .iter()
-        .map(|case| {
-            check
-                .pick(&case.candidate(), case.grid.resolution())
-                .unwrap()
-        })
-        .collect();
+    let picks = accepted.iter();
+    let picks = picks.map(|case| check.pick(&case.candidate(), case.grid.resolution()));
+    let picks: Vec<_> = picks.map(Result::unwrap).collect();
     let mut cycle_of = |at: usize| {
         let (case, pick) = (accepted.get(at).unwrap(), picks.get(at).unwrap());
         let placing = Placing {
@@ -87,10 +80,8 @@ fn bench(criterion: &mut Criterion) {
     let mut times_s: Vec<_> = cycles.iter().map(|cycle| cycle.cycle_s).collect();
     times_s.sort_by(f64::total_cmp);
     let median_s = times_s.get(times_s.len() / 2).copied();
-    eprintln!(
-        "{} of {CASES} cycles possible, median {median_s:.2?} s",
-        cycles.len()
-    );
+    let possible = cycles.len();
+    eprintln!("{possible} of {CASES} cycles possible, median {median_s:.2?} s");
     let mut at = 0;
     criterion.bench_function("plan a cycle", |bencher| {
         bencher.iter(|| {

@@ -11,7 +11,7 @@ use crate::shapes::Capsule;
 /// A capsule fixed to a link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinkCapsule {
-    /// The link: 0 is the base, `n` what joint `n` turns.
+    /// The link: 0 is the base, `n` is turned by joint `n`.
     pub link: usize,
     /// The capsule in the link's frame.
     pub shape: Capsule,
@@ -32,7 +32,7 @@ pub struct Arm {
 }
 
 impl Arm {
-    /// The arm that parameters describe.
+    /// Makes the arm that parameters describe.
     ///
     /// # Errors
     /// [`ParameterError::Value`] names the first field that is not possible.
@@ -42,15 +42,13 @@ impl Arm {
         let origins = kinematics.stretched_origins_m();
         let capsules = parameters.capsules.iter().filter_map(|capsule| {
             let origin = origins.get(capsule.link)?;
-            let in_link = |point: [f64; 3]| Point3::from(point) - origin;
-            Some(LinkCapsule {
-                link: capsule.link,
-                shape: Capsule {
-                    from: in_link(capsule.from_m),
-                    to: in_link(capsule.to_m),
-                    radius_m: capsule.radius_m,
-                },
-            })
+            let shape = Capsule {
+                from: Point3::from(capsule.from_m) - origin,
+                to: Point3::from(capsule.to_m) - origin,
+                radius_m: capsule.radius_m,
+            };
+            let link = capsule.link;
+            Some(LinkCapsule { link, shape })
         });
         let capsules: Vec<_> = capsules.collect();
         let container_from_base = container_from_base(&parameters.base);
@@ -68,70 +66,72 @@ impl Arm {
         })
     }
 
-    /// The arm's name.
+    /// Gives the arm's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What the flange carries at most, gripper included, in kilograms.
+    /// Gives the most that the flange carries, gripper included, in kilograms.
     pub fn payload_kg(&self) -> f64 {
         self.payload_kg
     }
 
-    /// Its kinematics in the base frame.
+    /// Gives its kinematics in the base frame.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
     }
 
-    /// What each joint allows.
+    /// Gives the limits of each joint.
     pub fn limits(&self) -> &[JointLimits; JOINTS] {
         &self.limits
     }
 
-    /// The gripper on its flange.
+    /// Gives the gripper on its flange.
     pub fn gripper(&self) -> &GripperParameters {
         &self.gripper
     }
 
-    /// The collision shapes, in the frames of their links.
+    /// Gives the collision shapes, in the frames of their links.
     pub fn capsules(&self) -> &[LinkCapsule] {
         &self.capsules
     }
 
-    /// The poses of all links, the base first, the flange last.
+    /// Gives the poses of all links, the base first, the flange last.
     pub fn container_from_links(&self, joints: &JointAngles) -> [Isometry3<f64>; LINKS] {
         let base_from_links = self.kinematics.base_from_links(joints);
         base_from_links.map(|base_from_link| self.container_from_base * base_from_link)
     }
 
-    /// Where the cup's lip is.
+    /// Gives the place of the cup's lip.
     pub fn lip(&self, joints: &JointAngles) -> Point3<f64> {
         let flange = self.container_from_base * self.kinematics.base_from_flange(joints);
         flange * Point3::new(0.0, 0.0, self.gripper.length_m())
     }
 
-    /// All joint angles, at most eight, that put the cup's lip at a point with the cup facing down and the flange
-    /// turned by `yaw_rad` about the vertical; joint limits are not looked at.
+    /// Finds all joint angles, at most eight, that put the cup's lip at a point with the cup facing
+    /// down and the flange turned by `yaw_rad` about the vertical; joint limits are not looked at.
     pub fn inverse(&self, lip: &Point3<f64>, yaw_rad: f64) -> Vec<JointAngles> {
         let up = Vector3::new(0.0, 0.0, self.gripper.length_m());
-        let container_from_flange =
-            Isometry3::from_parts(Translation3::from(lip.coords + up), facing_down(yaw_rad));
-        self.kinematics
-            .inverse(&(self.base_from_container * container_from_flange))
+        let at = Translation3::from(lip.coords + up);
+        let container_from_flange = Isometry3::from_parts(at, facing_down(yaw_rad));
+        let base_from_flange = self.base_from_container * container_from_flange;
+        self.kinematics.inverse(&base_from_flange)
     }
 
-    /// How much J6 turns for a flange facing down that is turned by `yaw_rad` about the vertical.
+    /// Gives the turn of J6 for a flange facing down that is turned by `yaw_rad` about the
+    /// vertical.
     pub(crate) fn flange_turn_rad(&self, yaw_rad: f64) -> f64 {
         -self.kinematics.flange_turn_sign() * yaw_rad
     }
 
-    /// How far from each joint's origin any point of what it moves can be, in metres, whatever the angles.
+    /// Bounds the distance from each joint's origin to any point that it moves, in metres, whatever
+    /// the angles.
     pub(crate) fn reaches_m(&self) -> &[f64; JOINTS] {
         &self.reaches_m
     }
 }
 
-/// The orientation of a flange whose z axis points down, turned about the vertical.
+/// Gives the orientation of a flange whose z axis points down, turned about the vertical.
 pub(crate) fn facing_down(yaw_rad: f64) -> UnitQuaternion<f64> {
     let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     yaw * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
@@ -156,22 +156,18 @@ fn reaches_m(
     let tip_m = gripper.length_m() + widest.fold(0.0, f64::max);
     let of_link_m = |link: usize| {
         let capsules = capsules.iter().filter(|capsule| capsule.link == link);
-        capsules
-            .map(|capsule| {
-                let Capsule { from, to, radius_m } = capsule.shape;
-                from.coords.norm().max(to.coords.norm()) + radius_m
-            })
-            .fold(0.0, f64::max)
+        let reaches_m = capsules.map(|LinkCapsule { shape, .. }| {
+            shape.from.coords.norm().max(shape.to.coords.norm()) + shape.radius_m
+        });
+        reaches_m.fold(0.0, f64::max)
     };
     let mut reaches = [0.0; JOINTS];
     let mut beyond_m = tip_m;
-    let mut next: Option<&Vector3<f64>> = None;
-    for (index, reach) in reaches.iter_mut().enumerate().rev() {
-        let origin = origins.get(index + 1);
-        if let (Some(origin), Some(next)) = (origin, next) {
-            beyond_m += (next - origin).norm();
-        }
-        beyond_m = beyond_m.max(of_link_m(index + 1));
+    let [.., flange] = origins;
+    let mut next = flange;
+    let links = origins.iter().enumerate().skip(1);
+    for (reach, (link, origin)) in reaches.iter_mut().zip(links).rev() {
+        beyond_m = (beyond_m + (next - origin).norm()).max(of_link_m(link));
         *reach = beyond_m;
         next = origin;
     }

@@ -1,4 +1,4 @@
-//! What surrounds the arm, and how carefully it moves.
+//! Settings of the arm's surroundings and of its care in moving.
 
 use nalgebra::Point3;
 use ppnpack_numbers::{SettingError, settings, within};
@@ -10,31 +10,31 @@ use crate::pick::PickSettings;
 use crate::shapes::AxisBox;
 
 settings! {
-    /// The arm's surroundings and how its motions are checked. Lengths are in metres in the
+    /// Surroundings of the arm, and the checks of its motions. Lengths are in metres in the
     /// container frame.
     pub struct CellSettings with validate_numbers {
         /// Thickness of the container's walls, outwards.
         pub wall_thickness_m: f64 = 0.01 => within("0 to 1 m", 0.0..=1.0),
         /// Height of the table that everything stands on; the container's inner floor is at 0.
         pub table_height_m: f64 = -0.01 => within("-10 to 0 m", -10.0..=0.0),
-        /// What else stands in the cell: the camera, its mount.
+        /// Other things that stand in the cell: the camera, its mount.
         pub boxes: Vec<BoxSettings> = camera_on_a_post(),
-        /// The least distance between what moves and what does not.
+        /// Minimum distance between what moves and what does not.
         pub clearance_m: f64 = 0.003 => within("0 to 0.1 m", 0.0..=0.1),
-        /// How far above the rim the held item's lowest point is when it is moved sideways.
+        /// Height of the held item's lowest point above the rim when it is moved sideways.
         pub approach_clearance_m: f64 = 0.02 => within("0 to 1 m", 0.0..=1.0),
         /// Distance of the waypoints along a straight line; it is halved, twice at most, where the
         /// joints need it.
         pub waypoint_step_m: f64 = 0.01 => within("1 to 50 mm", 0.001..=0.05),
-        /// How far the executed motion may be from a straight line between two waypoints.
+        /// Maximum distance of the executed motion from a straight line between two waypoints.
         pub path_tolerance_m: f64 = 0.001 => within("0.01 to 10 mm", 1e-5..=0.01),
-        /// The least bend of the wrist along a path: with J5 at 0, J4 and J6 turn about one axis. 0
+        /// Minimum bend of the wrist along a path: with J5 at 0, J4 and J6 turn about one axis. 0
         /// lets the wrist pass there where its joints do not jump, which an arm that is given joint
         /// angles can do; one that follows straight lines itself may not.
         pub least_wrist_bend_deg: f64 = 2.0 => within("0 to 45", 0.0..=45.0),
-        /// At how many turns of the flange, evenly over a full turn, an item may be picked.
+        /// Number of turns of the flange, evenly over a full turn, at which an item may be picked.
         pub wrist_yaws: usize = 8 => within("1 to 64", 1.0..=64.0),
-        /// Where the cup may hold an item.
+        /// Conditions of the place where the cup holds an item.
         pub pick: PickSettings = PickSettings::default(),
     }
 }
@@ -43,7 +43,7 @@ settings! {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSettings {
-    /// What it is, for refusals.
+    /// Its name, for refusals.
     pub name: String,
     /// The corner with the lowest coordinates, in metres.
     pub lowest_m: [f64; 3],
@@ -84,7 +84,7 @@ impl CellSettings {
         self.pick.validate()
     }
 
-    /// The container's walls, up to the rim.
+    /// Gives the container's walls, up to the rim.
     pub(crate) fn walls(&self, container: &ContainerSize) -> [AxisBox; 4] {
         let thick = self.wall_thickness_m;
         let (x, y, rim) = (container.x_m, container.y_m, container.z_m);

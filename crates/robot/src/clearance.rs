@@ -1,8 +1,9 @@
-//! Whether the arm keeps clear of everything along a path, between the waypoints too.
+//! Collision check of a path of the arm, between the waypoints too.
 //!
-//! Adaptive dynamic collision checking (Schwarzer, Saha and Latombe, 2005): where the distances at two waypoints
-//! together exceed what a body can travel between them, it touches nothing in between; and a distance at one
-//! waypoint that exceeds the travel over several stretches saves looking at the waypoints in between.
+//! Adaptive dynamic collision checking (Schwarzer, Saha and Latombe, 2005): where the distances at
+//! two waypoints together exceed what a body can travel between them, it touches nothing in
+//! between; and a distance at one waypoint that exceeds the travel over several stretches saves
+//! looking at the waypoints in between.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -15,13 +16,14 @@ use crate::refusal::{Body, Obstacle, Refusal};
 use crate::shapes::{AxisBox, Capsule, UprightCylinder};
 use crate::surroundings::{FAR_M, Nearest, Surroundings};
 
-/// Links this far apart in the chain are checked against each other; nearer ones overlap at their joints.
+/// Minimum distance in the chain of links that are checked against each other: nearer ones overlap
+/// at their joints.
 const LEAST_LINKS_APART: usize = 3;
 
 /// The link that the gripper is mounted next to; only lower ones are checked against it.
 const WRIST: usize = 5;
 
-/// What hangs below the cup, seen from the middle of its lip.
+/// The item that hangs below the cup, seen from the middle of its lip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Held {
     /// An item that keeps its yaw.
@@ -30,7 +32,7 @@ pub(crate) enum Held {
     Cylinder(UprightCylinder),
 }
 
-/// A path of the arm with where the cup's lip is at each waypoint.
+/// A path of the arm with the place of the cup's lip at each waypoint.
 pub(crate) struct Sweep<'a> {
     pub(crate) arm: &'a Arm,
     pub(crate) lips: &'a [Point3<f64>],
@@ -40,11 +42,12 @@ pub(crate) struct Sweep<'a> {
     pub(crate) clearance_m: f64,
 }
 
-/// Per stretch, how far a point may be from the straight line between its places at the waypoints, in metres. What
-/// is held reaches `beyond_m` from the cup's lip.
+/// Bounds, per stretch, the distance of any point from the straight line between its places at the
+/// waypoints, in metres. The held item reaches `beyond_m` from the cup's lip.
 pub(crate) fn deviations_m(arm: &Arm, path: &JointPath, beyond_m: f64) -> Vec<f64> {
     let reaches_m = arm.reaches_m().map(|reach_m| reach_m + beyond_m);
-    (0..path.stretches())
+    let stretches = 0..path.stretches();
+    stretches
         .map(|at| path.deviation_m(at, &reaches_m))
         .collect()
 }
@@ -52,16 +55,15 @@ pub(crate) fn deviations_m(arm: &Arm, path: &JointPath, beyond_m: f64) -> Vec<f6
 /// A link's capsule along a path.
 struct MovingLink {
     link: usize,
-    /// At each waypoint.
+    /// The capsule at each waypoint.
     shapes: Vec<Capsule>,
-    /// How far its ends move per stretch at most, in metres, if they move straight.
+    /// A bound of how far its ends move per stretch, in metres, if they move straight.
     moved_m: Vec<f64>,
 }
 
 impl MovingLink {
     fn new(capsule: &LinkCapsule, frames: &[[Isometry3<f64>; LINKS]]) -> Self {
-        let shapes = frames.iter().map(|frames| place(capsule, frames));
-        let shapes: Vec<Capsule> = shapes.collect();
+        let shapes: Vec<_> = frames.iter().map(|frames| place(capsule, frames)).collect();
         let stretches = shapes.iter().zip(shapes.iter().skip(1));
         let moved_m = stretches.map(|(a, b)| (b.from - a.from).norm().max((b.to - a.to).norm()));
         Self {
@@ -76,21 +78,16 @@ impl Sweep<'_> {
     /// Checks the links against the surroundings, the gripper, the held item and one another.
     pub(crate) fn links(&self, path: &JointPath, deviations_m: &[f64]) -> Result<(), Refusal> {
         let waypoints = path.waypoints().iter();
-        let frames: Vec<_> = waypoints
-            .map(|joints| self.arm.container_from_links(joints))
-            .collect();
+        let frames = waypoints.map(|joints| self.arm.container_from_links(joints));
+        let frames: Vec<_> = frames.collect();
         let capsules = self.arm.capsules().iter();
-        let links: Vec<_> = capsules
-            .map(|capsule| MovingLink::new(capsule, &frames))
-            .collect();
+        let links = capsules.map(|capsule| MovingLink::new(capsule, &frames));
+        let links: Vec<_> = links.collect();
         let lips_m = self.lip_travel_m(deviations_m);
         for (index, moving) in links.iter().enumerate() {
-            let travel_m: Vec<f64> = moving
-                .moved_m
-                .iter()
-                .zip(deviations_m)
-                .map(|(moved_m, deviation_m)| moved_m + 2.0 * deviation_m)
-                .collect();
+            let travel_m = moving.moved_m.iter().zip(deviations_m);
+            let travel_m = travel_m.map(|(moved_m, deviation_m)| moved_m + 2.0 * deviation_m);
+            let travel_m: Vec<f64> = travel_m.collect();
             let link = moving.link;
             if link > 0 {
                 self.keep_clear(Body::Link(link), &travel_m, |at| {
@@ -104,11 +101,11 @@ impl Sweep<'_> {
                 if other.link.abs_diff(link) < LEAST_LINKS_APART {
                     continue;
                 }
-                // The nearer link to the base moves the further one along, but by no more than that one moves itself.
-                let travel_m = travel_m.iter().zip(&other.moved_m).zip(deviations_m);
-                let both_m: Vec<f64> = travel_m
-                    .map(|((own_m, moved_m), deviation_m)| own_m + moved_m + 2.0 * deviation_m)
-                    .collect();
+                // The nearer link to the base moves the further one along, but by no more than that
+                // one moves itself.
+                let both_m = travel_m.iter().zip(&other.moved_m).zip(deviations_m);
+                let both_m = both_m.map(|((own_m, moved_m), off_m)| own_m + moved_m + 2.0 * off_m);
+                let both_m: Vec<f64> = both_m.collect();
                 self.keep_clear(Body::Link(link), &both_m, |at| {
                     let (a, b) = (moving.shapes.get(at)?, other.shapes.get(at)?);
                     let itself = Obstacle::Itself(Body::Link(other.link));
@@ -163,8 +160,8 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// Refuses a body that may come nearer to something than the clearance. `nearest` tells what is nearest to it at a
-    /// waypoint.
+    /// Refuses a body that may come nearer to something than the clearance. `nearest` tells what is
+    /// nearest to it at a waypoint.
     fn keep_clear(
         &self,
         body: Body,
@@ -182,14 +179,13 @@ impl Sweep<'_> {
 
     fn lip_travel_m(&self, deviations_m: &[f64]) -> Vec<f64> {
         let stretches = self.lips.iter().zip(self.lips.iter().skip(1));
-        let travel = stretches.zip(deviations_m);
-        travel
-            .map(|((a, b), deviation_m)| (b - a).norm() + 2.0 * deviation_m)
-            .collect()
+        let travel_m = stretches.zip(deviations_m);
+        let travel_m = travel_m.map(|((a, b), off_m)| (b - a).norm() + 2.0 * off_m);
+        travel_m.collect()
     }
 }
 
-/// What the gripper's parts sweep on a straight vertical line of the lip from `lip` up to `top_m`.
+/// Gives the space that the gripper's parts sweep as the lip moves straight up to `top_m`.
 pub(crate) fn extruded(
     arm: &Arm,
     lip: &Point3<f64>,
@@ -204,19 +200,20 @@ pub(crate) fn extruded(
 
 fn place(capsule: &LinkCapsule, frames: &[Isometry3<f64>; LINKS]) -> Capsule {
     let Capsule { from, to, radius_m } = capsule.shape;
-    let Some(frame) = frames.get(capsule.link) else {
-        return capsule.shape;
-    };
-    Capsule {
-        from: frame * from,
-        to: frame * to,
-        radius_m,
-    }
+    frames
+        .get(capsule.link)
+        .map_or(capsule.shape, |frame| Capsule {
+            from: frame * from,
+            to: frame * to,
+            radius_m,
+        })
 }
 
-/// Walks along waypoints; the first at which, or before which, a body may come nearer than `clearance_m`.
+/// Walks along waypoints to the first at which, or before which, a body may come nearer than
+/// `clearance_m`.
 ///
-/// `travel_m` bounds how far the body moves per stretch; `distance_m` is a lower bound of its distance at a waypoint.
+/// `travel_m` bounds how far the body moves per stretch; `distance_m` is a lower bound of its
+/// distance at a waypoint.
 fn walk(travel_m: &[f64], clearance_m: f64, distance_m: impl Fn(usize) -> f64) -> Option<usize> {
     let last = travel_m.len();
     let (mut at, mut gap_m) = (0, distance_m(0) - clearance_m);
@@ -258,7 +255,8 @@ mod tests {
     }
 
     proptest! {
-        /// The lip, what hangs below it and the ends of all capsules stay as near to their chords as is claimed.
+        /// The lip, what hangs below it and the ends of all capsules stay as near to their chords
+        /// as is claimed.
         #[test]
         fn no_point_leaves_its_straight_line_by_more_than_the_bound(
             start in prop::array::uniform6(-1.5..1.5_f64),
@@ -301,7 +299,8 @@ mod tests {
             }
         }
 
-        /// A point moves along a line among obstacles on it; what the walk accepts is clear everywhere.
+        /// A point moves along a line among obstacles on it; what the walk accepts is clear
+        /// everywhere.
         #[test]
         fn what_is_accepted_is_clear_between_waypoints(
             steps in prop::collection::vec(0.0..0.2_f64, 1..20),

@@ -1,8 +1,9 @@
 //! The container's content as solid columns, and the distance to them.
 //!
-//! The heightmap is kept as a pyramid of maxima: a node of a level covers two by two of the level below and is as
-//! high as the highest of them. The distance to all columns is found by branch and bound: a node that is further
-//! away than the nearest column found so far is left out with everything below it.
+//! The heightmap is kept as a pyramid of maxima: a node of a level covers two by two of the level
+//! below and is as high as the highest of them. The distance to all columns is found by branch and
+//! bound: a node that is further away than the nearest column found so far is left out with
+//! everything below it.
 
 use nalgebra::Point3;
 use ppnpack_packing::grid::{Grid, Units};
@@ -33,11 +34,11 @@ struct Level {
 
 impl Level {
     fn get(&self, x: usize, y: usize) -> Option<Units> {
-        if x < self.nx && y < self.ny {
-            self.heights.get(x * self.ny + y).copied()
-        } else {
-            None
-        }
+        let is_inside = x < self.nx && y < self.ny;
+        self.heights
+            .get(x * self.ny + y)
+            .copied()
+            .filter(|_| is_inside)
     }
 
     /// Raises a node; says whether it was lower.
@@ -51,7 +52,7 @@ impl Level {
         }
     }
 
-    /// The highest of the nodes that a node one level up covers.
+    /// Gives the highest of the nodes that a node one level up covers.
     fn pooled(&self, x: usize, y: usize) -> Units {
         let children = [(0, 0), (0, 1), (1, 0), (1, 1)];
         let heights = children.map(|(dx, dy)| self.get(2 * x + dx, 2 * y + dy));
@@ -76,11 +77,8 @@ impl Columns {
         self.cell_m = resolution.cell_m();
         self.unit_m = resolution.height_unit_m();
         self.levels.clear();
-        let mut level = Level {
-            nx,
-            ny,
-            heights: heightmap.heights().to_vec(),
-        };
+        let heights = heightmap.heights().to_vec();
+        let mut level = Level { nx, ny, heights };
         while level.nx > 1 || level.ny > 1 {
             let (nx, ny) = (level.nx.div_ceil(2), level.ny.div_ceil(2));
             let nodes = (0..nx).flat_map(|x| (0..ny).map(move |y| (x, y)));
@@ -108,7 +106,8 @@ impl Columns {
         }
     }
 
-    /// Whether an item's placement lies within the container and does not reach into the columns.
+    /// Says whether an item's placement lies within the container and does not reach into the
+    /// columns.
     pub(crate) fn is_free_for(&self, view: &ItemView, resting: &RestingPlacement) -> bool {
         self.levels.first().is_some_and(|finest| {
             covered(view, resting).all(|(x, y, bottom, _)| {
@@ -118,20 +117,21 @@ impl Columns {
         })
     }
 
-    /// The greatest height, in metres.
+    /// Gives the greatest height, in metres.
     pub(crate) fn highest_m(&self) -> f64 {
         let top = self.levels.last().and_then(|level| level.get(0, 0));
         f64::from(top.unwrap_or(0)) * self.unit_m
     }
 
-    /// A lower bound of a capsule's distance to all columns in metres, tight to some micrometres; `limit_m` where it
-    /// is more.
+    /// Bounds a capsule's distance to all columns from below, in metres, tight to some micrometres;
+    /// `limit_m` where it is more.
     pub(crate) fn distance_m(&self, capsule: &Capsule, limit_m: f64) -> f64 {
         let around = capsule.axis_box();
         let mut nearest_m = limit_m;
         self.search(self.levels.len(), 0, 0, &mut nearest_m, &|node| {
             let bound_m = around.distance_to_box_m(node) - capsule.radius_m;
-            if bound_m >= limit_m {
+            let is_far = bound_m >= limit_m;
+            if is_far {
                 bound_m
             } else {
                 capsule.distance_m(node)
@@ -140,7 +140,8 @@ impl Columns {
         nearest_m
     }
 
-    /// An upright cylinder's distance to all columns in metres; `limit_m` where it is more, 0 where they overlap.
+    /// Measures an upright cylinder's distance to all columns, in metres; `limit_m` where it is
+    /// more, 0 where they overlap.
     pub(crate) fn distance_to_cylinder_m(&self, cylinder: &UprightCylinder, limit_m: f64) -> f64 {
         let mut nearest_m = limit_m;
         self.search(self.levels.len(), 0, 0, &mut nearest_m, &|node| {
@@ -165,13 +166,11 @@ impl Columns {
             return;
         };
         let edge_m = self.cell_m * (1_u64 << depth) as f64;
+        let corner =
+            |x: usize, y: usize, z_m| Point3::new(x as f64 * edge_m, y as f64 * edge_m, z_m);
         let node = AxisBox {
-            lowest: Point3::new(x as f64 * edge_m, y as f64 * edge_m, BOTTOM_M),
-            highest: Point3::new(
-                (x + 1) as f64 * edge_m,
-                (y + 1) as f64 * edge_m,
-                f64::from(height) * self.unit_m,
-            ),
+            lowest: corner(x, y, BOTTOM_M),
+            highest: corner(x + 1, y + 1, f64::from(height) * self.unit_m),
         };
         let found_m = distance_m(&node);
         if found_m >= *nearest_m {
@@ -187,7 +186,7 @@ impl Columns {
     }
 }
 
-/// The cells that a placed item covers, each with where the item begins and ends there.
+/// Gives the cells that a placed item covers, each with the item's lower and upper end there.
 fn covered<'a>(
     view: &'a ItemView,
     resting: &RestingPlacement,
@@ -204,7 +203,7 @@ fn covered<'a>(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point2, Vector3};
+    use nalgebra::Point2;
     use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
     use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
     use ppnpack_packing::placement::Placement;
@@ -219,11 +218,8 @@ mod tests {
             y_m: 0.10,
             z_m: 0.2,
         };
-        Grid::new(
-            size,
-            Resolution::new(0.02, 0.002, Yaws::half_turn(1).unwrap()).unwrap(),
-        )
-        .unwrap()
+        let resolution = Resolution::new(0.02, 0.002, Yaws::half_turn(1).unwrap());
+        Grid::new(size, resolution.unwrap()).unwrap()
     }
 
     fn column(x: usize, y: usize, height: Units) -> AxisBox {
@@ -251,15 +247,7 @@ mod tests {
             let heightmap = Heightmap::from_units(7, 5, heights.clone()).unwrap();
             let mut columns = Columns::default();
             columns.update(&grid, &heightmap);
-            let view = ViewSurfaces {
-                nx: 2,
-                ny: 2,
-                top: vec![20, 0, 5, 7],
-                bottom: vec![0, ABSENT, 1, 2],
-                underside: None,
-                origin_from_corner_m: Vector3::zeros(),
-                centre_of_mass_m: None,
-            };
+            let view = ViewSurfaces::of_cells(2, 2, vec![20, 0, 5, 7], vec![0, ABSENT, 1, 2]);
             let item = Item::new("item", vec![view], 0.0).unwrap();
             let view = &item.views()[0];
             let placement = Placement { yaw: 0, x, y };

@@ -1,7 +1,7 @@
 //! A whole cycle: pick an item, carry it over, place it, and come back; with the time it takes.
 //!
-//! Between the pick and the place the cup moves at one height that clears the rim and the content, on an arc around
-//! the arm's base, still facing down. The way back is the way there.
+//! Between the pick and the place the cup moves at one height that clears the rim and the content,
+//! on an arc around the arm's base, still facing down. The way back is the way there.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -28,12 +28,12 @@ use crate::trajectory::Trajectory;
 const TOUCHING_M: f64 = 1e-6;
 
 settings! {
-    /// What a cycle's time depends on beside the arm.
+    /// Settings that a cycle's time depends on beside the arm.
     #[derive(Copy)]
     pub struct CycleSettings with validate {
-        /// How long the cup takes to hold an item, in seconds.
+        /// Time in which the cup gets hold of an item, in seconds.
         pub grip_s: f64 = 0.2 => within("0 to 60 s", 0.0..=60.0),
-        /// How long the cup takes to let go, in seconds.
+        /// Time in which the cup lets go, in seconds.
         pub release_s: f64 = 0.15 => within("0 to 60 s", 0.0..=60.0),
         /// Share of the joints' speeds that is used.
         pub speed_share: f64 = 1.0 => within("0.001 to 1", 0.001..=1.0),
@@ -43,7 +43,7 @@ settings! {
 }
 
 settings! {
-    /// Where a cell brings its items to be picked, one after another.
+    /// Place to which a cell brings its items to be picked, one after another.
     ///
     /// On the table, 35 cm beside the container.
     #[derive(Copy)]
@@ -51,8 +51,8 @@ settings! {
         /// The point that the cup's middle comes down on, in the container frame, in metres; its
         /// height is that of what items lie on.
         pub position_m: [f64; 3] = [0.10, -0.35, -0.01],
-        /// How items are turned there about the vertical, seen from the yaw 0 of their placements,
-        /// in degrees.
+        /// Turn of items there about the vertical, seen from the yaw 0 of their placements, in
+        /// degrees.
         pub yaw_deg: f64 = 0.0,
     }
 }
@@ -67,8 +67,8 @@ impl PickPlace {
         turn("pick.yaw_deg", self.yaw_deg)
     }
 
-    /// How an item lies there that is held at a pick point: its frame in the container frame. `None` for an item
-    /// without a yaw.
+    /// Gives the pose there of an item that is held at a pick point: its frame in the container
+    /// frame. `None` for an item without a yaw.
     pub fn pose(&self, item: &Item, pick: &PickPoint) -> Option<Isometry3<f64>> {
         let view = item.views().first()?;
         let [x_m, y_m, z_m] = self.position_m;
@@ -83,35 +83,35 @@ impl PickPlace {
 /// A cycle that the arm can make.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedCycle {
-    /// What is done, in order.
+    /// The motions, in order.
     pub legs: Vec<(LegKind, Trajectory)>,
-    /// Where the item lies when it is picked.
+    /// The pose of the item when it is picked.
     pub container_from_item_at_pick: Isometry3<f64>,
     /// The flange's turn about the vertical seen from the item's.
     pub grasp_yaw_rad: f64,
-    /// How long the cup takes to hold the item, after [`LegKind::Descend`], in seconds.
+    /// The time in which the cup gets hold of the item, after [`LegKind::Descend`], in seconds.
     pub grip_s: f64,
-    /// How long the cup takes to let go, after [`LegKind::Insert`], in seconds.
+    /// The time in which the cup lets go, after [`LegKind::Insert`], in seconds.
     pub release_s: f64,
-    /// The time from the start of the descent to the return above the pick, gripping and letting go included, in
-    /// seconds.
+    /// The time from the start of the descent to the return above the pick, gripping and letting go
+    /// included, in seconds.
     pub cycle_s: f64,
 }
 
-/// The distance of the points at which a cycle is sampled, in seconds. Long legs have [`MAX_POINTS`] at most.
+/// The distance of the points at which a cycle is sampled, in seconds. Long legs have
+/// [`MAX_POINTS`] at most.
 const PERIOD_S: f64 = 0.01;
 
-/// The shortest distance of two points, in seconds: nothing moves far within it.
+/// Minimum distance of two points, in seconds: nothing moves far within it.
 const LEAST_S: f64 = 1e-6;
 
 impl PlannedCycle {
-    /// The cycle as whoever carries it out is given it: joint angles over time, and where the item's own frame is when
-    /// it is picked.
+    /// Gives the cycle as it is carried out: joint angles over time, and the pose of the item's own
+    /// frame when it is picked.
     pub fn sampled(&self, arm: &str, lying: &Lying) -> Cycle {
-        let legs = self.legs.iter().map(|(kind, trajectory)| Leg {
-            kind: *kind,
-            points: points(trajectory),
-        });
+        let legs = self.legs.iter();
+        let legs = legs.map(|(kind, trajectory)| (*kind, points(trajectory)));
+        let legs = legs.map(|(kind, points)| Leg { kind, points });
         Cycle {
             arm: arm.to_owned(),
             cycle_s: self.cycle_s,
@@ -124,7 +124,7 @@ impl PlannedCycle {
     }
 }
 
-/// Points of a trajectory, its end among them.
+/// Samples a trajectory, its end among the points.
 fn points(trajectory: &Trajectory) -> Vec<JointPoint> {
     let end_s = trajectory.duration_s();
     let longest = (MAX_POINTS - 1) as f64;
@@ -144,7 +144,7 @@ fn points(trajectory: &Trajectory) -> Vec<JointPoint> {
     points
 }
 
-/// Places of the cup's lip over lift, transfer and insert, and where the legs meet.
+/// Places of the cup's lip over lift, transfer and insert, with those at which the legs meet.
 struct Route {
     lips: Vec<Point3<f64>>,
     lifted: usize,
@@ -170,7 +170,7 @@ impl Route {
         self.carried..=self.lips.len() - 1
     }
 
-    /// How far the turn of the transfer has come at a waypoint, from 0 to 1.
+    /// Gives the share of the transfer's turn at a waypoint, from 0 to 1.
     fn turned(&self, at: usize) -> f64 {
         let steps = (self.carried - self.lifted).max(1);
         (at.saturating_sub(self.lifted) as f64 / steps as f64).min(1.0)
@@ -186,8 +186,8 @@ struct Carry {
 }
 
 impl PlacePlanner {
-    /// A cycle that picks an item and places it, if there is one. At the pick the item lies as it will be placed, but
-    /// for its yaw.
+    /// Plans a cycle that picks an item and places it, if there is one. At the pick the item lies
+    /// as it will be placed, but for its yaw.
     ///
     /// # Errors
     /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
@@ -213,14 +213,14 @@ impl PlacePlanner {
         Ok(self.timed(carry, *container_from_item_at_pick, settings))
     }
 
-    /// The lip's height at which the item clears rim, content and what it lay on.
+    /// Gives the lip's height at which the item clears rim, content and what it lay on.
     fn safe_height_m(&self, target: &Target, pick: &Point3<f64>, rim_m: f64) -> f64 {
         let hangs_m = target.release.z - target.item_box.lowest.z;
         let content_m = self.content.highest_m().max(target.item_box.lowest.z);
         (rim_m.max(content_m) + hangs_m).max(pick.z) + self.cell.approach_clearance_m
     }
 
-    /// Straight up, an arc around the base, straight down.
+    /// Routes the lip straight up, on an arc around the base, and straight down.
     fn route(&self, target: &Target, pick: &Point3<f64>, safe_m: f64, step_m: f64) -> Route {
         let above = |at: &Point3<f64>| Point3::new(at.x, at.y, safe_m);
         let mut lips = line(step_m, pick, &above(pick));
@@ -248,7 +248,8 @@ impl PlacePlanner {
         }
     }
 
-    /// Checks what the gripper and the item sweep when they are lifted; the item touches what it lies on.
+    /// Checks the space that the gripper and the item sweep as they are lifted; the item touches
+    /// what it lies on.
     fn check_lifted(
         &self,
         surroundings: &Surroundings,
@@ -275,8 +276,8 @@ impl PlacePlanner {
         Ok(())
     }
 
-    /// The branch with J6 turned for the item's yaws at both ends: of the yaws at which it may be picked and the
-    /// ways round, the one that turns J6 least.
+    /// Turns J6 along a branch for the item's yaws at both ends: of the yaws at which it may be
+    /// picked and the ways round, by the one that turns J6 least.
     fn turned_over(
         &self,
         branch: &[JointAngles],
@@ -286,8 +287,8 @@ impl PlacePlanner {
     ) -> Result<Carry, Refusal> {
         let [.., limits] = self.arm.limits();
         let short_rad = wrapped(place_yaw_rad - pick_yaw_rad);
-        let ways = grasp_yaws_rad(&self.cell)
-            .flat_map(|grasp| [-TAU, 0.0, TAU].map(|round| (grasp, short_rad + round)));
+        let grasps = grasp_yaws_rad(&self.cell);
+        let ways = grasps.flat_map(|yaw| [-TAU, 0.0, TAU].map(|round| (yaw, short_rad + round)));
         let mut least: Option<(f64, Vec<JointAngles>, f64)> = None;
         for (grasp_yaw_rad, over_rad) in ways {
             let start_rad = self.arm.flange_turn_rad(pick_yaw_rad + grasp_yaw_rad);
@@ -303,9 +304,8 @@ impl PlacePlanner {
             let most_rad = (low + whole_rad).abs().max((high + whole_rad).abs());
             let cost = (high - low) + 0.01 * most_rad;
             if least.as_ref().is_none_or(|least| cost < least.0) {
-                let turned = turned
-                    .iter()
-                    .map(|joints| joints.with_flange_turned(whole_rad));
+                let turned = turned.iter();
+                let turned = turned.map(|joints| joints.with_flange_turned(whole_rad));
                 least = Some((cost, turned.collect(), grasp_yaw_rad));
             }
         }
@@ -328,19 +328,19 @@ impl PlacePlanner {
         route: &Route,
         carry: &Carry,
     ) -> Result<(), Refusal> {
-        let held = Held::Cylinder(target.held().around_axis());
-        let beyond_m = target.beyond_m();
-        for (path, range, is_line) in [
-            (&carry.lift, route.lift(), true),
-            (&carry.transfer, route.transfer(), false),
-        ] {
-            let deviations_m = deviations_m(&self.arm, path, beyond_m);
+        let (lift, transfer) = (route.lift(), route.transfer());
+        let legs = [
+            (&carry.lift, lift, true),
+            (&carry.transfer, transfer, false),
+        ];
+        for (path, range, is_line) in legs {
+            let deviations_m = deviations_m(&self.arm, path, target.beyond_m());
             let sweep = Sweep {
                 arm: &self.arm,
                 lips: route.lips.get(range).unwrap_or(&[]),
                 surroundings,
                 columns: &self.content,
-                held: Some(held),
+                held: Some(Held::Cylinder(target.held().around_axis())),
                 clearance_m: self.cell.clearance_m,
             };
             if is_line {
@@ -366,8 +366,8 @@ impl PlacePlanner {
             limit.speed_rad_per_s *= settings.speed_share;
             limit.acceleration_rad_per_s2 *= settings.acceleration_share;
         }
-        let (descend, retreat) = (carry.lift.reversed(), carry.insert.reversed());
-        let back = carry.transfer.reversed();
+        let back = [&carry.lift, &carry.insert, &carry.transfer].map(JointPath::reversed);
+        let [descend, retreat, back] = back;
         let legs = [
             (LegKind::Descend, descend),
             (LegKind::Lift, carry.lift),

@@ -1,8 +1,8 @@
-//! Why an arm's parameters or a cell's settings are not possible.
+//! Refusals of an arm's parameters or a cell's settings.
 
 use ppnpack_numbers::SettingError;
 
-/// What is wrong with a parameter file.
+/// The fault of a parameter file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ParameterError {
@@ -17,7 +17,7 @@ pub enum ParameterError {
     File {
         /// The file.
         path: String,
-        /// What went wrong.
+        /// The cause.
         reason: String,
     },
     /// No arm of this name is built in.

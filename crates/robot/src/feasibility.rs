@@ -17,60 +17,40 @@ use crate::pick::{self, NoPickPoint, PickPoint};
 use crate::refusal::Refusal;
 use crate::surface::UpperSurface;
 
-/// How finely models are sampled where they are held, in metres.
+/// Pitch at which models are sampled for a place to hold them, in metres.
 const SURFACE_PITCH_M: f64 = 0.002;
 
-/// So many cycles of an item may be refused in a step, unless it is told otherwise.
+/// Default number of refused cycles after which an item is left out of a step.
 pub(crate) const REFUSED_CYCLES_PER_ITEM: usize = 100;
 
-/// Pick points that are kept; items that come with heightmaps of their own never come again.
+/// Maximum of pick points that are kept; items that come with heightmaps of their own never come
+/// again.
 const PICKS_KEPT: usize = 4096;
 
-/// Accepts placements that the arm can make: the item can be held, and the place motion is possible. Where it is
-/// known where items are picked, the whole cycle has to be, and it is the evidence.
+/// Accepts placements that the arm can make: the item can be held, and the place motion is
+/// possible. With a place where items are picked, the whole cycle has to be possible, and is the
+/// evidence.
 ///
-/// Where an item is held is looked for once per shape: on its model where that is known, else in its heightmap at the
-/// first yaw.
+/// The place to hold an item is looked for once per shape: on its model where that is known, else
+/// in its heightmap at the first yaw.
 ///
-/// An item of which it refused so many whole cycles in a step, and accepted none before, is left out of the step: the arm cannot
-/// take it from where it lies, and on a fine grid there are ten thousand placements to find that out on.
+/// After so many refused cycles of an item in a step, and no possible one before, the item is left
+/// out of the step: the arm cannot take it from where it lies, and on a fine grid there are ten
+/// thousand placements to find that out on.
 #[derive(Debug, Clone)]
 pub struct ArmCheck {
     planner: PlacePlanner,
     cycles: Option<(PickPlace, CycleSettings)>,
     refused_cycles_per_item: usize,
-    /// Of this step, by arrival and shape.
-    fetching: HashMap<(usize, ShapeId), Fetching>,
-    /// By shape, and whether the model is known.
+    /// Refused cycles of this step, by arrival and shape: their count and the last refusal; `None`
+    /// once a cycle was possible.
+    fetching: HashMap<(usize, ShapeId), Option<(usize, Refused)>>,
+    /// Pick points, by shape, and whether the model is known.
     picks: HashMap<(ShapeId, bool), Result<PickPoint, NoPickPoint>>,
 }
 
-/// Whether the arm can fetch an item, as far as a step has found out.
-#[derive(Debug, Clone)]
-enum Fetching {
-    /// A cycle was possible.
-    Possible,
-    /// So many cycles were refused, and none was possible before; why the last was refused.
-    Refused(usize, Option<Refused>),
-}
-
-impl Default for Fetching {
-    fn default() -> Self {
-        Self::Refused(0, None)
-    }
-}
-
-impl Fetching {
-    fn refuse(&mut self, why: &Refusal) {
-        if let Self::Refused(count, last) = self {
-            *count += 1;
-            *last = Some(Refused::from(why));
-        }
-    }
-}
-
 impl ArmCheck {
-    /// The check with a planner of place motions.
+    /// Makes the check with a planner of place motions.
     pub fn new(planner: PlacePlanner) -> Self {
         Self {
             planner,
@@ -88,19 +68,20 @@ impl ArmCheck {
         self
     }
 
-    /// Leaves an item out of a step once so many of its placements were refused for their cycles alone, and none accepted.
+    /// Leaves an item out of a step once so many of its placements were refused for their cycles
+    /// alone, and none accepted.
     #[must_use]
     pub fn with_refused_cycles_per_item(mut self, refused: usize) -> Self {
         self.refused_cycles_per_item = refused;
         self
     }
 
-    /// The planner of place motions.
+    /// Gives the planner of place motions.
     pub fn planner(&self) -> &PlacePlanner {
         &self.planner
     }
 
-    /// Where an item is held.
+    /// Finds where to hold an item.
     ///
     /// # Errors
     /// [`NoPickPoint`] where it cannot be held.
@@ -113,10 +94,9 @@ impl ArmCheck {
         if let Some(known) = self.picks.get(&key) {
             return *known;
         }
-        let of_model = candidate.model.as_ref();
-        let surface = of_model
-            .and_then(|model| UpperSurface::of_model(model, SURFACE_PITCH_M))
-            .or_else(|| UpperSurface::of_item(&candidate.item, resolution));
+        let model = candidate.model.as_ref();
+        let of_model = model.and_then(|model| UpperSurface::of_model(model, SURFACE_PITCH_M));
+        let surface = of_model.or_else(|| UpperSurface::of_item(&candidate.item, resolution));
         let found = surface.map_or(Err(NoPickPoint::Empty), |surface| {
             let gripper = self.planner.arm().gripper();
             pick::find(&surface, gripper, &self.planner.cell().pick)
@@ -128,7 +108,7 @@ impl ArmCheck {
         found
     }
 
-    /// Where an item is held that the arm can lift.
+    /// Finds where to hold an item that the arm can lift.
     ///
     /// # Errors
     /// [`Refusal::Pick`] and [`Refusal::TooHeavy`], wherever the item would be placed.
@@ -146,7 +126,7 @@ impl ArmCheck {
         }
     }
 
-    /// The motion that places a candidate.
+    /// Plans the motion that places a candidate.
     ///
     /// # Errors
     /// [`Refusal`] where there is none.
@@ -161,7 +141,8 @@ impl ArmCheck {
             .plan(&placing(input, candidate, resting, &pick))
     }
 
-    /// The cycle that picks and places a candidate; `None` where it is not known where items are picked.
+    /// Plans the cycle that picks and places a candidate; `None` without a place where items are
+    /// picked.
     ///
     /// # Errors
     /// [`Refusal`] where there is none.
@@ -182,12 +163,12 @@ impl ArmCheck {
         };
         let from = from.ok_or(Refusal::Placement)?;
         let placing = placing(input, candidate, resting, &pick);
-        self.planner
-            .plan_cycle(&placing, &from, &settings)
-            .map(Some)
+        let cycle = self.planner.plan_cycle(&placing, &from, &settings)?;
+        Ok(Some(cycle))
     }
 
-    /// A pose that was seen, not below the table: cameras are off by some millimetres, items are not in the table.
+    /// Raises a pose that was seen to the table: cameras are off by some millimetres, items are not
+    /// in the table.
     fn on_table(&self, lying: &Isometry3<f64>, item: &Item) -> Isometry3<f64> {
         let view = item.views().first();
         let above_lowest_m = view.map_or(0.0, |view| view.origin_from_corner_m().z);
@@ -197,29 +178,28 @@ impl ArmCheck {
         pose
     }
 
-    /// Notes whether a cycle is possible. Once one was, no refusal counts: what else is asked may then depend on how many placements
-    /// are looked at ahead, and whether an item is left out must not.
+    /// Notes whether a cycle is possible. Once one was, no refusal counts: what else is asked may
+    /// then depend on how many placements are looked at ahead, and whether an item is left out must
+    /// not.
     fn note(&mut self, candidate: &Candidate, cycle: &Result<Option<PlannedCycle>, Refusal>) {
         let key = (candidate.arrival, candidate.item.shape());
-        let fetching = self.fetching.entry(key);
-        match cycle {
-            Ok(_) => *fetching.or_default() = Fetching::Possible,
-            Err(why) => fetching.or_default().refuse(why),
-        }
+        let refused = match (cycle, self.fetching.get(&key)) {
+            (Ok(_), _) | (_, Some(None)) => None,
+            (Err(why), Some(Some((count, _)))) => Some((count + 1, why.into())),
+            (Err(why), None) => Some((1, why.into())),
+        };
+        self.fetching.insert(key, refused);
     }
 
-    /// Why the last cycle of an item was refused in this step, where it is left out.
+    /// Gives the last refusal of an item's cycles in this step, where it is left out.
     fn left_out(&self, candidate: &Candidate) -> Option<&Refused> {
         let key = (candidate.arrival, candidate.item.shape());
-        match self.fetching.get(&key)? {
-            Fetching::Refused(count, last) if *count >= self.refused_cycles_per_item => {
-                last.as_ref()
-            }
-            _ => None,
-        }
+        let (count, last) = self.fetching.get(&key)?.as_ref()?;
+        (*count >= self.refused_cycles_per_item).then_some(last)
     }
 
-    /// The place motion is tried first: it takes a tenth of the time of a cycle, and finds most of what is not possible.
+    /// Tries the place motion first: it takes a tenth of the time of a cycle, and finds most of
+    /// what is not possible.
     fn try_placement(
         &mut self,
         input: &StepInput<'_>,
@@ -253,14 +233,14 @@ fn placing<'a>(
     }
 }
 
-/// A pose without what it leans.
+/// Takes the lean out of a pose.
 fn upright(pose: &Isometry3<f64>) -> Isometry3<f64> {
     let (_, _, yaw_rad) = pose.rotation.euler_angles();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     Isometry3::from_parts(pose.translation, turn)
 }
 
-/// A refusal of the arm as one of the engine.
+/// Converts a refusal of the arm to one of the engine.
 impl From<&Refusal> for Refused {
     fn from(refusal: &Refusal) -> Self {
         Self::because(Cause::Arm, refusal.cause())

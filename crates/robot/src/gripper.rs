@@ -20,7 +20,7 @@ pub enum GripperPart {
 ///
 /// A cup bulges when it is compressed; a lip radius given with that in mind covers it.
 impl GripperParameters {
-    /// The distance from the flange to the compressed cup's lip, in metres.
+    /// Gives the distance from the flange to the compressed cup's lip, in metres.
     pub fn length_m(&self) -> f64 {
         self.body_length_m + self.stem_length_m + self.compressed_cup_m()
     }
@@ -29,7 +29,7 @@ impl GripperParameters {
         self.cup_height_m - self.compression_m
     }
 
-    /// The parts with the lip at the origin and the flange above.
+    /// Gives the parts with the lip at the origin and the flange above.
     pub fn parts(&self) -> [(GripperPart, UprightCylinder); 3] {
         let cup_m = self.compressed_cup_m();
         let stem_m = cup_m + self.stem_length_m;

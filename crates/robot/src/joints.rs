@@ -1,4 +1,4 @@
-//! Joint angles and what a joint allows.
+//! Joint angles and the limits of joints.
 
 use std::f64::consts::{PI, TAU};
 
@@ -33,17 +33,17 @@ impl Joint {
 pub struct JointAngles([f64; JOINTS]);
 
 impl JointAngles {
-    /// Angles in radians.
+    /// Takes angles in radians.
     pub const fn new(angles_rad: [f64; JOINTS]) -> Self {
         Self(angles_rad)
     }
 
-    /// The angles in radians, J1 first.
+    /// Gives the angles in radians, J1 first.
     pub const fn as_array(&self) -> &[f64; JOINTS] {
         &self.0
     }
 
-    /// The same angles, with J6 turned further.
+    /// Turns J6 further.
     #[must_use]
     pub(crate) fn with_flange_turned(mut self, by_rad: f64) -> Self {
         let [.., flange] = &mut self.0;
@@ -51,7 +51,7 @@ impl JointAngles {
         self
     }
 
-    /// The same pose with each angle within half a turn of another's.
+    /// Brings each angle within half a turn of another's, for the same pose.
     #[must_use]
     pub(crate) fn unwrapped_near(mut self, other: &Self) -> Self {
         for (angle, near) in self.0.iter_mut().zip(&other.0) {
@@ -60,25 +60,25 @@ impl JointAngles {
         self
     }
 
-    /// The greatest difference of an angle, and which.
+    /// Finds the joint whose angle differs most, and by how much.
     pub(crate) fn greatest_step(&self, other: &Self) -> (Joint, f64) {
         let steps = self.0.iter().zip(&other.0).map(|(a, b)| (a - b).abs());
+        let greater = |most: (Joint, f64), step: (Joint, f64)| {
+            if step.1 > most.1 { step } else { most }
+        };
         Joint::ALL
             .into_iter()
             .zip(steps)
-            .fold(
-                (Joint::J1, 0.0),
-                |most, step| if step.1 > most.1 { step } else { most },
-            )
+            .fold((Joint::J1, 0.0), greater)
     }
 }
 
-/// An angle in `[-pi, pi)` that stands for the same direction.
+/// Gives the angle in `[-pi, pi)` that stands for the same direction.
 pub(crate) fn wrapped(angle_rad: f64) -> f64 {
     (angle_rad + PI).rem_euclid(TAU) - PI
 }
 
-/// What a joint allows.
+/// The limits of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointLimits {
     /// The least angle, in radians.
@@ -101,12 +101,13 @@ impl JointLimits {
         }
     }
 
-    /// Whether an angle is allowed.
+    /// Says whether an angle is allowed.
     pub fn contains(&self, angle_rad: f64) -> bool {
         (self.lowest_rad..=self.highest_rad).contains(&angle_rad)
     }
 
-    /// The whole turns to add so that a range of angles is allowed and its middle lies nearest to `near_rad`.
+    /// Gives the whole turns to add so that a range of angles is allowed and its middle lies
+    /// nearest to `near_rad`.
     pub(crate) fn turns_into(&self, range_rad: (f64, f64), near_rad: f64) -> Option<f64> {
         let (lowest, highest) = range_rad;
         let first = ((self.lowest_rad - lowest) / TAU).ceil();

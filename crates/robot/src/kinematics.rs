@@ -1,4 +1,5 @@
-//! Forward and inverse kinematics of an arm in its base frame. Only this module knows the kinematics library.
+//! Forward and inverse kinematics of an arm in its base frame. Only this module knows the
+//! kinematics library.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use rs_opw_kinematics::glam::{DQuat, DVec3};
@@ -23,7 +24,7 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// The kinematics that checked parameters describe.
+    /// Makes the kinematics that checked parameters describe.
     pub(crate) fn new(parameters: &ArmParameters) -> Self {
         let lengths = parameters.geometry;
         let zeros_rad = parameters.joints.map(|joint| joint.zero_deg.to_radians());
@@ -54,13 +55,13 @@ impl Kinematics {
         }
     }
 
-    /// The flange's pose in the base frame; its z axis points out of the flange.
+    /// Gives the flange's pose in the base frame; its z axis points out of the flange.
     pub fn base_from_flange(&self, joints: &JointAngles) -> Isometry3<f64> {
         let [.., flange] = self.base_from_links(joints);
         flange
     }
 
-    /// The poses of all links in the base frame, the base first, the flange last.
+    /// Gives the poses of all links in the base frame, the base first, the flange last.
     pub fn base_from_links(&self, joints: &JointAngles) -> [Isometry3<f64>; LINKS] {
         let [j1, j2, j3, j4, j5, j6] = self.model_angles_rad(joints);
         let [s1, s2, s3, s4, s5, s6] = self.steps_m;
@@ -79,7 +80,8 @@ impl Kinematics {
         [base, link_1, link_2, link_3, link_4, link_5, link_6]
     }
 
-    /// Where each link's frame is in the base frame with the arm stretched straight up; no frame is turned then.
+    /// Gives the origin of each link's frame in the base frame with the arm stretched straight up;
+    /// no frame is turned then.
     pub(crate) fn stretched_origins_m(&self) -> [Vector3<f64>; LINKS] {
         let mut origins = [Vector3::zeros(); LINKS];
         let mut sum = Vector3::zeros();
@@ -90,8 +92,8 @@ impl Kinematics {
         origins
     }
 
-    /// All joint angles, up to eight, that put the flange at a pose, each within half a turn of 0; joint limits are
-    /// not looked at. None where the pose is out of reach.
+    /// Finds all joint angles, up to eight, that put the flange at a pose, each within half a turn
+    /// of 0; joint limits are not looked at. None where the pose is out of reach.
     pub fn inverse(&self, base_from_flange: &Isometry3<f64>) -> Vec<JointAngles> {
         let translation = base_from_flange.translation.vector;
         let Quaternion { coords } = *base_from_flange.rotation.quaternion();
@@ -104,19 +106,20 @@ impl Kinematics {
         solutions.into_iter().map(JointAngles::new).collect()
     }
 
-    /// The angle of the wrist's bend J5 in the model: 0 where the forearm and the flange are in line.
+    /// Gives the angle of the wrist's bend J5 in the model: 0 where the forearm and the flange are
+    /// in line.
     pub(crate) fn wrist_bend_rad(&self, joints: &JointAngles) -> f64 {
         let [_, _, _, _, bend, _] = self.model_angles_rad(joints);
         bend
     }
 
-    /// How J6 changes for a turn of the flange about its own axis.
+    /// Gives the sign of J6's change for a turn of the flange about its own axis.
     pub(crate) fn flange_turn_sign(&self) -> f64 {
         let [.., sign] = self.signs;
         sign
     }
 
-    /// The angles that the model counts from the arm stretched straight up.
+    /// Gives the angles that the model counts from the arm stretched straight up.
     fn model_angles_rad(&self, joints: &JointAngles) -> [f64; JOINTS] {
         let mut angles = *joints.as_array();
         let corrections = self.signs.iter().zip(&self.zeros_rad);

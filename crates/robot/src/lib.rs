@@ -1,13 +1,14 @@
 //! The arm of a physical cell: six joints, a suction cup, a container to fill from above.
 //!
-//! [`Arm`](arm::Arm) is made of a parameter file or [by name](arms); [`pick::find`] says where its cup holds an item;
-//! [`PlacePlanner`](motion::PlacePlanner) plans the motion that places it, checked for reach, joint ranges,
-//! singularities and collisions; [`ArmCheck`](feasibility::ArmCheck) is that as one more validity check of the
-//! planning engine.
-//! [`plan_cycle`](motion::PlacePlanner::plan_cycle) adds the pick and the transfer, and times it all.
-//! [`ArmStation`](station::ArmStation) is all of it made of settings.
+//! [`Arm`](arm::Arm) is made of a parameter file or [by name](arms); [`pick::find`] says where its
+//! cup holds an item; [`PlacePlanner`](motion::PlacePlanner) plans the motion that places it,
+//! checked for reach, joint ranges, singularities and collisions;
+//! [`ArmCheck`](feasibility::ArmCheck) is that as one more validity check of the planning engine.
+//! [`plan_cycle`](motion::PlacePlanner::plan_cycle) adds the pick and the transfer, and times it
+//! all. [`ArmStation`](station::ArmStation) is all of it made of settings.
 //!
-//! All positions are in the container frame: metres, right-handed, z up, the origin at an inner bottom corner.
+//! All positions are in the container frame: metres, right-handed, z up, the origin at an inner
+//! bottom corner.
 //!
 //! A built-in arm puts a carton down in the empty container:
 //!

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{Item, ItemView};
 use ppnpack_packing::placement::RestingPlacement;
@@ -22,7 +22,7 @@ use crate::shapes::AxisBox;
 use crate::surroundings::{Surroundings, keep_apart};
 use crate::track::{first_possible, range};
 
-/// The most steps of one line: more is out of any arm's reach.
+/// Maximum of steps of one line: more is out of any arm's reach.
 const MAX_STEPS: f64 = 10_000.0;
 
 /// A place motion that the arm can make.
@@ -30,15 +30,16 @@ const MAX_STEPS: f64 = 10_000.0;
 pub struct PlaceMotion {
     /// The joints from above the container down to the release; the retreat is the same way back.
     pub insert: JointPath,
-    /// Where the cup's lip is at the insert's start, in the container frame.
+    /// The place of the cup's lip at the insert's start, in the container frame.
     pub approach: Point3<f64>,
-    /// Where the cup's lip is when it lets go, in the container frame.
+    /// The place of the cup's lip when it lets go, in the container frame.
     pub release: Point3<f64>,
-    /// The flange's turn about the vertical seen from the item's: the yaw at which the item is to be picked.
+    /// The flange's turn about the vertical seen from the item's: the yaw at which the item is to
+    /// be picked.
     pub grasp_yaw_rad: f64,
 }
 
-/// What is placed where: one placement of an item held at a pick point.
+/// One placement of an item held at a pick point.
 #[derive(Debug, Clone, Copy)]
 pub struct Placing<'a> {
     /// The container's grid.
@@ -47,9 +48,9 @@ pub struct Placing<'a> {
     pub scene: &'a Scene,
     /// The item.
     pub item: &'a Item,
-    /// Where it goes.
+    /// Its placement.
     pub resting: &'a RestingPlacement,
-    /// Where it is held.
+    /// The point at which it is held.
     pub pick: &'a PickPoint,
 }
 
@@ -62,10 +63,10 @@ pub struct PlacePlanner {
     content_with_item: Columns,
 }
 
-/// What a placement comes to in the container frame.
+/// A placement in the container frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Target {
-    /// Where the cup's lip is when it lets go.
+    /// The place of the cup's lip when it lets go.
     pub(crate) release: Point3<f64>,
     /// The item's yaw.
     pub(crate) item_yaw_rad: f64,
@@ -74,21 +75,20 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// The item below the cup.
+    /// Gives the item below the cup.
     pub(crate) fn held(&self) -> AxisBox {
         self.item_box.moved(&-self.release.coords)
     }
 
-    /// How far the item reaches from the cup's lip, in metres.
+    /// Measures how far the item reaches from the cup's lip, in metres.
     pub(crate) fn beyond_m(&self) -> f64 {
-        let held = self.held();
-        let (lowest, highest) = (held.lowest.coords, held.highest.coords);
-        lowest.abs().sup(&highest.abs()).norm()
+        let AxisBox { lowest, highest } = self.held();
+        lowest.coords.abs().sup(&highest.coords.abs()).norm()
     }
 }
 
 impl PlacePlanner {
-    /// A planner for an arm in a cell.
+    /// Makes a planner for an arm in a cell.
     ///
     /// # Errors
     /// [`ParameterError::Value`] names the first setting that is not possible.
@@ -102,20 +102,20 @@ impl PlacePlanner {
         })
     }
 
-    /// The arm.
+    /// Gives the arm.
     pub fn arm(&self) -> &Arc<Arm> {
         &self.arm
     }
 
-    /// The cell's settings.
+    /// Gives the cell's settings.
     pub fn cell(&self) -> &CellSettings {
         &self.cell
     }
 
-    /// A motion that places an item, if there is one.
+    /// Plans a motion that places an item, if there is one.
     ///
-    /// Cheap tests come first: the gripper's and the item's swept volumes against content, walls and boxes, which do
-    /// not depend on joints; then reach and joint ranges; then the links.
+    /// Cheap tests come first: the gripper's and the item's swept volumes against content, walls
+    /// and boxes, which do not depend on joints; then reach and joint ranges; then the links.
     ///
     /// # Errors
     /// [`Refusal`]: of several ways to move, why the one that came furthest is not possible.
@@ -137,8 +137,8 @@ impl PlacePlanner {
         })
     }
 
-    /// What is asked for and what is around, after the content was taken over, alone and with the item at rest, and
-    /// found to be free for the item.
+    /// Takes over the content, alone and with the item at rest, and checks that it is free for the
+    /// item; gives the target and its surroundings.
     pub(crate) fn prepare(
         &mut self,
         placing: &Placing<'_>,
@@ -158,7 +158,7 @@ impl PlacePlanner {
         Ok((target, surroundings))
     }
 
-    /// The lip's place above the release from which the item's lowest point clears the rim.
+    /// Gives the lip's place above the release from which the item's lowest point clears the rim.
     fn approach(&self, target: &Target, grid: &Grid) -> Point3<f64> {
         let hangs_m = target.release.z - target.item_box.lowest.z;
         let rim_m = grid.container().z_m.max(target.item_box.lowest.z);
@@ -166,7 +166,8 @@ impl PlacePlanner {
         Point3::new(target.release.x, target.release.y, above_m)
     }
 
-    /// Checks what the gripper and the item sweep on the vertical line: it depends on no joint.
+    /// Checks the space that the gripper and the item sweep on the vertical line: it depends on no
+    /// joint.
     pub(crate) fn check_swept(
         &self,
         surroundings: &Surroundings,
@@ -188,8 +189,8 @@ impl PlacePlanner {
         keep_apart(Body::HeldItem, nearest, apart_m)
     }
 
-    /// The branch with J6 turned for the item's yaw: of the yaws at which it may be picked, the one that turns J6
-    /// least.
+    /// Turns J6 along a branch for the item's yaw: of the yaws at which it may be picked, for the
+    /// one that turns J6 least.
     fn turned(
         &self,
         mut branch: Vec<JointAngles>,
@@ -235,7 +236,8 @@ impl PlacePlanner {
     }
 }
 
-/// Refuses a path that may be further than a tolerance from the straight lines between its waypoints.
+/// Refuses a path that may be further than a tolerance from the straight lines between its
+/// waypoints.
 pub(crate) fn straight(deviations_m: &[f64], tolerance_m: f64) -> Result<(), Refusal> {
     let deviation_m = deviations_m.iter().copied().fold(0.0, f64::max);
     if deviation_m > tolerance_m {
@@ -244,28 +246,27 @@ pub(crate) fn straight(deviations_m: &[f64], tolerance_m: f64) -> Result<(), Ref
     Ok(())
 }
 
-/// Turns of the flange, seen from the item, at which an item may be picked.
+/// Gives the turns of the flange, seen from the item, at which an item may be picked.
 pub(crate) fn grasp_yaws_rad(cell: &CellSettings) -> impl Iterator<Item = f64> + use<> {
     let count = cell.wrist_yaws;
     (0..count).map(move |yaw| std::f64::consts::TAU * yaw as f64 / count as f64)
 }
 
-/// Points along a straight line, at most `step_m` apart, both ends included.
+/// Gives points along a straight line, at most `step_m` apart, both ends included.
 pub(crate) fn line(step_m: f64, from: &Point3<f64>, to: &Point3<f64>) -> Vec<Point3<f64>> {
     let way = to - from;
     let steps = steps_along(way.norm(), step_m);
-    (0..=steps)
-        .map(|step| from + way * (step as f64 / steps as f64))
-        .collect()
+    let point = |step| from + way * (step as f64 / steps as f64);
+    (0..=steps).map(point).collect()
 }
 
-/// How many steps of at most `step_m` a way is cut into.
+/// Counts the steps of at most `step_m` into which a way is cut.
 pub(crate) fn steps_along(length_m: f64, step_m: f64) -> usize {
     let steps = (length_m / step_m).ceil();
     steps.clamp(1.0, MAX_STEPS) as usize
 }
 
-/// The view of a placement that lies on the grid.
+/// Gives the view of a placement that lies on the grid.
 fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
     let placement = placing.resting.placement;
     let view = placing.item.views().get(placement.yaw);
@@ -277,27 +278,21 @@ fn view<'a>(placing: &Placing<'a>) -> Result<&'a ItemView, Refusal> {
     view.ok_or(Refusal::Placement)
 }
 
-/// Where a placement on the grid is.
+/// Converts a placement on the grid to the container frame.
 fn target(placing: &Placing<'_>, view: &ItemView) -> Result<Target, Refusal> {
-    let resolution = placing.grid.resolution();
-    let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
-    let placement = placing.resting.placement;
-    let container_from_item = placing
-        .item
-        .container_from_item(placing.grid, placing.resting);
+    let Placing { grid, resting, .. } = *placing;
+    let resolution = grid.resolution();
+    let placement = resting.placement;
+    let container_from_item = placing.item.container_from_item(grid, resting);
     let container_from_item = container_from_item.ok_or(Refusal::Placement)?;
     let yaws = resolution.yaws().radians();
     let item_yaw_rad = *yaws.get(placement.yaw).ok_or(Refusal::Placement)?;
-    let lowest = Point3::new(
-        placement.x as f64 * cell_m,
-        placement.y as f64 * cell_m,
-        f64::from(placing.resting.resting_height) * unit_m,
-    );
-    let size = Vector3::new(
-        view.nx() as f64 * cell_m,
-        view.ny() as f64 * cell_m,
-        f64::from(view.height()) * unit_m,
-    );
+    let metres = |x: usize, y: usize, height: Units| {
+        let [x_m, y_m] = [x, y].map(|cells| cells as f64 * resolution.cell_m());
+        Vector3::new(x_m, y_m, f64::from(height) * resolution.height_unit_m())
+    };
+    let lowest = Point3::from(metres(placement.x, placement.y, resting.resting_height));
+    let size = metres(view.nx(), view.ny(), view.height());
     Ok(Target {
         release: container_from_item * placing.pick.in_item,
         item_yaw_rad,

@@ -15,13 +15,13 @@ use crate::error::ParameterError;
 pub struct ArmParameters {
     /// The arm's name, for people: 1 to 256 bytes.
     pub name: String,
-    /// What the flange carries at most, gripper included, in kilograms.
+    /// The most that the flange carries, gripper included, in kilograms.
     pub payload_kg: f64,
     /// Lengths between the joints.
     pub geometry: GeometryParameters,
     /// The joints J1 to J6.
     pub joints: [JointParameters; 6],
-    /// Where the arm stands, in the container frame.
+    /// The arm's stand, in the container frame.
     pub base: BaseParameters,
     /// The links' collision shapes.
     pub capsules: Vec<CapsuleParameters>,
@@ -31,8 +31,9 @@ pub struct ArmParameters {
 
 /// The lengths of an arm with an ortho-parallel basis and a spherical wrist, in metres.
 ///
-/// Source: Brandstötter, Angerer and Hofbaur, *An Analytical Solution of the Inverse Kinematics Problem of Industrial
-/// Serial Manipulators with an Ortho-parallel Basis and a Spherical Wrist*, 2014, whose letters these are.
+/// Source: Brandstötter, Angerer and Hofbaur, *An Analytical Solution of the Inverse Kinematics
+/// Problem of Industrial Serial Manipulators with an Ortho-parallel Basis and a Spherical Wrist*,
+/// 2014, whose letters these are.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GeometryParameters {
@@ -64,13 +65,15 @@ pub struct JointParameters {
     pub speed_deg_per_s: f64,
     /// The greatest acceleration, in degrees per second squared.
     pub acceleration_deg_per_s2: f64,
-    /// `sign * angle - zero_deg` is the model's angle, which is 0 where the arm is stretched straight up.
+    /// `sign * angle - zero_deg` is the model's angle, which is 0 where the arm is stretched
+    /// straight up.
     pub zero_deg: f64,
     /// 1, or -1 where the joint turns against the model's.
     pub sign: i8,
 }
 
-/// The pose of the arm's base in the container frame: turned by roll about x, pitch about y, then yaw about z.
+/// The pose of the arm's base in the container frame: turned by roll about x, pitch about y, then
+/// yaw about z.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BaseParameters {
@@ -87,11 +90,12 @@ pub struct BaseParameters {
     pub yaw_deg: f64,
 }
 
-/// A capsule fixed to a link, given in the base frame with the arm stretched straight up (all model angles 0).
+/// A capsule fixed to a link, given in the base frame with the arm stretched straight up (all model
+/// angles 0).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CapsuleParameters {
-    /// The link: 0 is the base, `n` what joint `n` turns.
+    /// The link: 0 is the base, `n` is turned by joint `n`.
     pub link: usize,
     /// One end of the axis, in metres.
     pub from_m: [f64; 3],
@@ -109,7 +113,7 @@ pub struct GripperParameters {
     pub cup_radius_m: f64,
     /// Height of the cup when nothing presses on it, in metres.
     pub cup_height_m: f64,
-    /// How much shorter the cup is while it holds an item, in metres.
+    /// The length that the cup loses while it holds an item, in metres.
     pub compression_m: f64,
     /// Radius of the stem, in metres.
     pub stem_radius_m: f64,
@@ -176,9 +180,8 @@ impl JointParameters {
         let acceleration = self.acceleration_deg_per_s2;
         positive(&field("acceleration_deg_per_s2"), acceleration)?;
         turn(&field("zero_deg"), self.zero_deg)?;
-        require(field("sign"), f64::from(self.sign), "1 or -1", |value| {
-            value.abs() == 1.0
-        })
+        let is_sign = |value: f64| value.abs() == 1.0;
+        require(field("sign"), f64::from(self.sign), "1 or -1", is_sign)
     }
 }
 
@@ -248,7 +251,7 @@ mod tests {
         crate::arms::text("nachi-mz07l").unwrap()
     }
 
-    /// What the parameter file is refused for when a part of it is replaced.
+    /// Gives the refusal of the parameter file when a part of it is replaced.
     fn refusal(from: &str, to: &str) -> String {
         assert!(text().contains(from), "'{from}' is in the file");
         let changed = text().replacen(from, to, 1);
@@ -264,12 +267,7 @@ mod tests {
             ("lowest_deg", "-45.0", "171.0", "joints[1].highest_deg"),
             ("lowest_deg", "-45.0", "-1e9", "joints[1].lowest_deg"),
             ("speed_deg_per_s", "360.0", "-1.0", "joints[2].speed"),
-            (
-                "acceleration_deg_per_s2",
-                "5000.0",
-                "inf",
-                "joints[5].accel",
-            ),
+            ("acceleration_deg_per_s2", "5000.0", "inf", "joints[5].acc"),
             ("zero_deg", "180.0", "361.0", "joints[5].zero_deg"),
             ("sign", "-1", "2", "joints[1].sign"),
             ("position_m", "[-0.35", "[-350.0", "base.position_m[0]"),
@@ -278,8 +276,8 @@ mod tests {
             ("radius_m", "0.12", "0.0", "capsules[0].radius_m"),
             (
                 "to_m",
-                "[0.0, 0.0, 0.17]",
-                "[0.0, inf, 0.17]",
+                "[0.0, 0.0, 0.1",
+                "[0.0, inf, 0.1",
                 "capsules[0].to_m[1]",
             ),
             ("cup_radius_m", "0.015", "0.0", "gripper.cup_radius_m"),

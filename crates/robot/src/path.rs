@@ -1,12 +1,14 @@
-//! A smooth path of the joints through waypoints, and how far it can be from straight lines between them.
+//! A smooth path of the joints through waypoints, and a bound of its distance from straight lines
+//! between them.
 //!
-//! Each joint follows the monotone cubic through its waypoints (Fritsch and Carlson, *Monotone Piecewise Cubic
-//! Interpolation*, 1980, with harmonic means as slopes). Its parameter counts waypoints. Between two waypoints no
-//! angle leaves the range between their angles, so what is known of both ends bounds everything between.
+//! Each joint follows the monotone cubic through its waypoints (Fritsch and Carlson, *Monotone
+//! Piecewise Cubic Interpolation*, 1980, with harmonic means as slopes). Its parameter counts
+//! waypoints. Between two waypoints no angle leaves the range between their angles, so what is
+//! known of both ends bounds everything between.
 
 use crate::joints::{JOINTS, JointAngles};
 
-/// Greatest difference of a cubic Hermite curve from its chord, per unit of slope error at one end.
+/// Maximum difference of a cubic Hermite curve from its chord, per unit of slope error at one end.
 const HERMITE_SHARE: f64 = 4.0 / 27.0;
 
 /// A path of the joints with continuous speed.
@@ -18,31 +20,30 @@ pub struct JointPath {
 }
 
 impl JointPath {
-    /// The path through waypoints.
+    /// Makes the path through waypoints.
     pub fn new(waypoints: Vec<JointAngles>) -> Self {
-        let slopes = (0..waypoints.len())
-            .map(|at| slopes(&waypoints, at))
-            .collect();
+        let at = 0..waypoints.len();
+        let slopes = at.map(|at| slopes(&waypoints, at)).collect();
         Self { waypoints, slopes }
     }
 
-    /// The same path the other way.
+    /// Reverses the path.
     #[must_use]
     pub fn reversed(&self) -> Self {
         Self::new(self.waypoints.iter().rev().copied().collect())
     }
 
-    /// The waypoints.
+    /// Gives the waypoints.
     pub fn waypoints(&self) -> &[JointAngles] {
         &self.waypoints
     }
 
-    /// How many stretches between two waypoints there are.
+    /// Counts the stretches between two waypoints.
     pub fn stretches(&self) -> usize {
         self.waypoints.len().saturating_sub(1)
     }
 
-    /// The cubics of a stretch, one per joint; `None` beyond the last.
+    /// Gives the cubics of a stretch, one per joint; `None` beyond the last.
     pub(crate) fn stretch(&self, at: usize) -> Option<[Cubic; JOINTS]> {
         let from = self.waypoints.get(at)?.as_array();
         let to = self.waypoints.get(at + 1)?.as_array();
@@ -60,7 +61,7 @@ impl JointPath {
         Some(cubics)
     }
 
-    /// The joints at a parameter, which is cut to the path.
+    /// Gives the joints at a parameter, which is cut to the path.
     pub fn at(&self, parameter: f64) -> Option<JointAngles> {
         let parameter = parameter.clamp(0.0, self.stretches() as f64);
         let at = (parameter.floor() as usize).min(self.stretches().checked_sub(1)?);
@@ -69,13 +70,13 @@ impl JointPath {
         Some(JointAngles::new(cubics.map(|cubic| cubic.value(share))))
     }
 
-    /// A bound of how far, between two waypoints, any point of the arm is from where it would be if it moved
-    /// straight from the one to the other, in metres.
+    /// Bounds how far, between two waypoints, any point of the arm is from where it would be if it
+    /// moved straight from the one to the other, in metres.
     ///
-    /// `reaches_m` bounds each joint's distance to what it moves. Two parts: a chord in joint space is not straight
-    /// for a point of the arm; its second derivative is at most `(sum |d|) (sum |d| R)`, and a curve differs from
-    /// its chord by an eighth of that. And the joints do not advance evenly: each differs from the one that moves
-    /// the arm most by what the cubics' slopes differ.
+    /// `reaches_m` bounds each joint's distance to what it moves. Two parts: a chord in joint space
+    /// is not straight for a point of the arm; its second derivative is at most `(sum |d|) (sum |d|
+    /// R)`, and a curve differs from its chord by an eighth of that. And the joints do not advance
+    /// evenly: each differs from the one that moves the arm most by what the cubics' slopes differ.
     pub fn deviation_m(&self, at: usize, reaches_m: &[f64; JOINTS]) -> f64 {
         let Some(cubics) = self.stretch(at) else {
             return 0.0;
@@ -90,16 +91,12 @@ impl JointPath {
                 leader = cubic.relative_slopes();
             }
         }
-        let uneven_m: f64 = cubics
-            .iter()
-            .zip(reaches_m)
-            .map(|(cubic, reach_m)| {
-                let slopes = cubic.relative_slopes();
-                let differ = (slopes.0 - leader.0).abs() + (slopes.1 - leader.1).abs();
-                (cubic.to - cubic.from).abs() * reach_m * HERMITE_SHARE * differ
-            })
-            .sum();
-        turn * sweep_m / 8.0 + uneven_m
+        let uneven_m = cubics.iter().zip(reaches_m).map(|(cubic, reach_m)| {
+            let slopes = cubic.relative_slopes();
+            let differ = (slopes.0 - leader.0).abs() + (slopes.1 - leader.1).abs();
+            (cubic.to - cubic.from).abs() * reach_m * HERMITE_SHARE * differ
+        });
+        turn * sweep_m / 8.0 + uneven_m.sum::<f64>()
     }
 }
 
@@ -113,7 +110,7 @@ pub(crate) struct Cubic {
 }
 
 impl Cubic {
-    /// The angle at a share of the stretch.
+    /// Gives the angle at a share of the stretch.
     pub(crate) fn value(&self, share: f64) -> f64 {
         let rest = 1.0 - share;
         let ends = self.from * (1.0 + 2.0 * share) * rest * rest
@@ -121,7 +118,8 @@ impl Cubic {
         ends + self.slope_from * share * rest * rest - self.slope_to * share * share * rest
     }
 
-    /// The greatest speed over the stretch: of the parabola that the derivative is, at an end or its vertex.
+    /// Gives the greatest speed over the stretch: of the parabola that the derivative is, at an end
+    /// or its vertex.
     pub(crate) fn greatest_slope(&self) -> f64 {
         let (low, high) = self.curvatures();
         let mut greatest = self.slope_from.abs().max(self.slope_to.abs());
@@ -133,7 +131,7 @@ impl Cubic {
         greatest
     }
 
-    /// The second derivative at both ends, between which it is linear.
+    /// Gives the second derivative at both ends, between which it is linear.
     pub(crate) fn curvatures(&self) -> (f64, f64) {
         let chord = self.to - self.from;
         (
@@ -142,7 +140,7 @@ impl Cubic {
         )
     }
 
-    /// The slopes at both ends over the chord's; 1 for a joint that stands still.
+    /// Gives the slopes at both ends over the chord's; 1 for a joint that stands still.
     fn relative_slopes(&self) -> (f64, f64) {
         let chord = self.to - self.from;
         if chord == 0.0 {

@@ -1,5 +1,5 @@
-//! Where the suction cup holds an item: a flat patch of its upper surface, as near above its centre of mass as there
-//! is.
+//! The place where the suction cup holds an item: a flat patch of its upper surface, as near above
+//! its centre of mass as there is.
 
 use nalgebra::{Matrix2, Point2, Point3, Vector2};
 use ppnpack_numbers::{settings, within};
@@ -9,23 +9,23 @@ use crate::parameters::GripperParameters;
 use crate::surface::UpperSurface;
 
 settings! {
-    /// What a cup can hold.
+    /// Conditions of what a cup can hold.
     ///
     /// A small bellows cup; the deviation lets the rounding of a heightmap's cells to 2 mm pass.
     #[derive(Copy)]
     pub struct PickSettings with validate as "pick." {
-        /// How far a patch may deviate from a plane, in metres: what the lip's bellows even out.
+        /// Maximum deviation of a patch from a plane, in metres: what the lip's bellows even out.
         pub max_deviation_m: f64 = 0.002 => within("0 to 0.1 m", 0.0..=0.1),
-        /// How far a patch may be tilted, in degrees.
+        /// Maximum tilt of a patch, in degrees.
         pub max_tilt_deg: f64 = 15.0 => within("0 to 80", 0.0..=80.0),
         /// Patches tilted by no more than this are preferred to all others, in degrees.
         pub level_tilt_deg: f64 = 3.0 => within("0 to 80", 0.0..=80.0),
-        /// How far from the centre of mass's vertical axis an item may be held, in metres.
+        /// Maximum distance of the cup from the centre of mass's vertical axis, in metres.
         pub max_offset_m: f64 = 0.05 => within("0 to 10 m", 0.0..=10.0),
     }
 }
 
-/// Why an item cannot be held: the later, the more tests a patch passed.
+/// Reason why an item cannot be held: the later, the more tests a patch passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, thiserror::Error)]
 #[non_exhaustive]
 pub enum NoPickPoint {
@@ -46,14 +46,14 @@ pub enum NoPickPoint {
     TooSteep,
 }
 
-/// Where and how an item is held.
+/// The place at which an item is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PickPoint {
     /// The middle of the cup's lip in the item frame, in metres.
     pub in_item: Point3<f64>,
-    /// How far the patch is tilted, in radians.
+    /// The patch's tilt, in radians.
     pub tilt_rad: f64,
-    /// How far the patch deviates from a plane, in metres.
+    /// The patch's deviation from a plane, in metres.
     pub deviation_m: f64,
     /// The distance from the centre of mass's vertical axis, in metres.
     pub offset_m: f64,
@@ -66,7 +66,8 @@ struct Patch {
     deviation_m: f64,
 }
 
-/// The patch nearest to the centre of mass's vertical axis that the cup can hold: level ones first, then tilted ones.
+/// Finds the patch nearest to the centre of mass's vertical axis that the cup can hold: level ones
+/// first, then tilted ones.
 ///
 /// # Errors
 /// [`NoPickPoint`]: of the patches tried, why the one that came furthest was refused.
@@ -82,10 +83,8 @@ pub fn find(
         .filter(|(offset_m, _)| *offset_m <= settings.max_offset_m)
         .collect();
     middles.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (level_rad, steepest_rad) = (
-        settings.level_tilt_deg.to_radians(),
-        settings.max_tilt_deg.to_radians(),
-    );
+    let level_rad = settings.level_tilt_deg.to_radians();
+    let steepest_rad = settings.max_tilt_deg.to_radians();
     let mut reason = NoPickPoint::Empty;
     let mut tilted = None;
     for (offset_m, middle_m) in middles {
@@ -96,9 +95,9 @@ pub fn find(
                 continue;
             }
         };
+        let in_surface = Point3::new(middle_m.x, middle_m.y, patch.height_m);
         let found = PickPoint {
-            in_item: surface.item_from_surface
-                * Point3::new(middle_m.x, middle_m.y, patch.height_m),
+            in_item: surface.item_from_surface * in_surface,
             tilt_rad: patch.tilt_rad,
             deviation_m: patch.deviation_m,
             offset_m,
@@ -115,7 +114,8 @@ pub fn find(
     tilted.ok_or(reason)
 }
 
-/// The plane under the cup at a point, where it is flat and the gripper has room above the item.
+/// Fits the plane under the cup at a point, where it is flat and the gripper has room above the
+/// item.
 fn usable_patch(
     surface: &UpperSurface,
     gripper: &GripperParameters,
@@ -132,14 +132,10 @@ fn usable_patch(
         part == GripperPart::Cup
             || around.all(|(_, height)| height.is_none_or(|height_m| height_m <= lowest_m))
     });
-    if is_free {
-        Ok(patch)
-    } else {
-        Err(NoPickPoint::GripperBlocked)
-    }
+    is_free.then_some(patch).ok_or(NoPickPoint::GripperBlocked)
 }
 
-/// The plane of least squares through the squares that a disc touches.
+/// Fits the plane of least squares through the squares that a disc touches.
 fn fit(surface: &UpperSurface, radius_m: f64, middle_m: Point2<f64>) -> Result<Patch, NoPickPoint> {
     let (mut count, mut offsets, mut heights_m) = (0.0, Vector2::zeros(), 0.0);
     for (offset, height) in surface.around(middle_m, radius_m) {
@@ -158,17 +154,14 @@ fn fit(surface: &UpperSurface, radius_m: f64, middle_m: Point2<f64>) -> Result<P
         moment += from_mean * (height.unwrap_or(mean_m) - mean_m);
     }
     // Squares in one row show no slope across it.
-    let slope = spread
-        .try_inverse()
-        .map_or(Vector2::zeros(), |inverse| inverse * moment);
+    let inverse = spread.try_inverse();
+    let slope = inverse.map_or(Vector2::zeros(), |inverse| inverse * moment);
     let height_at = |offset: Vector2<f64>| mean_m + slope.dot(&(offset - mean_offset));
-    let deviation_m = surface
-        .around(middle_m, radius_m)
-        .filter_map(|(offset, height)| Some((height? - height_at(offset)).abs()))
-        .fold(0.0, f64::max);
+    let around = surface.around(middle_m, radius_m);
+    let off_m = around.filter_map(|(offset, height)| Some((height? - height_at(offset)).abs()));
     Ok(Patch {
         height_m: height_at(Vector2::zeros()),
         tilt_rad: slope.norm().atan(),
-        deviation_m,
+        deviation_m: off_m.fold(0.0, f64::max),
     })
 }

@@ -1,4 +1,4 @@
-//! Why the arm cannot make a motion.
+//! Reasons why the arm cannot make a motion.
 
 use std::fmt;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::pick::NoPickPoint;
 /// Something that moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Body {
-    /// What a joint turns: link `n` is turned by joint `n`.
+    /// A link: link `n` is turned by joint `n`.
     Link(usize),
     /// A part of the gripper.
     Gripper(GripperPart),
@@ -21,7 +21,7 @@ pub enum Body {
 /// Something that is hit.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum Obstacle {
-    /// What the container holds, or the item just placed.
+    /// The container's content, or the item just placed.
     Content,
     /// A wall of the container.
     Wall,
@@ -33,7 +33,7 @@ pub enum Obstacle {
     Itself(Body),
 }
 
-/// Why a motion is not possible.
+/// Reason why a motion is not possible.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
@@ -63,21 +63,21 @@ pub enum Refusal {
     Discontinuous {
         /// The joint that turns most.
         joint: Joint,
-        /// How far, in radians.
+        /// Its turn, in radians.
         step_rad: f64,
     },
     /// The joints would lead the cup too far from its straight line.
     #[error("the cup could leave its straight line by {deviation_m:.4} m")]
     NotStraight {
-        /// A bound of how far, in metres.
+        /// A bound of the distance, in metres.
         deviation_m: f64,
     },
     /// Something would be hit or come too close.
     #[error("{body} would come too close to {obstacle}")]
     Collision {
-        /// What moves.
+        /// The thing that moves.
         body: Body,
-        /// What is hit.
+        /// The thing that is hit.
         obstacle: Obstacle,
     },
     /// The item and the gripper are heavier than the arm's payload.
@@ -89,7 +89,7 @@ pub enum Refusal {
 }
 
 impl Refusal {
-    /// The reason without figures, so that refusals for the same reason can be counted.
+    /// Gives the reason without figures, so that refusals for the same reason can be counted.
     pub fn cause(&self) -> String {
         match self {
             Self::OutOfReach { .. } => "the arm does not reach the place".to_owned(),
@@ -100,7 +100,8 @@ impl Refusal {
         }
     }
 
-    /// How far a motion came before it was refused: of several attempts, the one that came furthest tells most.
+    /// Ranks how far a motion came before it was refused: of several attempts, the one that came
+    /// furthest tells most.
     pub(crate) fn progress(&self) -> u8 {
         match self {
             Self::Pick(_) | Self::Placement | Self::TooHeavy { .. } => 0,
@@ -114,14 +115,14 @@ impl Refusal {
 
 impl fmt::Display for Body {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Link(0) => formatter.write_str("the base"),
-            Self::Link(link) => write!(formatter, "link {link}"),
-            Self::Gripper(GripperPart::Cup) => formatter.write_str("the cup"),
-            Self::Gripper(GripperPart::Stem) => formatter.write_str("the gripper's stem"),
-            Self::Gripper(GripperPart::Body) => formatter.write_str("the gripper's body"),
-            Self::HeldItem => formatter.write_str("the held item"),
-        }
+        formatter.write_str(match self {
+            Self::Link(0) => "the base",
+            Self::Link(link) => return write!(formatter, "link {link}"),
+            Self::Gripper(GripperPart::Cup) => "the cup",
+            Self::Gripper(GripperPart::Stem) => "the gripper's stem",
+            Self::Gripper(GripperPart::Body) => "the gripper's body",
+            Self::HeldItem => "the held item",
+        })
     }
 }
 

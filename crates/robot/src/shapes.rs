@@ -7,7 +7,7 @@ const HALVINGS: u32 = 14;
 
 /// A convex solid of which the nearest point is easily told.
 pub(crate) trait Solid {
-    /// From the solid's nearest point to a point; zero inside.
+    /// Gives the offset from the solid's nearest point to a point; zero inside.
     fn offset_to(&self, point: &Point3<f64>) -> Vector3<f64>;
 }
 
@@ -23,10 +23,11 @@ pub struct Capsule {
 }
 
 impl Capsule {
-    /// A lower bound of the distance to a solid, tight to some micrometres; negative where they overlap.
+    /// Bounds the distance to a solid from below, tight to some micrometres; negative where they
+    /// overlap.
     ///
-    /// The squared distance along the axis is convex, and its slope is twice the product of the offset and the axis;
-    /// the least distance is bracketed by halving on the slope's sign.
+    /// The squared distance along the axis is convex, and its slope is twice the product of the
+    /// offset and the axis; the least distance is bracketed by halving on the slope's sign.
     pub(crate) fn distance_m(&self, solid: &impl Solid) -> f64 {
         let axis = self.to - self.from;
         let offset_at = |share: f64| solid.offset_to(&(self.from + axis * share));
@@ -50,7 +51,7 @@ impl Capsule {
         nearest_m - 0.5 * (high - low) * axis.norm() - self.radius_m
     }
 
-    /// The box around the axis.
+    /// Gives the box around the axis.
     pub(crate) fn axis_box(&self) -> AxisBox {
         AxisBox {
             lowest: self.from.inf(&self.to),
@@ -58,12 +59,13 @@ impl Capsule {
         }
     }
 
-    /// The distance to all that lies below a height, in metres; negative where they overlap.
+    /// Measures the distance to all that lies below a height, in metres; negative where they
+    /// overlap.
     pub(crate) fn distance_above_m(&self, height_m: f64) -> f64 {
         (self.from.z.min(self.to.z) - height_m).max(0.0) - self.radius_m
     }
 
-    /// The distance to another capsule, in metres; negative where they overlap.
+    /// Measures the distance to another capsule, in metres; negative where they overlap.
     ///
     /// Source: Ericson, *Real-Time Collision Detection*, 2005, section 5.1.9.
     pub(crate) fn distance_to_capsule_m(&self, other: &Self) -> f64 {
@@ -71,12 +73,9 @@ impl Capsule {
         let between = self.from - other.from;
         let (a, e) = (d1.norm_squared(), d2.norm_squared());
         let (b, c, f) = (d1.dot(&d2), d1.dot(&between), d2.dot(&between));
-        let share = |numerator: f64, denominator: f64| {
-            if denominator > f64::EPSILON {
-                (numerator / denominator).clamp(0.0, 1.0)
-            } else {
-                0.0
-            }
+        let share = |numerator: f64, denominator: f64| match denominator > f64::EPSILON {
+            true => (numerator / denominator).clamp(0.0, 1.0),
+            false => 0.0,
         };
         let mut s = share(b * f - c * e, a * e - b * b);
         let t = b * s + f;
@@ -104,26 +103,24 @@ pub struct AxisBox {
 }
 
 impl AxisBox {
-    /// The distance to another box, in metres; 0 where they overlap.
+    /// Measures the distance to another box, in metres; 0 where they overlap.
     pub(crate) fn distance_to_box_m(&self, other: &Self) -> f64 {
         let gap = (self.lowest - other.highest).sup(&(other.lowest - self.highest));
         gap.sup(&Vector3::zeros()).norm()
     }
 
-    /// The distance to an upright cylinder, in metres; 0 where they overlap.
+    /// Measures the distance to an upright cylinder, in metres; 0 where they overlap.
     pub(crate) fn distance_to_cylinder_m(&self, cylinder: &UprightCylinder) -> f64 {
         let axis = cylinder.axis_m;
         let beside = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
         let x = beside(axis.x, self.lowest.x, self.highest.x);
         let y = beside(axis.y, self.lowest.y, self.highest.y);
         let across = (x.hypot(y) - cylinder.radius_m).max(0.0);
-        let above = (cylinder.lowest_m - self.highest.z)
-            .max(self.lowest.z - cylinder.highest_m)
-            .max(0.0);
-        across.hypot(above)
+        let above = (cylinder.lowest_m - self.highest.z).max(self.lowest.z - cylinder.highest_m);
+        across.hypot(above.max(0.0))
     }
 
-    /// The box moved.
+    /// Moves the box.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
         self.lowest += by;
@@ -131,7 +128,7 @@ impl AxisBox {
         self
     }
 
-    /// The smallest cylinder around the z axis that holds the box.
+    /// Gives the smallest cylinder around the z axis that holds the box.
     pub(crate) fn around_axis(&self) -> UprightCylinder {
         let corner = self.lowest.coords.abs().sup(&self.highest.coords.abs());
         UprightCylinder {
@@ -152,7 +149,7 @@ impl Solid for AxisBox {
 /// A cylinder with a vertical axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UprightCylinder {
-    /// Where the axis stands.
+    /// The place of the axis.
     pub axis_m: Point2<f64>,
     /// The radius, in metres.
     pub radius_m: f64,
@@ -163,7 +160,7 @@ pub struct UprightCylinder {
 }
 
 impl UprightCylinder {
-    /// The cylinder moved.
+    /// Moves the cylinder.
     #[must_use]
     pub(crate) fn moved(mut self, by: &Vector3<f64>) -> Self {
         self.axis_m += by.xy();
@@ -177,11 +174,13 @@ impl Solid for UprightCylinder {
     fn offset_to(&self, point: &Point3<f64>) -> Vector3<f64> {
         let across = point.xy() - self.axis_m;
         let distance_m = across.norm();
-        let across = if distance_m > self.radius_m {
-            across * (1.0 - self.radius_m / distance_m)
-        } else {
-            across * 0.0
-        };
+        let is_beside = distance_m > self.radius_m;
+        let across = across
+            * if is_beside {
+                1.0 - self.radius_m / distance_m
+            } else {
+                0.0
+            };
         let above = point.z - point.z.clamp(self.lowest_m, self.highest_m);
         Vector3::new(across.x, across.y, above)
     }
@@ -198,18 +197,12 @@ mod tests {
     }
 
     fn capsule() -> impl Strategy<Value = Capsule> {
-        (point(), point(), 0.01..0.2).prop_map(|(from, to, radius_m)| Capsule {
-            from,
-            to,
-            radius_m,
-        })
+        let parts = (point(), point(), 0.01..0.2);
+        parts.prop_map(|(from, to, radius_m)| Capsule { from, to, radius_m })
     }
 
     fn solid_box() -> impl Strategy<Value = AxisBox> {
-        (point(), point()).prop_map(|(a, b)| AxisBox {
-            lowest: a.inf(&b),
-            highest: a.sup(&b),
-        })
+        capsule().prop_map(|capsule| capsule.axis_box())
     }
 
     /// The distance by dense sampling of the axis, which is at most half a step too large.

@@ -1,4 +1,4 @@
-//! An item's upper surface, finely sampled: what a suction cup sees of it.
+//! An item's upper surface, finely sampled, as a suction cup sees it.
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::object::Model;
@@ -6,30 +6,33 @@ use ppnpack_catalogue::raster::{Raster, rasterise};
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::{ABSENT, Item};
 
-/// The most samples along one side.
+/// Maximum of samples along one side.
 const MAX_SAMPLES: f64 = 1024.0;
 
 /// The upper surface of an item as it lies, seen from above.
 ///
-/// Row-major: sample `(x, y)` is at `x * ny + y` and covers the square `[x, x + 1) x [y, y + 1)` pitches from the
-/// corner. Each height is the greatest within its square, from the item's lowest point, in metres.
+/// Row-major: sample `(x, y)` is at `x * ny + y` and covers the square `[x, x + 1) x [y, y + 1)`
+/// pitches from the corner. Each height is the greatest within its square, from the item's lowest
+/// point, in metres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct UpperSurface {
     nx: usize,
     ny: usize,
     pitch_m: f64,
-    /// Not a number where there is no material.
+    /// Heights; not a number where there is no material.
     heights_m: Vec<f64>,
-    /// How much nearer than a square's border its material may end, in metres.
+    /// The greatest distance from a square's border inwards at which its material may end, in
+    /// metres.
     pub(crate) edge_m: f64,
-    /// Where the centre of mass's vertical axis meets the footprint, in metres from the surface's corner.
+    /// The point at which the centre of mass's vertical axis meets the footprint, in metres from
+    /// the surface's corner.
     pub(crate) centre_of_mass_m: Point2<f64>,
     /// The surface's frame, at the corner and the item's lowest point, in the item's.
     pub(crate) item_from_surface: Isometry3<f64>,
 }
 
 impl UpperSurface {
-    /// The surface of a model at a pitch, in metres. `None` for a model without a vertex.
+    /// Samples the surface of a model at a pitch, in metres. `None` for a model without a vertex.
     ///
     /// The pitch is made coarser for a model that would have more than 1024 samples along a side.
     pub fn of_model(model: &Model, pitch_m: f64) -> Option<Self> {
@@ -63,18 +66,16 @@ impl UpperSurface {
         })
     }
 
-    /// The surface that an item's heightmap at its first yaw shows: as coarse as the resolution's cells and units,
-    /// so the cup may overhang an edge by up to a cell. `None` for an item without a yaw.
+    /// Gives the surface that an item's heightmap at its first yaw shows: as coarse as the
+    /// resolution's cells and units, so the cup may overhang an edge by up to a cell. `None` for an
+    /// item without a yaw.
     pub fn of_item(item: &Item, resolution: &Resolution) -> Option<Self> {
         let view = item.views().first()?;
         let yaw_rad = resolution.yaws().radians().first()?;
         let columns = view.top().iter().zip(view.bottom());
-        let heights_m = columns.map(|(top, bottom)| {
-            if *bottom == ABSENT {
-                f64::NAN
-            } else {
-                f64::from(*top) * resolution.height_unit_m()
-            }
+        let heights_m = columns.map(|(top, bottom)| match *bottom {
+            ABSENT => f64::NAN,
+            _ => f64::from(*top) * resolution.height_unit_m(),
         });
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad);
         let to_item = Translation3::from(-view.origin_from_corner_m());
@@ -90,7 +91,7 @@ impl UpperSurface {
         })
     }
 
-    /// The middles of the squares with material.
+    /// Gives the middles of the squares with material.
     pub(crate) fn middles_m(&self) -> impl Iterator<Item = Point2<f64>> + '_ {
         let known = self.heights_m.iter().enumerate();
         let known = known.filter(|(_, height_m)| !height_m.is_nan());
@@ -101,8 +102,8 @@ impl UpperSurface {
         Point2::new(x + 0.5, y + 0.5) * self.pitch_m
     }
 
-    /// The squares that a disc touches: the middle's offset from the disc's, and the height, which is not a number
-    /// where there is no material. `None` stands for a square beside the surface.
+    /// Gives the squares that a disc touches: the middle's offset from the disc's, and the height;
+    /// `None` where there is no material, or beside the surface.
     pub(crate) fn around(
         &self,
         middle_m: Point2<f64>,

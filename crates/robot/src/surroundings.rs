@@ -1,4 +1,4 @@
-//! What stands around the arm and does not move: walls, table, boxes, and the content as columns.
+//! Surroundings of the arm that do not move: walls, table, boxes, and the content as columns.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::columns::Columns;
 use crate::refusal::{Body, Obstacle, Refusal};
 use crate::shapes::{AxisBox, Capsule, UprightCylinder};
 
-/// Distances beyond this are not told apart, in metres.
+/// Maximum distance that is told apart, in metres.
 pub(crate) const FAR_M: f64 = 0.25;
 
 /// Links from this one on can come near the table; the lower ones stand on it.
@@ -37,7 +37,7 @@ impl Surroundings {
         }
     }
 
-    /// A lower bound of a link's distance to everything, at most [`FAR_M`], in metres.
+    /// Bounds a link's distance to everything from below, at most [`FAR_M`], in metres.
     pub(crate) fn nearest_to_link(
         &self,
         columns: &Columns,
@@ -66,7 +66,7 @@ impl Surroundings {
         nearest
     }
 
-    /// An upright cylinder's distance to everything, at most [`FAR_M`], in metres.
+    /// Measures an upright cylinder's distance to everything, at most [`FAR_M`], in metres.
     pub(crate) fn nearest_to_cylinder(
         &self,
         columns: &Columns,
@@ -84,12 +84,13 @@ impl Surroundings {
         nearest
     }
 
-    /// The distance to the configured boxes alone, at most [`FAR_M`], in metres.
+    /// Measures the distance to the configured boxes alone, at most [`FAR_M`], in metres.
     pub(crate) fn nearest_box(&self, distance_m: impl Fn(&AxisBox) -> f64) -> Nearest {
         let mut nearest = (FAR_M, None);
         for (name, solid) in &self.boxes {
-            let obstacle = || Obstacle::Box(Arc::clone(name));
-            keep(&mut nearest, distance_m(solid), obstacle);
+            keep(&mut nearest, distance_m(solid), || {
+                Obstacle::Box(Arc::clone(name))
+            });
         }
         nearest
     }

@@ -1,8 +1,10 @@
-//! Joint angles along a path of the cup, the flange facing down: each inverse solution at its start followed to its
-//! end.
+//! Joint angles along a path of the cup, the flange facing down: each inverse solution at its start
+//! followed to its end.
 //!
-//! The axis of the cup is J6's, so a turn of the flange about the vertical changes J6 alone. Paths are followed for
-//! a flange that is not turned, and J6 is turned afterwards.
+//! The axis of the cup is J6's, so a turn of the flange about the vertical changes J6 alone. Paths
+//! are followed for a flange that is not turned, and J6 is turned afterwards.
+
+use std::cmp::Ordering;
 
 use nalgebra::Point3;
 
@@ -11,26 +13,28 @@ use crate::cell::CellSettings;
 use crate::joints::{JOINTS, Joint, JointAngles, wrapped};
 use crate::refusal::Refusal;
 
-/// A joint never turns further than this between two waypoints, in radians: it would be another solution.
+/// Maximum turn of a joint between two waypoints, in radians: more would be another solution.
 const GREATEST_STEP_RAD: f64 = 0.35;
 
 /// Ways to follow a path, and why the way that came furthest ended where there is none.
 struct Tracked {
     /// Joint angles per waypoint, within the limits of J1 to J5, the most raised elbow first.
     branches: Vec<Vec<JointAngles>>,
-    /// Why others ended.
+    /// The reason why others ended.
     refusal: Option<Refusal>,
 }
 
-/// How often the distance of the waypoints is halved where a path is not straight enough.
+/// Number of halvings of the waypoints' distance where a path is not straight enough.
 const HALVINGS: i32 = 2;
 
-/// The first branch along a path of the cup of which something can be made, with waypoints as close as it needs.
+/// Finds the first branch along a path of the cup of which something can be made, with waypoints as
+/// close as it needs.
 ///
-/// `lips` gives the path for a distance of its waypoints; `make` makes something of the joints along it.
+/// `lips` gives the path for a distance of its waypoints; `make` makes something of the joints
+/// along it.
 ///
 /// # Errors
-/// Why the branch that came furthest is not possible.
+/// The reason why the branch that came furthest is not possible.
 pub(crate) fn first_possible<Lips: AsRef<[Point3<f64>]>, Made>(
     arm: &Arm,
     cell: &CellSettings,
@@ -90,22 +94,18 @@ fn track(arm: &Arm, lips: &[Point3<f64>], least_bend_rad: f64) -> Tracked {
         let first = branch.first()?;
         let [_, _, _, elbow, ..] = arm.container_from_links(first);
         let [_, _, _, forearm_turn, ..] = first.as_array();
-        // Solutions with the same arm and the wrist turned over have the same elbow, up to the last bits.
+        // Solutions with the same arm and the wrist turned over have the same elbow, up to the last
+        // bits.
         Some(((-elbow.translation.z * 1e6).round(), forearm_turn.abs()))
     };
-    branches.sort_by(|a, b| {
-        let order = rank(a).partial_cmp(&rank(b));
-        order.unwrap_or(std::cmp::Ordering::Equal)
-    });
+    branches.sort_by(|a, b| rank(a).partial_cmp(&rank(b)).unwrap_or(Ordering::Equal));
     Tracked { branches, refusal }
 }
 
 /// Keeps the refusal that came further.
 fn further(held: &mut Option<Refusal>, refused: Refusal) {
-    if held
-        .as_ref()
-        .is_none_or(|held| refused.progress() > held.progress())
-    {
+    let before = held.as_ref().map(Refusal::progress);
+    if before.is_none_or(|before| refused.progress() > before) {
         *held = Some(refused);
     }
 }
@@ -162,9 +162,8 @@ fn turn_into_limits(arm: &Arm, branch: &mut [JointAngles]) -> Result<(), Refusal
     let joints = Joint::ALL.into_iter().zip(arm.limits()).zip(&mut turns);
     for (index, ((joint, limits), turn)) in joints.enumerate().take(JOINTS - 1) {
         let range = range(branch, index);
-        *turn = limits
-            .turns_into(range, 0.0)
-            .ok_or(Refusal::JointLimit { joint })?;
+        let turns = limits.turns_into(range, 0.0);
+        *turn = turns.ok_or(Refusal::JointLimit { joint })?;
     }
     for joints in branch {
         let mut angles = *joints.as_array();
@@ -176,11 +175,10 @@ fn turn_into_limits(arm: &Arm, branch: &mut [JointAngles]) -> Result<(), Refusal
     Ok(())
 }
 
-/// The least and the greatest angle of a joint along a branch, in radians.
+/// Gives the least and the greatest angle of a joint along a branch, in radians.
 pub(crate) fn range(branch: &[JointAngles], joint: usize) -> (f64, f64) {
-    let angles = branch
-        .iter()
-        .filter_map(|joints| joints.as_array().get(joint));
+    let branch = branch.iter();
+    let angles = branch.filter_map(|joints| joints.as_array().get(joint));
     angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
         (low.min(*angle), high.max(*angle))
     })

@@ -1,11 +1,12 @@
-//! When the arm is where: a path of the joints, timed within speed and acceleration limits, from rest to rest.
+//! Timing of a path of the joints within speed and acceleration limits, from rest to rest.
 //!
-//! Time-scaling in the phase plane of the path's parameter `u` (after Bobrow, Dubowsky and Gibson, *Time-Optimal
-//! Control of Robotic Manipulators Along Specified Paths*, 1985), with joint limits only. Each stretch between
-//! waypoints is cut into parts of constant `u''`. With `x = u'^2`, and with bounds `S` and `C` of a joint's first
-//! and second derivative by `u` on a stretch, the joint's speed is at most `S sqrt(x)` and its acceleration at most
-//! `S |u''| + C x`. A pass forwards and one backwards find the greatest `x` that keep both limits. On straight lines
-//! of one joint this is the trapezoidal profile.
+//! Time-scaling in the phase plane of the path's parameter `u` (after Bobrow, Dubowsky and Gibson,
+//! *Time-Optimal Control of Robotic Manipulators Along Specified Paths*, 1985), with joint limits
+//! only. Each stretch between waypoints is cut into parts of constant `u''`. With `x = u'^2`, and
+//! with bounds `S` and `C` of a joint's first and second derivative by `u` on a stretch, the
+//! joint's speed is at most `S sqrt(x)` and its acceleration at most `S |u''| + C x`. A pass
+//! forwards and one backwards find the greatest `x` that keep both limits. On straight lines of one
+//! joint this is the trapezoidal profile.
 
 use crate::joints::{JOINTS, JointAngles, JointLimits};
 use crate::path::JointPath;
@@ -13,17 +14,17 @@ use crate::path::JointPath;
 /// Parts of constant `u''` per stretch.
 const PARTS: usize = 4;
 
-/// Derivatives below this are those of a joint that stands still.
+/// Minimum derivative of a joint that moves.
 const STILL: f64 = 1e-12;
 
 /// A timed path of the joints.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     path: JointPath,
-    /// Per end of a part: the time in seconds and the speed of `u`.
     knots: Vec<Knot>,
 }
 
+/// An end of a part: its time, and the speed of `u`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Knot {
     time_s: f64,
@@ -39,13 +40,13 @@ struct Bound {
 }
 
 impl Bound {
-    /// The greatest `u'^2` that keeps the speed, and the acceleration at constant `u'`.
+    /// Gives the greatest `u'^2` that keeps the speed, and the acceleration at constant `u'`.
     fn cap(&self) -> f64 {
         let by_speed = (self.limits.speed_rad_per_s / self.slope.max(STILL)).powi(2);
         by_speed.min(self.limits.acceleration_rad_per_s2 / self.curvature.max(STILL))
     }
 
-    /// The greatest `u'^2` at one end of a part for that at the other end.
+    /// Gives the greatest `u'^2` at one end of a part for that at the other end.
     fn reachable(&self, other: f64) -> f64 {
         let gain = 0.5 * self.slope * PARTS as f64;
         (self.limits.acceleration_rad_per_s2 + gain * other) / (self.curvature + gain).max(STILL)
@@ -55,9 +56,8 @@ impl Bound {
 impl Trajectory {
     /// Times a path within limits.
     pub fn new(path: JointPath, limits: &[JointLimits; JOINTS]) -> Self {
-        let bounds: Vec<Vec<Bound>> = (0..path.stretches())
-            .map(|at| bounds(&path, at, limits))
-            .collect();
+        let stretches = 0..path.stretches();
+        let bounds: Vec<Vec<Bound>> = stretches.map(|at| bounds(&path, at, limits)).collect();
         let parts = bounds.len() * PARTS;
         let at_part = |part: usize| bounds.get(part / PARTS).map_or(&[][..], Vec::as_slice);
         let least = |part: usize, value: &dyn Fn(&Bound) -> f64| {
@@ -83,17 +83,18 @@ impl Trajectory {
         }
     }
 
-    /// How long it takes, in seconds.
+    /// Gives its duration, in seconds.
     pub fn duration_s(&self) -> f64 {
         self.knots.last().map_or(0.0, |knot| knot.time_s)
     }
 
-    /// The path that is followed.
+    /// Gives the path that is followed.
     pub fn path(&self) -> &JointPath {
         &self.path
     }
 
-    /// The joints at a time, which is cut to the duration; `None` for a path without a stretch.
+    /// Gives the joints at a time, which is cut to the duration; `None` for a path without a
+    /// stretch.
     pub fn at(&self, time_s: f64) -> Option<JointAngles> {
         let time_s = time_s.clamp(0.0, self.duration_s());
         let next = self.knots.partition_point(|knot| knot.time_s <= time_s);
@@ -105,7 +106,7 @@ impl Trajectory {
         self.path.at((next - 1) as f64 / PARTS as f64 + within)
     }
 
-    /// The joints every `period_s` seconds, and at the end.
+    /// Gives the joints every `period_s` seconds, and at the end.
     pub fn samples(&self, period_s: f64) -> impl Iterator<Item = (f64, JointAngles)> + '_ {
         let count = (self.duration_s() / period_s.max(1e-6)).ceil() as usize;
         (0..=count).filter_map(move |step| {
@@ -130,26 +131,24 @@ fn bounds(path: &JointPath, at: usize, limits: &[JointLimits; JOINTS]) -> Vec<Bo
     let moving = joints.filter(|bound| bound.slope > STILL);
     let bounds: Vec<_> = moving.collect();
     if bounds.is_empty() {
-        return vec![standing()];
+        return vec![STANDING];
     }
     bounds
 }
 
-/// Waypoints at one place are passed in no time that matters.
-fn standing() -> Bound {
-    Bound {
-        slope: STILL,
-        curvature: STILL,
-        limits: JointLimits {
-            lowest_rad: 0.0,
-            highest_rad: 0.0,
-            speed_rad_per_s: 1e-6,
-            acceleration_rad_per_s2: 1e-3,
-        },
-    }
-}
+/// Bound of a stretch between waypoints at one place, which is passed in no time that matters.
+const STANDING: Bound = Bound {
+    slope: STILL,
+    curvature: STILL,
+    limits: JointLimits {
+        lowest_rad: 0.0,
+        highest_rad: 0.0,
+        speed_rad_per_s: 1e-6,
+        acceleration_rad_per_s2: 1e-3,
+    },
+};
 
-/// Times at the ends of parts of constant `u''`.
+/// Times the ends of parts of constant `u''`.
 fn knots(squares: &[f64]) -> Vec<Knot> {
     let mut time_s = 0.0;
     let mut previous: Option<f64> = None;
@@ -193,23 +192,16 @@ mod tests {
         for (change_rad, expected_s) in [(1.0, 1.25), (3.0, 3.25), (0.16, 0.4)] {
             let trajectory = Trajectory::new(straight(change_rad, 64), &limits());
             let found_s = trajectory.duration_s();
-            assert!(
-                (found_s - expected_s).abs() < 0.03,
-                "{change_rad}: {found_s}"
-            );
-            assert!(found_s >= expected_s - 1e-9);
+            let is_expected = (expected_s - 1e-9..expected_s + 0.03).contains(&found_s);
+            assert!(is_expected, "{change_rad}: {found_s}");
         }
     }
 
     #[test]
     fn a_path_that_stands_still_takes_no_time() {
         let still = JointPath::new(vec![JointAngles::new([1.0; JOINTS]); 3]);
-        let trajectory = Trajectory::new(still, &limits());
-        assert!(
-            trajectory.duration_s() < 1e-3,
-            "{}",
-            trajectory.duration_s()
-        );
+        let duration_s = Trajectory::new(still, &limits()).duration_s();
+        assert!(duration_s < 1e-3, "{duration_s}");
         let empty = Trajectory::new(JointPath::new(Vec::new()), &limits());
         assert!(empty.at(0.0).is_none() && empty.duration_s() == 0.0);
     }

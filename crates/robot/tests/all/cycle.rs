@@ -18,12 +18,9 @@ use crate::common::scenes::{Case, case};
 /// Beside the container, on the table.
 fn pick_pose(random: &mut ChaCha8Rng) -> Isometry3<f64> {
     let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.random_range(-3.0..3.0));
-    let at = Translation3::new(
-        random.random_range(-0.1..0.3),
-        random.random_range(-0.45..-0.25),
-        0.0,
-    );
-    Isometry3::from_parts(at, yaw)
+    let x_m = random.random_range(-0.1..0.3);
+    let y_m = random.random_range(-0.45..-0.25);
+    Isometry3::from_parts(Translation3::new(x_m, y_m, 0.0), yaw)
 }
 
 /// Cycles of random cases that can be planned, with the planner that made them.
@@ -97,11 +94,10 @@ fn sampled_cycles_keep_the_joints_limits_and_their_times_increase() {
                     }
                 }
             }
-            let moving_s = sampled
-                .legs
-                .iter()
-                .map(|leg| leg.points[leg.points.len() - 1].time_s);
-            let moving_s: f64 = moving_s.sum();
+            let legs = sampled.legs.iter();
+            let moving_s: f64 = legs
+                .map(|leg| leg.points[leg.points.len() - 1].time_s)
+                .sum();
             let cycle_s = moving_s + sampled.grip_s + sampled.release_s;
             assert!((sampled.cycle_s - cycle_s).abs() < 1e-6);
         }
@@ -137,11 +133,8 @@ fn the_cup_goes_straight_down_and_carries_at_one_height() {
                 let [.., flange] = planner.arm().container_from_links(&joints);
                 flange.rotation
             };
-            let placed = case
-                .item
-                .container_from_item(&case.grid, &case.resting)
-                .unwrap();
-            let item_turn = placed.rotation * pose.rotation.inverse();
+            let placed = case.item.container_from_item(&case.grid, &case.resting);
+            let item_turn = placed.unwrap().rotation * pose.rotation.inverse();
             let turn = flange_yaw(3) * flange_yaw(0).inverse();
             assert!(turn.angle_to(&item_turn) < 1e-4, "{name}");
         }

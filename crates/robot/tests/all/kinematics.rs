@@ -35,8 +35,8 @@ proptest! {
                 prop_assert!((back.translation.vector - pose.translation.vector).norm() < 1e-5);
                 prop_assert!(back.rotation.angle_to(&pose.rotation) < 1e-5);
             }
-            // Among the solutions are the angles that the pose was made of; near a singularity others take their
-            // place.
+            // Among the solutions are the angles that the pose was made of; near a singularity
+            // others take their place.
             let wrist = joints.as_array()[4].sin().abs();
             let is_found = solutions.iter().any(|solution| {
                 solution.as_array().iter().zip(joints.as_array()).all(|(a, b)| {
@@ -65,15 +65,14 @@ proptest! {
 fn poses_that_are_no_numbers_have_no_solution() {
     for arm in built_in() {
         for bad in [f64::NAN, f64::INFINITY, 1e300] {
-            assert!(
-                arm.inverse(&nalgebra::Point3::new(bad, 0.0, 0.0), 0.0)
-                    .is_empty()
-            );
+            let nowhere = nalgebra::Point3::new(bad, 0.0, 0.0);
+            assert!(arm.inverse(&nowhere, 0.0).is_empty());
         }
     }
 }
 
-/// With the upper arm upright and the forearm forwards, a data sheet's drawing gives the flange's place.
+/// With the upper arm upright and the forearm forwards, a data sheet's drawing gives the flange's
+/// place.
 #[test]
 fn the_nachi_arm_stands_as_its_drawing_shows() {
     let arm = arms::arm("nachi-mz07l").unwrap();
@@ -85,10 +84,8 @@ fn the_nachi_arm_stands_as_its_drawing_shows() {
     let moved = |joint: usize, by_deg: f64| {
         let mut angles = drawn;
         angles[joint] += by_deg.to_radians();
-        arm.kinematics()
-            .base_from_flange(&JointAngles::new(angles))
-            .translation
-            .vector
+        let flange = arm.kinematics().base_from_flange(&JointAngles::new(angles));
+        flange.translation.vector
     };
     assert!(moved(1, 10.0).x < expected.x && moved(1, -10.0).x > expected.x - 0.2);
     assert!(moved(2, 10.0).z > expected.z && moved(4, 10.0).z > expected.z);

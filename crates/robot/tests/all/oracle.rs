@@ -40,8 +40,5 @@ fn no_unsafe_placement_is_accepted_and_few_possible_ones_are_refused() {
         }
     }
     assert!(accepted > 60 && refused > 10, "{accepted} {refused}");
-    assert!(
-        5 * lost < accepted,
-        "{lost} possible ones refused, {accepted} accepted"
-    );
+    assert!(5 * lost < accepted, "{lost} possible of {accepted}");
 }

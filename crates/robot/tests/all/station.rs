@@ -39,7 +39,8 @@ fn named(arm: &str) -> StationSettings {
     }
 }
 
-/// A block of so many cells and units, the same at all four yaws; its origin is 1 cm above its lowest point.
+/// A block of so many cells and units, the same at all four yaws; its origin is 1 cm above its
+/// lowest point.
 fn block(cells: usize, height: i16) -> Arc<Item> {
     let mut view = even(cells, cells, height);
     view.origin_from_corner_m.z = 0.01;
@@ -56,6 +57,13 @@ fn model(cells: usize, height: i16, mass_kg: f64) -> Model {
     };
     let mesh = Mesh::cuboid([-half_m, -half_m, 0.0], top);
     build::model("block", mesh, &settings).unwrap().0
+}
+
+/// A planner for the reference grid that asks the station's check.
+fn planner(station: &ArmStation) -> Planner {
+    let search = Search::new(&Grid::reference(), &SearchSettings::default()).unwrap();
+    let (search, check) = (Box::new(search.bounded()), Box::new(station.check()));
+    Planner::new(Box::new(ProposeAll), search, vec![check], Order::Balance, 0)
 }
 
 #[test]
@@ -107,14 +115,7 @@ fn the_reference_container_can_be_packed_in_the_default_cell() {
     let grid = Grid::reference();
     for name in arms::names() {
         let station = ArmStation::new(&named(name)).unwrap();
-        let search = Search::new(&grid, &SearchSettings::default()).unwrap();
-        let mut planner = Planner::new(
-            Box::new(ProposeAll),
-            Box::new(search.bounded()),
-            vec![Box::new(station.check())],
-            Order::Balance,
-            0,
-        );
+        let mut planner = planner(&station);
         let items = Candidate::sequence((0..40).map(|index| block(6 + index % 3, 25)));
         let mut cell = IdealCell::new(&grid);
         let how = Play::with_buffer(3);
@@ -152,23 +153,19 @@ fn what_cannot_be_picked_is_left_out_with_the_reason_and_does_not_keep_others_wa
     let resting = placed(0, 0, 0);
     let cycle = check.cycle(&input, &items[1], &resting);
     assert_eq!(cycle, Err(Refusal::TooHeavy { mass_kg: 7.5 }));
-    let search = Search::new(&grid, &SearchSettings::default()).unwrap();
-    let mut planner = Planner::new(
-        Box::new(ProposeAll),
-        Box::new(search),
-        vec![Box::new(station.check())],
-        Order::Balance,
-        0,
-    );
     let mut cell = IdealCell::new(&grid);
     let how = Play::with_buffer(3);
-    let episode = play(&grid, &mut planner, &mut cell, items, how, &mut ()).unwrap();
-    let placed: Vec<usize> = episode
-        .steps
-        .iter()
-        .map(|step| step.candidate.arrival)
-        .collect();
-    assert_eq!(placed, [2]);
+    let episode = play(
+        &grid,
+        &mut planner(&station),
+        &mut cell,
+        items,
+        how,
+        &mut (),
+    )
+    .unwrap();
+    let placed = episode.steps.iter().map(|step| step.candidate.arrival);
+    assert_eq!(placed.collect::<Vec<_>>(), [2]);
     let Ending::NothingFits(reasons) = episode.ending else {
         panic!("two items cannot be picked");
     };
@@ -212,10 +209,8 @@ fn an_item_lies_with_its_pick_point_at_the_pick_place() {
     let arm = Arm::new(station.parameters()).unwrap();
     let (_, descent) = &cycle.legs[0];
     let lip = arm.lip(&descent.at(descent.duration_s()).unwrap());
-    assert!(
-        (lip - Point3::new(0.05, -0.30, 0.02 + 0.04)).norm() < 1e-6,
-        "{lip}"
-    );
+    let expected = Point3::new(0.05, -0.30, 0.02 + 0.04);
+    assert!((lip - expected).norm() < 1e-6, "{lip}");
 
     let in_item = from.inverse() * lip;
     let waits_at = Isometry3::new(Vector3::new(0.12, -0.28, 0.0), Vector3::z() * -0.4);
@@ -246,16 +241,14 @@ fn arms_come_by_name_or_from_a_file_and_base_and_gripper_can_be_replaced() {
     assert_eq!(of_file(text), Ok(built_in.clone()));
     let wrong = of_file(&text.replace("payload_kg = 7.0", "payload_kg = -1.0"));
     assert!(wrong.unwrap_err().to_string().contains("payload_kg"));
-    assert!(matches!(
-        of_file(&" ".repeat(2 << 20)),
-        Err(ParameterError::File { .. })
-    ));
-    assert!(matches!(
-        named("no/such/file.toml").parameters(),
-        Err(ParameterError::File { .. })
-    ));
+    let too_large = of_file(&" ".repeat(2 << 20));
+    let missing = named("no/such/file.toml").parameters();
+    for refused in [too_large, missing] {
+        assert!(matches!(refused, Err(ParameterError::File { .. })));
+    }
     let unknown = named("r2d2").parameters().unwrap_err().to_string();
-    for name in arms::names() {
+    assert_eq!(arms::arm("r2d2").unwrap_err().to_string(), unknown);
+    for name in arms::names().chain(["r2d2"]) {
         assert!(unknown.contains(name), "{unknown}");
     }
     let mut settings = named("nachi-mz07l");

@@ -1,6 +1,6 @@
-//! Does anything touch? Asked by moving densely sampled points of the arm, the gripper and the item along densely
-//! sampled motions, and looking each up among solid columns and boxes. It shares the arm's forward and inverse
-//! kinematics with what it tests, and nothing of its geometry.
+//! Does anything touch? Asked by moving densely sampled points of the arm, the gripper and the item
+//! along densely sampled motions, and looking each up among solid columns and boxes. It shares the
+//! arm's forward and inverse kinematics with what it tests, and nothing of its geometry.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,7 +11,7 @@ use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::joints::JointAngles;
 use ppnpack_robot::motion::PlaceMotion;
 use ppnpack_robot::pick::PickPoint;
-use ppnpack_robot::shapes::UprightCylinder;
+use ppnpack_robot::shapes::{Capsule, UprightCylinder};
 
 use super::scenes::Case;
 
@@ -48,22 +48,13 @@ impl<'a> Oracle<'a> {
         pick: &PickPoint,
     ) -> Self {
         let links = arm.capsules().iter().filter(|capsule| capsule.link > 0);
-        let links = links.map(|capsule| {
-            let shape = capsule.shape;
-            (
-                capsule.link,
-                capsule_points(&shape.from, &shape.to, shape.radius_m),
-            )
-        });
+        let links = links.map(|capsule| (capsule.link, capsule_points(&capsule.shape)));
         let length_m = arm.gripper().length_m();
         let parts = arm.gripper().parts();
         let gripper = parts
             .iter()
             .flat_map(|(_, part)| cylinder_points(part, length_m));
-        let pose = case
-            .item
-            .container_from_item(&case.grid, &case.resting)
-            .unwrap();
+        let pose = case.item.container_from_item(&case.grid, &case.resting);
         let yaws = case.grid.resolution().yaws().radians();
         Self {
             arm,
@@ -72,7 +63,7 @@ impl<'a> Oracle<'a> {
             links: links.collect(),
             gripper: gripper.collect(),
             item: item_points(case),
-            release: pose * pick.in_item,
+            release: pose.unwrap() * pick.in_item,
             item_yaw_rad: yaws[case.resting.placement.yaw],
         }
     }
@@ -92,10 +83,8 @@ impl<'a> Oracle<'a> {
             return Err("the motion does not start above the rim".to_owned());
         }
         for sample in 0..=samples {
-            let joints = motion
-                .insert
-                .at(sample as f64 / SAMPLES_PER_STRETCH as f64)
-                .unwrap();
+            let at = sample as f64 / SAMPLES_PER_STRETCH as f64;
+            let joints = motion.insert.at(at).unwrap();
             for (joint, limits) in joints.as_array().iter().zip(self.arm.limits()) {
                 if !(limits.lowest_rad - 1e-9..=limits.highest_rad + 1e-9).contains(joint) {
                     return Err("a joint leaves its range".to_owned());
@@ -110,7 +99,8 @@ impl<'a> Oracle<'a> {
         Ok(())
     }
 
-    /// Whether any of the arm's solutions at the release can be followed straight up without touching anything.
+    /// Whether any of the arm's solutions at the release can be followed straight up without
+    /// touching anything.
     pub(crate) fn is_possible(&self) -> bool {
         let hangs_m = self.release.z - self.resting_m();
         let rim_m = self.case.grid.container().z_m;
@@ -121,13 +111,10 @@ impl<'a> Oracle<'a> {
             let mut last = start;
             let mut ranges = [(f64::INFINITY, f64::NEG_INFINITY); 6];
             for step in 0..=steps {
-                let height_m =
-                    self.release.z + (top_m - self.release.z) * step as f64 / steps as f64;
-                let lip = Point3::new(self.release.x, self.release.y, height_m);
-                let solutions = self.arm.inverse(&lip, self.item_yaw_rad);
-                let near = solutions
-                    .into_iter()
-                    .map(|solution| unwrapped(&solution, &last));
+                let above_m = (top_m - self.release.z) * step as f64 / steps as f64;
+                let lip = self.release + Vector3::new(0.0, 0.0, above_m);
+                let solutions = self.arm.inverse(&lip, self.item_yaw_rad).into_iter();
+                let near = solutions.map(|solution| unwrapped(&solution, &last));
                 let Some((step_rad, joints)) = near.min_by(|a, b| a.0.total_cmp(&b.0)) else {
                     return false;
                 };
@@ -146,22 +133,18 @@ impl<'a> Oracle<'a> {
         })
     }
 
-    /// Whether ranges of angles can be turned into the limits; J6 has its grasp yaws to choose from.
+    /// Whether ranges of angles can be turned into the limits; J6 has its grasp yaws to choose
+    /// from.
     fn is_allowed(&self, ranges: &[(f64, f64); 6]) -> bool {
-        ranges
-            .iter()
-            .zip(self.arm.limits())
-            .enumerate()
-            .all(|(joint, (range, limits))| {
-                let yaws = if joint == 5 { self.cell.wrist_yaws } else { 1 };
-                (0..yaws).any(|yaw| {
-                    let turn = TAU * yaw as f64 / yaws as f64;
-                    (-3..=3).any(|whole| {
-                        let turn = turn + TAU * f64::from(whole);
-                        range.0 + turn >= limits.lowest_rad && range.1 + turn <= limits.highest_rad
-                    })
-                })
+        let mut joints = ranges.iter().zip(self.arm.limits()).enumerate();
+        joints.all(|(joint, (range, limits))| {
+            let yaws = if joint == 5 { self.cell.wrist_yaws } else { 1 };
+            let turns = (0..yaws).map(|yaw| TAU * yaw as f64 / yaws as f64);
+            let mut turns = turns.flat_map(|turn| (-3..=3).map(move |n| turn + TAU * f64::from(n)));
+            turns.any(|turn| {
+                range.0 + turn >= limits.lowest_rad && range.1 + turn <= limits.highest_rad
             })
+        })
     }
 
     /// What is touched at one moment, on the way down with the item or on the way up without.
@@ -294,7 +277,7 @@ fn ring(radius_m: f64, z_m: f64, apart_m: f64) -> impl Iterator<Item = Point3<f6
 }
 
 /// Points of a capsule's surface, some 8 mm apart.
-fn capsule_points(from: &Point3<f64>, to: &Point3<f64>, radius_m: f64) -> Vec<Point3<f64>> {
+fn capsule_points(&Capsule { from, to, radius_m }: &Capsule) -> Vec<Point3<f64>> {
     let axis = to - from;
     let along = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI));
@@ -312,7 +295,8 @@ fn capsule_points(from: &Point3<f64>, to: &Point3<f64>, radius_m: f64) -> Vec<Po
     points.map(|point| from + along * point.coords).collect()
 }
 
-/// Points of a part's side and lower end in the flange's frame, some 3 mm apart; the lip's plane is left out.
+/// Points of a part's side and lower end in the flange's frame, some 3 mm apart; the lip's plane is
+/// left out.
 fn cylinder_points(part: &UprightCylinder, length_m: f64) -> Vec<Point3<f64>> {
     let lowest_m = part.lowest_m.max(1e-4);
     let height_m = part.highest_m - lowest_m;

@@ -13,7 +13,8 @@ use ppnpack_robot::parameters::ArmParameters;
 use rand::{Rng, RngExt};
 use std::f64::consts::FRAC_PI_2;
 
-/// The built-in arms, with their own grippers and with ones so short that the wrist dips into the container.
+/// The built-in arms, with their own grippers and with ones so short that the wrist dips into the
+/// container.
 pub(crate) fn arms() -> Vec<(String, Arm)> {
     let mut arms = Vec::new();
     for name in ppnpack_robot::arms::names() {
@@ -22,15 +23,14 @@ pub(crate) fn arms() -> Vec<(String, Arm)> {
         arms.push((name.to_owned(), Arm::new(&parameters).unwrap()));
         parameters.gripper.stem_length_m = 0.06;
         parameters.gripper.body_length_m = 0.02;
-        arms.push((
-            format!("{name}, short gripper"),
-            Arm::new(&parameters).unwrap(),
-        ));
+        let short = Arm::new(&parameters).unwrap();
+        arms.push((format!("{name}, short gripper"), short));
     }
     arms
 }
 
-/// One placement of a random item over random content; the item rests on the content and fits below the rim.
+/// One placement of a random item over random content; the item rests on the content and fits below
+/// the rim.
 pub(crate) struct Case {
     pub(crate) grid: Grid,
     pub(crate) scene: Scene,
@@ -69,10 +69,8 @@ pub(crate) fn content(grid: &Grid, random: &mut impl Rng) -> Heightmap {
     let (nx, ny) = (grid.nx(), grid.ny());
     for _ in 0..random.random_range(0..25) {
         let (x, y) = (random.random_range(0..nx), random.random_range(0..ny));
-        let (width, depth) = (
-            random.random_range(1..=nx / 2),
-            random.random_range(1..=ny / 2),
-        );
+        let width = random.random_range(1..=nx / 2);
+        let depth = random.random_range(1..=ny / 2);
         let height = random.random_range(0..=grid.rim());
         for x in x..(x + width).min(nx) {
             for y in y..(y + depth).min(ny) {
@@ -83,7 +81,8 @@ pub(crate) fn content(grid: &Grid, random: &mut impl Rng) -> Heightmap {
     heightmap
 }
 
-/// A block, perhaps with missing corners below and a step in its top, at yaws of 0 and a quarter turn.
+/// A block, perhaps with missing corners below and a step in its top, at yaws of 0 and a quarter
+/// turn.
 pub(crate) fn item(grid: &Grid, random: &mut impl Rng) -> Item {
     let cell_m = grid.resolution().cell_m();
     let cells = |length_m: f64| (length_m / cell_m).round().max(1.0) as usize;
@@ -160,10 +159,8 @@ pub(crate) fn case(random: &mut impl Rng) -> Case {
             let x = cell(grid.nx() - view.nx(), random);
             let y = cell(grid.ny() - view.ny(), random);
             let rests = |index: usize| {
-                let below = scene
-                    .heightmap()
-                    .get(x + index / view.ny(), y + index % view.ny());
-                below.unwrap() - view.bottom()[index]
+                let (x, y) = (x + index / view.ny(), y + index % view.ny());
+                scene.heightmap().get(x, y).unwrap() - view.bottom()[index]
             };
             let occupied = (0..view.bottom().len()).filter(|index| view.bottom()[*index] != ABSENT);
             let resting_height = occupied.map(rests).max().unwrap().max(0);
