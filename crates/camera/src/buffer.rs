@@ -1,13 +1,14 @@
-//! Which triangle is nearest at each pixel.
+//! A depth buffer: the nearest triangle at each pixel.
 
 use nalgebra::{Isometry3, Point3};
 
 use crate::intrinsics::Intrinsics;
 
-/// How far outside a triangle a pixel's centre may still show it, in pixels: neighbours leave no gap along their edge.
+/// Maximum distance of a pixel's centre from a triangle that it still shows, in pixels: neighbours
+/// leave no gap along their edge.
 const EDGE_SLACK: f64 = 1e-6;
 
-/// Stands for no triangle.
+/// Number that stands for no triangle.
 const NOTHING: u32 = u32::MAX;
 
 /// A depth image in the making: per pixel the nearest surface and the triangle it belongs to.
@@ -43,8 +44,9 @@ impl DepthBuffer {
         self.facets.resize(intrinsics.pixels(), NOTHING);
     }
 
-    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than `near_m`; facets are the
-    /// triangles' numbers. Triangles with a missing vertex or a coordinate that is not finite are left out.
+    /// Draws triangles of a frame of their own, from both sides, where they are not nearer than
+    /// `near_m`; facets are the triangles' numbers. Triangles with a missing vertex or a coordinate
+    /// that is not finite are left out.
     pub fn draw(
         &mut self,
         intrinsics: &Intrinsics,
@@ -59,13 +61,12 @@ impl DepthBuffer {
         let moved = vertices.iter().map(|point| rotation * point + translation);
         self.vertices.extend(moved);
         self.corners.clear();
-        self.corners.extend(self.vertices.iter().map(|point| {
-            if point.z >= near_m {
-                corner(intrinsics, point)
-            } else {
-                Corner::default()
-            }
-        }));
+        let vertices = self.vertices.iter();
+        self.corners
+            .extend(vertices.map(|point| match point.z >= near_m {
+                true => corner(intrinsics, point),
+                false => Corner::default(),
+            }));
         for (facet, triangle) in (0..).zip(triangles) {
             let [a, b, c] = triangle.map(|index| self.corners.get(index as usize).copied());
             let (Some(a), Some(b), Some(c)) = (a, b, c) else {
@@ -79,18 +80,18 @@ impl DepthBuffer {
         }
     }
 
-    /// The depth at a pixel (numbered row by row) in metres; `None` where nothing was drawn.
+    /// Gives the depth at a pixel (numbered row by row) in metres; `None` where nothing was drawn.
     pub fn depth_m(&self, pixel: usize) -> Option<f32> {
         let nearness = *self.nearness.get(pixel)?;
         (nearness > 0.0).then(|| 1.0 / nearness)
     }
 
-    /// One over the depth per pixel, row by row, in 1/m; 0 where nothing was drawn.
+    /// Gives one over the depth per pixel, row by row, in 1/m; 0 where nothing was drawn.
     pub fn nearness_per_m(&self) -> &[f32] {
         &self.nearness
     }
 
-    /// The facet at a pixel; `None` where nothing was drawn.
+    /// Gives the facet at a pixel; `None` where nothing was drawn.
     pub fn facet(&self, pixel: usize) -> Option<u32> {
         let facet = *self.facets.get(pixel)?;
         (facet != NOTHING).then_some(facet)
@@ -131,7 +132,8 @@ impl DepthBuffer {
         let end_row = pixel_to(a.v.max(b.v).max(c.v)).min(self.height);
         let first_column = pixel_from(a.u.min(b.u).min(c.u));
         let end_column = pixel_to(a.u.max(b.u).max(c.u)).min(self.width);
-        // Most triangles are about as small as a pixel, so that what covers no pixel's centre goes first.
+        // Most triangles are about as small as a pixel, so that what covers no pixel's centre goes
+        // first.
         if first_row >= end_row || first_column >= end_column {
             return;
         }
@@ -139,11 +141,8 @@ impl DepthBuffer {
         if !doubled_area.is_finite() || doubled_area.abs() < 1e-12 {
             return;
         }
-        let (a, b, c, doubled_area) = if doubled_area > 0.0 {
-            (a, b, c, doubled_area)
-        } else {
-            (a, c, b, -doubled_area)
-        };
+        let (b, c) = if doubled_area > 0.0 { (b, c) } else { (c, b) };
+        let doubled_area = doubled_area.abs();
         let edges = [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)];
         let from_b = (b.nearness - a.nearness) / doubled_area;
         let from_c = (c.nearness - a.nearness) / doubled_area;
@@ -160,10 +159,8 @@ impl DepthBuffer {
                 continue;
             }
             let range = row * self.width + start..row * self.width + end;
-            let (Some(nearness), Some(facets)) = (
-                self.nearness.get_mut(range.clone()),
-                self.facets.get_mut(range),
-            ) else {
+            let nearness = self.nearness.get_mut(range.clone());
+            let (Some(nearness), Some(facets)) = (nearness, self.facets.get_mut(range)) else {
                 continue;
             };
             let mut here = a.nearness + (start as f64 - a.u) * per_u + (v - a.v) * per_v;
@@ -221,12 +218,13 @@ fn corner(intrinsics: &Intrinsics, point: &Point3<f64>) -> Corner {
     }
 }
 
-/// The first pixel whose centre is not before a coordinate. Casts saturate: NaN and what is negative become 0.
+/// Gives the first pixel whose centre is not before a coordinate. Casts saturate: NaN and what is
+/// negative become 0.
 fn pixel_from(coordinate: f64) -> usize {
     (coordinate - EDGE_SLACK).ceil() as usize
 }
 
-/// One past the last pixel whose centre is not beyond a coordinate.
+/// Gives one past the last pixel whose centre is not beyond a coordinate.
 fn pixel_to(coordinate: f64) -> usize {
     ((coordinate + EDGE_SLACK).floor() + 1.0) as usize
 }

@@ -1,4 +1,4 @@
-//! The camera and what stands before it.
+//! The camera and the bodies before it.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_numbers::require;
@@ -11,7 +11,7 @@ use crate::error::CameraError;
 use crate::intrinsics::Intrinsics;
 use crate::noise::NoiseModel;
 
-/// The most triangles of a scene.
+/// Maximum of triangles of a scene.
 const MAX_TRIANGLES: usize = 1 << 26;
 
 /// A triangle mesh and its pose. Both sides of its triangles are seen.
@@ -29,18 +29,18 @@ pub struct Body<'mesh> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DepthCamera {
-    /// How points become pixels.
+    /// The projection of points to pixels.
     pub intrinsics: Intrinsics,
     /// The camera's optical frame (x right, y down, z forward) in the world.
     pub world_from_camera: Isometry3<f64>,
-    /// Nothing nearer than this along z is seen, in metres.
+    /// The least distance along z that is seen, in metres.
     pub near_m: f64,
-    /// Nothing farther than this along z is seen, in metres.
+    /// The greatest distance along z that is seen, in metres.
     pub far_m: f64,
 }
 
 impl DepthCamera {
-    /// A camera with the usual range of such sensors, 0.1 to 10 m.
+    /// Makes a camera with the usual range of such sensors, 0.1 to 10 m.
     pub fn new(intrinsics: Intrinsics, world_from_camera: Isometry3<f64>) -> Self {
         Self {
             intrinsics,
@@ -50,15 +50,16 @@ impl DepthCamera {
         }
     }
 
-    /// A camera at a point that looks straight down. Columns run along the world's x, rows against its y.
+    /// Makes a camera at a point that looks straight down. Columns run along the world's x, rows
+    /// against its y.
     pub fn looking_down(intrinsics: Intrinsics, at: Point3<f64>) -> Self {
         let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         let pose = Isometry3::from_parts(Translation3::from(at), half_turn);
         Self::new(intrinsics, pose)
     }
 
-    /// A camera at a point that looks at another, upright: the world's z points up in the image. Straight down, it is
-    /// [`looking_down`](Self::looking_down).
+    /// Makes a camera at a point that looks at another, upright: the world's z points up in the
+    /// image. Straight down, it is [`looking_down`](Self::looking_down).
     pub fn looking_at(intrinsics: Intrinsics, at: Point3<f64>, target: &Point3<f64>) -> Self {
         let forward = (target - at).try_normalize(1e-12);
         let axes = forward.and_then(|forward| {
@@ -66,14 +67,14 @@ impl DepthCamera {
             let down = forward.cross(&right);
             Some(Rotation3::from_basis_unchecked(&[right, down, forward]))
         });
-        match axes {
-            Some(axes) => {
-                let rotation = UnitQuaternion::from_rotation_matrix(&axes);
-                let pose = Isometry3::from_parts(Translation3::from(at), rotation);
-                Self::new(intrinsics, pose)
-            }
-            None => Self::looking_down(intrinsics, at),
-        }
+        let Some(axes) = axes else {
+            return Self::looking_down(intrinsics, at);
+        };
+        let rotation = UnitQuaternion::from_rotation_matrix(&axes);
+        Self::new(
+            intrinsics,
+            Isometry3::from_parts(Translation3::from(at), rotation),
+        )
     }
 
     /// Checks that every number is possible.
@@ -83,22 +84,19 @@ impl DepthCamera {
     pub fn validate(&self) -> Result<(), CameraError> {
         self.intrinsics.validate()?;
         require("near_m", self.near_m, "more than 0 m", |near| near > 0.0)?;
-        require("far_m", self.far_m, "more than near_m", |far| {
-            far > self.near_m
-        })?;
+        let is_beyond = |far| far > self.near_m;
+        require("far_m", self.far_m, "more than near_m", is_beyond)?;
         let rotation = self.world_from_camera.rotation.into_inner();
         let translation = self.world_from_camera.translation.vector;
         let is_rigid = (rotation.norm() - 1.0).abs() <= 1e-3;
-        if is_rigid && translation.iter().all(|value| value.is_finite()) {
-            Ok(())
-        } else {
-            Err(CameraError::Pose)
-        }
+        let is_finite = translation.iter().all(|value| value.is_finite());
+        (is_rigid && is_finite)
+            .then_some(())
+            .ok_or(CameraError::Pose)
     }
 
-    /// Measures the points of bodies with this noise, in the camera frame in metres,
-    /// row by row; NaN in all three coordinates where nothing is measured. Equal seeds give equal
-    /// noise.
+    /// Measures the points of bodies with this noise, in the camera frame in metres, row by row;
+    /// NaN in all three coordinates where nothing is measured. Equal seeds give equal noise.
     ///
     /// # Errors
     /// As [`validate`](Self::validate), [`CameraError::Setting`] where the noise is impossible, and
@@ -112,24 +110,17 @@ impl DepthCamera {
         noise.validate()?;
         self.validate()?;
         let triangles: usize = bodies.iter().map(|body| body.triangles.len()).sum();
-        if triangles > MAX_TRIANGLES {
-            return Err(CameraError::SceneTooLarge {
-                limit: MAX_TRIANGLES,
-            });
+        let limit = MAX_TRIANGLES;
+        if triangles > limit {
+            return Err(CameraError::SceneTooLarge { limit });
         }
         let camera_from_world = self.world_from_camera.inverse();
         let mut buffer = DepthBuffer::default();
         buffer.clear(&self.intrinsics);
         for body in bodies {
-            let camera_from_body = camera_from_world * body.world_from_body;
+            let pose = camera_from_world * body.world_from_body;
             let (vertices, triangles) = (body.vertices, body.triangles);
-            buffer.draw(
-                &self.intrinsics,
-                self.near_m,
-                &camera_from_body,
-                vertices,
-                triangles,
-            );
+            buffer.draw(&self.intrinsics, self.near_m, &pose, vertices, triangles);
         }
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let points = (0..self.intrinsics.pixels()).map(|pixel| {
@@ -147,7 +138,7 @@ impl DepthCamera {
         Ok(points.collect())
     }
 
-    /// The points that were measured, in the world, in metres.
+    /// Gives the points that were measured, in the world, in metres.
     pub fn in_world_m(&self, points_m: &[Point3<f32>]) -> impl Iterator<Item = Point3<f64>> {
         let rotation = self.world_from_camera.rotation.to_rotation_matrix();
         let translation = self.world_from_camera.translation.vector;

@@ -1,4 +1,4 @@
-//! What can be wrong with a camera.
+//! Faults of cameras.
 
 use ppnpack_numbers::SettingError;
 

@@ -1,4 +1,4 @@
-//! How points become pixels.
+//! The projection of points to pixels.
 
 use nalgebra::Vector3;
 use ppnpack_numbers::require;
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::CameraError;
 
-/// The most pixels along one side of an image.
+/// Maximum of pixels along one side of an image.
 const MAX_SIDE: f64 = 8192.0;
 
-/// How much of the image a framed rectangle fills, along the side that bounds it.
+/// Share of the image that a framed rectangle fills, along the side that bounds it.
 const FRAMING: f64 = 0.95;
 
 /// The intrinsics of a pinhole camera without distortion, named as in camera drivers; in pixels.
@@ -31,7 +31,8 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
-    /// A camera whose principal point is the middle of the image, with one focal length, in pixels.
+    /// Gives a camera whose principal point is the middle of the image, with one focal length, in
+    /// pixels.
     ///
     /// # Errors
     /// As [`validate`](Self::validate).
@@ -48,8 +49,9 @@ impl Intrinsics {
         Ok(intrinsics)
     }
 
-    /// Those of an image that has all of a rectangle in its middle, with a little room around it. The rectangle faces
-    /// the camera: its sides run along the image's and are `sides_m` long, `distance_m` away.
+    /// Gives a camera that has all of a rectangle in the middle of its image, with a little room
+    /// around it. The rectangle faces the camera: its sides run along the image's and are `sides_m`
+    /// long, `distance_m` away.
     ///
     /// # Errors
     /// [`CameraError::Setting`] where there is no such image.
@@ -81,12 +83,12 @@ impl Intrinsics {
         Ok(require("cy", self.cy, "a finite number", |_| true)?)
     }
 
-    /// How many pixels the image has.
+    /// Counts the pixels of the image.
     pub fn pixels(&self) -> usize {
         self.width * self.height
     }
 
-    /// The ray through image coordinates, in the camera frame, as long as one metre of depth.
+    /// Gives the ray through image coordinates, in the camera frame, as long as one metre of depth.
     pub fn ray(&self, u: f64, v: f64) -> Vector3<f64> {
         Vector3::new((u - self.cx) / self.fx, (v - self.cy) / self.fy, 1.0)
     }

@@ -4,10 +4,12 @@
 //! noise of a [`NoiseModel`] would publish them. The [`DepthBuffer`] underneath is for those who
 //! draw many expected views, such as a pose search.
 //!
-//! The camera frame is the optical one: x to the right of the image, y down, z forward, origin at the pinhole. Pixel
-//! `(u, v)` is column `u` of row `v` and stands for the ray through its centre: `u = fx x / z + cx`, `v = fy y / z + cy`.
+//! The camera frame is the optical one: x to the right of the image, y down, z forward, origin at
+//! the pinhole. Pixel `(u, v)` is column `u` of row `v` and stands for the ray through its centre:
+//! `u = fx x / z + cx`, `v = fy y / z + cy`.
 //!
-//! The crate knows neither a scene's meaning nor any mesh type: it borrows slices of vertices and triangles.
+//! The crate knows neither a scene's meaning nor any mesh type: it borrows slices of vertices and
+//! triangles.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Point3};

@@ -1,4 +1,4 @@
-//! What a real sensor adds to a perfect depth image.
+//! The noise that a real sensor adds to a perfect depth image.
 
 use ppnpack_numbers::{gaussian, settings, within};
 use rand::{Rng, RngExt};
@@ -19,7 +19,7 @@ settings! {
 }
 
 impl NoiseModel {
-    /// A perfect sensor.
+    /// Gives a perfect sensor.
     pub fn none() -> Self {
         Self {
             sigma_m: 0.0,
@@ -28,11 +28,11 @@ impl NoiseModel {
         }
     }
 
-    /// The depth that is measured at a pixel, in metres; NaN where nothing is. A ray has `ray_length` for each metre of
-    /// depth.
+    /// Measures the depth at a pixel, in metres; NaN where nothing is measured. A ray has
+    /// `ray_length` for each metre of depth.
     ///
-    /// Takes the same count of random numbers for every pixel, so that each pixel's noise depends on the seed alone. Two of
-    /// them are not used: recorded figures were made with that many.
+    /// Takes the same count of random numbers for every pixel, so that each pixel's noise depends
+    /// on the seed alone. Two of them are not used: recorded figures were made with that many.
     pub(crate) fn measure(&self, depth_m: f64, ray_length: f64, random: &mut impl Rng) -> f64 {
         let [chance, _, _, first, second]: [f32; 5] = random.random();
         if depth_m.is_nan() || f64::from(chance) < self.dropout {
