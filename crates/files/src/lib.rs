@@ -1,6 +1,7 @@
 //! Files that are written whole or not at all.
 //!
-//! What is written appears in its place when all of it is on disk. A kill or a power cut before leaves what was there.
+//! What is written appears in its place when all of it is on disk. A kill or a power cut before
+//! leaves what was there.
 //!
 //! ```
 //! let folder = tempfile::tempdir()?;
@@ -29,7 +30,7 @@ const UNFINISHED: &str = ".unfinished-";
 pub struct WriteError {
     /// The file.
     pub path: PathBuf,
-    /// What the system says. It is part of the message, and so not a source of its own.
+    /// The system's error. It is part of the message, and so not a source of its own.
     pub cause: std::io::Error,
 }
 
@@ -43,8 +44,9 @@ impl WriteError {
     }
 }
 
-/// Writes a file so that it either has all of its content or does not change, also after a power cut. Its folder is
-/// made where there is none. As any new file, it is readable by whom the process's mask allows.
+/// Writes a file so that it either has all of its content or does not change, also after a power
+/// cut. Its folder is made where there is none. As any new file, it is readable by whom the
+/// process's mask allows.
 ///
 /// # Errors
 /// [`WriteError`] names the file.
@@ -65,7 +67,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     write().map_err(WriteError::at(path))
 }
 
-/// A new file in a folder. Temporary files are private unless asked otherwise; results are not.
+/// Makes a new file in a folder. Temporary files are private unless asked otherwise; results are
+/// not.
 fn unfinished(folder: &Path) -> std::io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(UNFINISHED);

@@ -21,11 +21,11 @@ pub use defaults::Number;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{name} must be {expected}, but is {value}")]
 pub struct SettingError {
-    /// Which setting.
+    /// The setting.
     pub name: String,
-    /// What is possible.
+    /// The possible values, in words.
     pub expected: &'static str,
-    /// What was given.
+    /// The value that was given.
     pub value: f64,
 }
 
@@ -39,18 +39,16 @@ pub fn require(
     expected: &'static str,
     is_possible: impl FnOnce(f64) -> bool,
 ) -> Result<(), SettingError> {
-    if value.is_finite() && is_possible(value) {
-        Ok(())
-    } else {
-        Err(SettingError {
-            name: name.to_string(),
-            expected,
-            value,
-        })
-    }
+    let is_possible = value.is_finite() && is_possible(value);
+    is_possible.then_some(()).ok_or_else(|| SettingError {
+        name: name.to_string(),
+        expected,
+        value,
+    })
 }
 
-/// What refuses numbers, given by name and value, that are not finite or outside a range.
+/// Makes a check that refuses numbers, given by name and value, that are not finite or outside a
+/// range.
 pub fn within(
     expected: &'static str,
     range: impl RangeBounds<f64>,
@@ -58,13 +56,14 @@ pub fn within(
     move |name, value| require(name, value, expected, |value| range.contains(&value))
 }
 
-/// A standard normal number from two uniform ones in [0, 1), by the Box-Muller transform.
+/// Draws a standard normal number from two uniform ones in [0, 1), by the Box-Muller transform.
 pub fn gaussian(first: f64, second: f64) -> f64 {
     // 1 - first is in (0, 1], where the logarithm is finite.
     (-2.0 * (1.0 - first).ln()).sqrt() * (std::f64::consts::TAU * second).cos()
 }
 
-/// A factor between `most` and its inverse, from a uniform number in [0, 1): as likely to enlarge as to lessen.
+/// Draws a factor between `most` and its inverse from a uniform number in [0, 1): as likely to
+/// enlarge as to lessen.
 pub fn factor_within(most: f64, uniform: f64) -> f64 {
     most.powf(2.0 * uniform - 1.0)
 }
