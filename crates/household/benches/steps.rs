@@ -1,8 +1,9 @@
 //! Whole planning steps at three grids.
 //!
-//! The container is half full, packed by SDFM itself. Objects are the built-in household set, or those of the folder
-//! in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the one before, all cells changed, so that
-//! nothing kept from the last step helps, except in `episode`, which replays consecutive steps.
+//! The container is half full, packed by SDFM itself. Objects are the built-in household set, or
+//! those of the folder in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the
+//! one before, all cells changed, so that nothing kept from the last step helps, except in
+//! `episode`, which replays consecutive steps.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -10,27 +11,50 @@
     reason = "a panic here is a failing run"
 )]
 
-mod grids;
-
 use std::hint::black_box;
 use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::containers::plan_over;
 use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::evaluator::Evaluator;
+use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_packing::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders};
 use ppnpack_packing::plan::{Candidate, Planner, StepInput};
-use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom, Proposer};
+use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom};
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
 use ppnpack_packing::survey::survey;
 
-use grids::{GRIDS, NamedGrid, catalogue};
+/// A grid of the reference container: cell in metres, yaws and a name.
+type NamedGrid = (f64, usize, &'static str);
+
+/// The paper's grid and two finer ones.
+const GRIDS: [NamedGrid; 3] = [
+    (0.01, 4, "1 cm, 4 yaws"),
+    (0.005, 8, "5 mm, 8 yaws"),
+    (0.0025, 16, "2.5 mm, 16 yaws"),
+];
+
+fn grid((cell_m, yaws, _): NamedGrid) -> Grid {
+    let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap()).unwrap();
+    Grid::new(ContainerSize::REFERENCE, resolution).unwrap()
+}
+
+/// The objects, as they are packed on a grid: the built-in ones, or those of the folder in
+/// `PPNPACK_BENCH_OBJECTS`.
+fn catalogue(grid: &Grid) -> Catalogue {
+    let named = std::env::var("PPNPACK_BENCH_OBJECTS");
+    let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
+    let settings = Settings::default();
+    let source = ppnpack_household::source(name);
+    Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap()
+}
 
 const BUFFER: usize = 5;
 
@@ -44,27 +68,17 @@ struct Setting {
 impl Setting {
     fn new(named: NamedGrid) -> Self {
         let (_, _, name) = named;
-        let grid = grids::grid(named);
+        let grid = grid(named);
         let catalogue = catalogue(&grid);
         // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
         let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
         let sequence =
             Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
         let mut recorder = Recorder { steps: vec![] };
-        let mut planner = planner(
-            &grid,
-            Box::new(ProposeAll),
-            vec![Box::new(PublishedStability::default())],
-        );
-        play(
-            &grid,
-            &mut planner,
-            &mut IdealCell::new(&grid),
-            sequence,
-            Play::with_buffer(BUFFER),
-            &mut recorder,
-        )
-        .unwrap();
+        let mut planner = planner(search(&grid, Heuristic::Sdfm), published());
+        let mut cell = IdealCell::new(&grid);
+        let how = Play::with_buffer(BUFFER);
+        play(&grid, &mut planner, &mut cell, sequence, how, &mut recorder).unwrap();
         Self {
             name,
             grid,
@@ -75,12 +89,8 @@ impl Setting {
     /// The step at which the container is half full, and the same with every cell one unit higher.
     fn half_full(&self) -> ([&Scene; 1], Scene, &[Candidate]) {
         let (scene, candidates) = &self.steps[self.steps.len() / 2];
-        let raised = scene
-            .heightmap()
-            .heights()
-            .iter()
-            .map(|height| height + 1)
-            .collect();
+        let heights = scene.heightmap().heights().iter();
+        let raised = heights.map(|height| height + 1).collect();
         let raised = Heightmap::from_units(self.grid.nx(), self.grid.ny(), raised).unwrap();
         ([scene], with_surface(&self.grid, &raised), candidates)
     }
@@ -112,32 +122,32 @@ fn with_surface(grid: &Grid, heightmap: &Heightmap) -> Scene {
     Scene::from_surface(grid, surface).unwrap()
 }
 
-fn settings(heuristic: Heuristic) -> SearchSettings {
-    SearchSettings {
+fn search(grid: &Grid, heuristic: Heuristic) -> Search {
+    let settings = SearchSettings {
         heuristic,
         order: Order::Balance,
         ..SearchSettings::default()
-    }
+    };
+    Search::new(grid, &settings).unwrap()
 }
 
-fn search(grid: &Grid, heuristic: Heuristic) -> Search {
-    Search::new(grid, &settings(heuristic)).unwrap()
-}
-
-fn planner(grid: &Grid, proposer: Box<dyn Proposer>, checks: Vec<BoxedCheck>) -> Planner {
-    let search = search(grid, Heuristic::Sdfm);
-    Planner::new(proposer, Box::new(search), checks, Order::Balance, 0)
+/// A planner that looks at all placements.
+fn planner(search: impl Evaluator + 'static, check: BoxedCheck) -> Planner {
+    let (proposer, search) = (Box::new(ProposeAll), Box::new(search));
+    Planner::new(proposer, search, vec![check], Order::Balance, 0)
 }
 
 /// The same choices, looking only where a bound does not rule out the best.
 fn bounded_planner(grid: &Grid) -> Planner {
-    let search = search(grid, Heuristic::Sdfm).bounded();
-    let order = Order::Balance;
-    Planner::new(Box::new(ProposeAll), Box::new(search), physical(), order, 0)
+    planner(search(grid, Heuristic::Sdfm).bounded(), physical())
 }
 
-fn physical() -> Vec<BoxedCheck> {
-    vec![Box::new(PhysicalStability::new(Default::default()))]
+fn physical() -> BoxedCheck {
+    Box::new(PhysicalStability::new(Default::default()))
+}
+
+fn published() -> BoxedCheck {
+    Box::new(PublishedStability::default())
 }
 
 fn steps(criterion: &mut Criterion) {
@@ -151,11 +161,7 @@ fn steps(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new(label, name), |bencher| {
                 bencher.iter(|| {
                     step += 1;
-                    let scene = if step.is_multiple_of(2) {
-                        scene
-                    } else {
-                        &raised
-                    };
+                    let scene = [scene, &raised][step as usize % 2];
                     let input = StepInput {
                         step,
                         ..StepInput::new(grid, scene, candidates)
@@ -164,58 +170,30 @@ fn steps(criterion: &mut Criterion) {
                 });
             });
         };
-        let published: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
-        alternate(
-            "SDFM, published stability",
-            planner(grid, Box::new(ProposeAll), published),
-        );
-        alternate(
-            "SDFM, physical stability",
-            planner(grid, Box::new(ProposeAll), physical()),
-        );
+        let sdfm = || search(grid, Heuristic::Sdfm);
+        alternate("SDFM, published stability", planner(sdfm(), published()));
+        alternate("SDFM, physical stability", planner(sdfm(), physical()));
         alternate("SDFM, bounded", bounded_planner(grid));
-        let five = Percent::new(5.0).unwrap();
-        alternate(
-            "SDFM on a random 5 %",
-            planner(grid, Box::new(ProposeRandom::new(five, 0)), physical()),
-        );
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(2)
-            .build()
-            .unwrap();
-        let two_threads = search(grid, Heuristic::Sdfm).with_pool(Arc::new(pool));
-        alternate(
-            "SDFM, two threads",
-            Planner::new(
-                Box::new(ProposeAll),
-                Box::new(two_threads),
-                physical(),
-                Order::Balance,
-                0,
-            ),
-        );
-        // The touching area has no useful bound, so MTA computes every value: seconds a step on the finest grid.
+        let five = Box::new(ProposeRandom::new(Percent::new(5.0).unwrap(), 0));
+        let checks = vec![physical()];
+        let random = Planner::new(five, Box::new(sdfm()), checks, Order::Balance, 0);
+        alternate("SDFM on a random 5 %", random);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+        let two_threads = sdfm().with_pool(Arc::new(pool.unwrap()));
+        alternate("SDFM, two threads", planner(two_threads, physical()));
+        // The touching area has no useful bound, so MTA computes every value: seconds a step on the
+        // finest grid.
         let heuristics = [Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta];
         let bounded = if grid.nx() > 64 { 2 } else { 3 };
         for heuristic in heuristics.into_iter().take(bounded) {
-            let search = search(grid, heuristic);
-            alternate(
-                &format!("{heuristic:?}"),
-                Planner::new(
-                    Box::new(ProposeAll),
-                    Box::new(search),
-                    physical(),
-                    Order::Balance,
-                    0,
-                ),
-            );
+            let planner = planner(search(grid, heuristic), physical());
+            alternate(&format!("{heuristic:?}"), planner);
         }
-        // Consecutive steps of an episode: the search keeps what did not change, unless it is bounded.
+        // Consecutive steps of an episode: the search keeps what did not change, unless it is
+        // bounded.
+        let every = planner(sdfm(), physical());
         let planners = [
-            (
-                "SDFM, mean over an episode",
-                planner(grid, Box::new(ProposeAll), physical()),
-            ),
+            ("SDFM, mean over an episode", every),
             ("SDFM, bounded, mean over an episode", bounded_planner(grid)),
         ];
         for (label, mut planner) in planners {
@@ -236,23 +214,18 @@ fn steps(criterion: &mut Criterion) {
                 });
             });
         }
-        // What the search saves: every value of every placement.
+        // The work that the search saves: every value of every placement.
         group.sample_size(10);
-        group.bench_function(
-            BenchmarkId::new("SDFM, every value computed", name),
-            |bencher| {
-                bencher.iter(|| {
-                    for candidate in candidates {
-                        for view in candidate.item.views() {
-                            let weights = Weights::default();
-                            let heightmap = scene.heightmap();
-                            black_box(survey(grid, heightmap, view, Heuristic::Sdfm, &weights))
-                                .unwrap();
-                        }
-                    }
-                });
-            },
-        );
+        let id = BenchmarkId::new("SDFM, every value computed", name);
+        group.bench_function(id, |bencher| {
+            bencher.iter(|| {
+                let (weights, heightmap) = (Weights::default(), scene.heightmap());
+                for view in candidates.iter().flat_map(|held| held.item.views()) {
+                    let values = survey(grid, heightmap, view, Heuristic::Sdfm, &weights);
+                    black_box(values).unwrap();
+                }
+            });
+        });
         group.finish();
     }
 }
@@ -277,30 +250,28 @@ fn containers(criterion: &mut Criterion) {
         });
         let all: Vec<usize> = (0..candidates.len()).collect();
         let attempts = [vec![all; 4]];
-        group.bench_function(
-            BenchmarkId::new("a step over four, the fullest", name),
-            |bencher| {
-                bencher.iter(|| {
-                    let planned = plan_over(&attempts, candidates, |at, admitted| {
-                        let at = 3 - at;
-                        let input = StepInput::new(grid, scenes[at], admitted);
-                        planners[at].plan(&input).cloned()
-                    });
-                    black_box(planned.unwrap())
+        let id = BenchmarkId::new("a step over four, the fullest", name);
+        group.bench_function(id, |bencher| {
+            bencher.iter(|| {
+                let planned = plan_over(&attempts, candidates, |at, admitted| {
+                    let at = 3 - at;
+                    let input = StepInput::new(grid, scenes[at], admitted);
+                    planners[at].plan(&input).cloned()
                 });
-            },
-        );
+                black_box(planned.unwrap())
+            });
+        });
         group.finish();
     }
 }
 
-/// What a step asks of rules, over four containers and a buffer of 5, with orders that wait: made anew, as the planner service does.
+/// The rules of a step over four containers and a buffer of 5, with orders that wait: made anew, as
+/// the planner service does.
 fn waiting_orders(criterion: &mut Criterion) {
     let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
     let item = Arc::new(Item::new("cell", vec![view], 0.0).unwrap());
-    let buffer: Vec<Candidate> = (40..45)
-        .map(|arrival| Candidate::new(arrival, Arc::clone(&item)))
-        .collect();
+    let held = (40..45).map(|arrival| Candidate::new(arrival, Arc::clone(&item)));
+    let buffer: Vec<Candidate> = held.collect();
     let rules = ContainerRules {
         undivided: true,
         apart: vec![("0".to_owned(), "1".to_owned())],

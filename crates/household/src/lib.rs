@@ -1,7 +1,9 @@
-//! The built-in household set: 96 everyday objects, for demonstrations and tests that need no files.
+//! The built-in household set: 96 everyday objects, for demonstrations and tests that need no
+//! files.
 //!
-//! Every mesh is a closed manifold in a resting pose: it stands on its flat underside at z = 0 and is centred in x and y.
-//! Hollow things are hollow: bowls and mugs enclose the volume of their walls only.
+//! Every mesh is a closed manifold in a resting pose: it stands on its flat underside at z = 0 and
+//! is centred in x and y. Hollow things are hollow: bowls and mugs enclose the volume of their
+//! walls only.
 //!
 //! ```
 //! let mut objects = ppnpack_household::OBJECTS.iter();
@@ -19,7 +21,7 @@ use nalgebra::Point3;
 use ppnpack_catalogue::catalogue::{NamedMesh, Source};
 use ppnpack_catalogue::mesh::Mesh;
 
-/// What stands for the set where a folder of meshes could be named.
+/// Name of the set where a folder of meshes could be named.
 pub const BUILTIN: &str = "builtin";
 
 /// All objects of the set, by ascending volume.
@@ -33,14 +35,15 @@ pub static OBJECTS: LazyLock<Arc<[NamedMesh]>> = LazyLock::new(|| {
 /// The objects in postcard, in the order of [`OBJECTS`].
 const FILE: &[u8] = include_bytes!("../objects.postcard");
 
-/// An object's name, density in kg/m^3, vertices in whole micrometres and triangles. Each coordinate is the difference to that of
-/// the vertex before, each corner to the corner before.
+/// An object's name, density in kg/m^3, vertices in whole micrometres and triangles. Each
+/// coordinate is the difference to that of the vertex before, each corner to the corner before.
 type Stored = (String, f64, Vec<[i32; 3]>, Vec<[i32; 3]>);
 
-/// Stands for a coordinate of -0.0.
+/// Number that stands for a coordinate of -0.0.
 const NEGATIVE_ZERO: i32 = i32::MIN;
 
-/// The objects that a setting names: the set for [`BUILTIN`], else those of a folder of meshes.
+/// Gives the objects that a setting names: the set for [`BUILTIN`], else those of a folder of
+/// meshes.
 pub fn source(name: &str) -> Source {
     if name == BUILTIN {
         builtin()
@@ -49,7 +52,7 @@ pub fn source(name: &str) -> Source {
     }
 }
 
-/// The set as the source of a catalogue.
+/// Gives the set as the source of a catalogue.
 pub fn builtin() -> Source {
     Source::Meshes(Arc::clone(&OBJECTS))
 }

@@ -12,19 +12,15 @@ use ppnpack_packing::grid::Resolution;
 #[test]
 fn the_built_in_set_loads_without_repairs() {
     let directory = tempfile::tempdir().unwrap();
-    let cache = CacheDir::At(directory.path().to_owned());
     let settings = Settings {
-        cache,
+        cache: CacheDir::At(directory.path().to_owned()),
         ..Settings::default()
     };
     let source = ppnpack_household::builtin();
-    let catalogue =
-        Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| ()).unwrap();
-    let names: BTreeSet<_> = catalogue
-        .objects
-        .iter()
-        .map(|object| &object.model.name)
-        .collect();
+    let resolution = Resolution::reference();
+    let catalogue = Catalogue::load(&source, &settings, &resolution, &|_, _| ()).unwrap();
+    let names = catalogue.objects.iter().map(|it| &it.model.name);
+    let names: BTreeSet<_> = names.collect();
     assert_eq!((names.len(), catalogue.len()), (96, 96));
     for report in inspect(&source, &settings).unwrap() {
         let repairs = report.outcome.unwrap().repairs;
