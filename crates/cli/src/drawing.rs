@@ -9,12 +9,13 @@ use ppnpack_picture::{
 
 use crate::report::Content;
 
-/// Perception's heightmap as a PNG. What it does not know has a height of one unit above the rim, and is grey.
+/// Draws perception's heightmap as a PNG. What it does not know has a height of one unit above the
+/// rim, and is grey.
 pub fn perceived(title: &str, grid: &Grid, map: &Heightmap) -> anyhow::Result<Vec<u8>> {
     heights(title, grid, map, Some(grid.rim() + 1))
 }
 
-/// A heightmap as a PNG; cells of the height `unknown` are grey.
+/// Draws a heightmap as a PNG; cells of the height `unknown` are grey.
 pub fn heights(
     title: &str,
     grid: &Grid,
@@ -22,13 +23,13 @@ pub fn heights(
     unknown: Option<Units>,
 ) -> anyhow::Result<Vec<u8>> {
     let unit_m = grid.resolution().height_unit_m();
-    let heights_m = map.heights().iter().map(|height| {
-        if Some(*height) == unknown {
-            f64::NAN
-        } else {
-            f64::from(*height) * unit_m
-        }
-    });
+    let heights_m = map
+        .heights()
+        .iter()
+        .map(|height| match Some(*height) == unknown {
+            true => f64::NAN,
+            false => f64::from(*height) * unit_m,
+        });
     let heights_m: Vec<f64> = heights_m.collect();
     let field = HeightField {
         nx: map.nx(),
@@ -40,7 +41,7 @@ pub fn heights(
     Ok(heightmap(title, &field)?.to_png()?)
 }
 
-/// A packed container; colours go by the order of arrivals.
+/// Draws a packed container; colours go by the order of arrivals.
 ///
 /// # Errors
 /// [`PictureError`] where there is too much in it.

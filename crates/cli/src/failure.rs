@@ -1,4 +1,4 @@
-//! How a command fails, and the exit code that says so.
+//! Failures of commands, and the exit codes that say so.
 
 use std::process::ExitCode;
 
@@ -14,16 +14,16 @@ pub enum Failure {
     Run(anyhow::Error),
 }
 
-/// What a command ends with.
+/// Result of a command.
 pub type Outcome<T = ()> = Result<T, Failure>;
 
 impl Failure {
-    /// A wrong option or input.
+    /// Makes a failure of a wrong option or input.
     pub fn input(message: impl std::fmt::Display) -> Self {
         Self::Input(anyhow::anyhow!("{message}"))
     }
 
-    /// The exit code that says so.
+    /// Gives the exit code that says so.
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Input(_) => ExitCode::from(2),
@@ -60,7 +60,7 @@ impl From<WriteError> for Failure {
 }
 
 impl From<MethodError> for Failure {
-    /// That a network does not run here is no fault of the command line.
+    /// Takes a network that does not run here for no fault of the command line.
     fn from(error: MethodError) -> Self {
         match error {
             MethodError::Network(_) => Self::Run(error.into()),
@@ -71,7 +71,7 @@ impl From<MethodError> for Failure {
 
 /// Marks an error as the fault of the command line or an input.
 pub trait OrInput<T> {
-    /// The value, or a failure with exit code 2.
+    /// Gives the value, or a failure with exit code 2.
     fn or_input(self) -> Outcome<T>;
 }
 
@@ -83,7 +83,7 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
 
 /// Marks an error as a failure of the run.
 pub trait OrRun<T> {
-    /// The value, or a failure with exit code 1.
+    /// Gives the value, or a failure with exit code 1.
     fn or_run(self) -> Outcome<T>;
 }
 

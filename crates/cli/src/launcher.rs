@@ -1,9 +1,10 @@
 //! Handing over to the programs that have more: the experiments, the network.
 //!
-//! `ppnpack` is built without what makes and measures networks; for those commands it turns into `ppnpack-experiments`,
-//! which lies beside it. Neither links libtorch, so that they run where there is none. Where a command may use a network
-//! they turn into `ppnpack-torch`, which has the commands of both and is linked with libtorch; where that cannot run, the
-//! reason is kept and given to whoever asks for a network.
+//! `ppnpack` is built without what makes and measures networks; for those commands it turns into
+//! `ppnpack-experiments`, which lies beside it. Neither links libtorch, so that they run where
+//! there is none. Where a command may use a network they turn into `ppnpack-torch`, which has the
+//! commands of both and is linked with libtorch; where that cannot run, the reason is kept and
+//! given to whoever asks for a network.
 
 use std::convert::Infallible;
 use std::ffi::OsString;
@@ -26,7 +27,8 @@ use crate::network::{Backend, Proposing};
 
 const WITH_NETWORK: &str = "ppnpack-torch";
 const WITH_EXPERIMENTS: &str = "ppnpack-experiments";
-/// Names a full installation of torch, for CUDA: the folder that has `lib/libtorch_cuda.so`.
+/// Environment variable that names a full installation of torch, for CUDA: the folder with
+/// `lib/libtorch_cuda.so`.
 pub(crate) const TORCH_FOLDER: &str = "PPNPACK_TORCH";
 
 /// The commands of `ppnpack-experiments`, for which this process turns into it.
@@ -43,7 +45,7 @@ pub enum Elsewhere {
     Train(Rest),
 }
 
-/// What follows the name of a command, whatever it is.
+/// The arguments after the name of a command.
 #[derive(Debug, Args)]
 pub struct Rest {
     #[allow(
@@ -106,7 +108,7 @@ impl Backend for Launcher {
     }
 }
 
-/// Does not come back where it succeeds.
+/// Turns this process into `ppnpack-torch`; comes back only where it fails.
 fn hand_over() -> Result<Infallible> {
     let program = beside_this_one(WITH_NETWORK)?;
     let mut probe = with_torch(&program);
@@ -133,8 +135,8 @@ fn beside_this_one(name: &str) -> Result<PathBuf> {
     Ok(program)
 }
 
-/// The program, with the full installation of torch where one is named: its libraries come first, and CUDA's part,
-/// to which nothing is linked, is loaded with it.
+/// Prepares the program, with the full installation of torch where one is named: its libraries come
+/// first, and CUDA's part, to which nothing is linked, is loaded with it.
 fn with_torch(program: &Path) -> Command {
     let mut command = Command::new(program);
     if let Some(folder) = std::env::var_os(TORCH_FOLDER) {

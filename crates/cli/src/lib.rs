@@ -1,5 +1,6 @@
-//! `ppnpack`: packs objects in a simulated cell and shows the result. The commands of `ppnpack`, and what programs with
-//! further commands build on: options, output, sequences, the simulated cell, all services in one process.
+//! `ppnpack`: packs objects in a simulated cell and shows the result. The commands of `ppnpack`,
+//! and what programs with further commands build on: options, output, sequences, the simulated
+//! cell, all services in one process.
 
 mod commands;
 pub mod drawing;
@@ -29,9 +30,6 @@ use crate::network::Backend;
 /// Commands that a program has beside those of this crate.
 pub trait Commands: Subcommand {
     /// Runs the command; `backend` provides what needs libtorch.
-    ///
-    /// # Errors
-    /// Why it failed.
     fn run(&self, backend: &dyn Backend) -> Outcome;
 }
 

@@ -1,4 +1,5 @@
-//! `ppnpack`: the command line. It hands over to `ppnpack-experiments` and, where a network runs, to `ppnpack-torch`.
+//! `ppnpack`: the command line. It hands over to `ppnpack-experiments` and, where a network runs,
+//! to `ppnpack-torch`.
 
 use std::process::ExitCode;
 

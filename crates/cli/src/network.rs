@@ -1,4 +1,4 @@
-//! What needs libtorch, as seen from the commands: they know it only through [`Backend`].
+//! Networks as seen from the commands, which know libtorch only through [`Backend`].
 
 use std::sync::Arc;
 
@@ -11,14 +11,14 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::proposals::{Percent, Proposer};
 
-/// How a network proposes.
+/// Settings by which a network proposes.
 #[derive(Debug, Clone, Copy)]
 pub struct Proposing<'a> {
     /// The grid that it proposes on.
     pub grid: &'a Grid,
     /// The share of an item's placements that it proposes.
     pub share: Percent,
-    /// Where it runs.
+    /// The device that it runs on.
     pub device: Device,
     /// The items that are known ahead of time.
     pub items: &'a [Arc<Item>],
@@ -26,16 +26,16 @@ pub struct Proposing<'a> {
 
 /// Opens and trains networks.
 pub trait Backend: Sync {
-    /// Called before a command that may use a network; the backend may hand this process over to one that can.
+    /// Prepares for a command that may use a network; may hand this process over to one that can.
     fn prepare(&self) {}
 
-    /// A proposer that runs a model.
+    /// Makes a proposer that runs a model.
     ///
     /// # Errors
     /// Why the network cannot run here, with a remedy.
     fn open(&self, model: &Model, how: &Proposing<'_>) -> Result<Box<dyn Proposer>>;
 
-    /// A model for the ppn service.
+    /// Opens a model for the ppn service.
     ///
     /// # Errors
     /// Why the network cannot run here, with a remedy.
@@ -45,7 +45,8 @@ pub trait Backend: Sync {
         device: Device,
     ) -> Result<Box<dyn ppnpack_ppn_service::Network>>;
 
-    /// Trains a network, or goes on training; gives the card of the model that it leaves in the request's folder.
+    /// Trains a network, or goes on training; gives the card of the model that it leaves in the
+    /// request's folder.
     ///
     /// # Errors
     /// What kept the training from its end.

@@ -1,4 +1,4 @@
-//! What commands print.
+//! Output of commands.
 
 use std::io::Write;
 
@@ -19,18 +19,13 @@ pub(crate) fn print(
 }
 
 /// Prints a value as JSON on standard output.
-///
-/// # Errors
-/// That it cannot be written.
 pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string(value)?;
     print_line(&text)
 }
 
-/// Prints a line on standard output. That the reader went away is no failure: it has what it wanted.
-///
-/// # Errors
-/// That it cannot be written for another reason.
+/// Prints a line on standard output. That the reader went away is no failure: it has what it
+/// wanted.
 pub fn print_line(text: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout().lock(), "{text}") {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

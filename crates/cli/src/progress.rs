@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// A bar over `total` parts, with the time left.
+/// Shows a bar over `total` parts, with the time left.
 pub fn bar(what: &'static str, total: u64) -> ProgressBar {
     let bar = ProgressBar::new(total).with_message(what);
     let template = "{msg} {wide_bar} {pos}/{len}, {eta} left";

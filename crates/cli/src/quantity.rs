@@ -1,46 +1,40 @@
-//! Lengths, times and sizes on the command line: a number with a unit; lengths without one are in metres.
+//! Lengths, times and sizes on the command line: a number with a unit; lengths without one are in
+//! metres.
 
 use std::time::Duration;
 
 use ppnpack_packing::grid::ContainerSize;
 
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
-///
-/// # Errors
-/// What is wrong with it, in words.
 pub fn parse_length(text: &str) -> Result<f64, String> {
-    let metres = parse_coordinate(text)?;
-    if metres > 0.0 {
-        Ok(metres)
-    } else {
-        Err(format!("'{text}' must be above 0"))
+    match parse_coordinate(text)? {
+        metres if metres > 0.0 => Ok(metres),
+        _ => Err(format!("'{text}' must be above 0")),
     }
 }
 
 /// Parses a length of at least 0; gives metres.
 pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
-    let metres = parse_coordinate(text)?;
-    if metres >= 0.0 {
-        Ok(metres)
-    } else {
-        Err(format!("'{text}' must not be negative"))
+    match parse_coordinate(text)? {
+        metres if metres >= 0.0 => Ok(metres),
+        _ => Err(format!("'{text}' must not be negative")),
     }
 }
 
 /// Parses the three inner lengths of a container, such as `32x32x30cm`.
 pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
     let (digits, unit) = split_unit(text);
-    let sides: Vec<f64> = digits
-        .split(['x', 'X'])
-        .map(|side| parse_length(&format!("{side}{unit}")))
-        .collect::<Result<_, _>>()?;
-    let [x_m, y_m, z_m] = sides
-        .try_into()
-        .map_err(|_| format!("'{text}' must be three lengths with one unit, such as 32x32x30cm"))?;
-    Ok(ContainerSize { x_m, y_m, z_m })
+    let sides = digits.split(['x', 'X']);
+    let sides = sides.map(|side| parse_length(&format!("{side}{unit}")));
+    match sides.collect::<Result<Vec<f64>, _>>()?.as_slice() {
+        &[x_m, y_m, z_m] => Ok(ContainerSize { x_m, y_m, z_m }),
+        _ => Err(format!(
+            "'{text}' must be three lengths with one unit, such as 32x32x30cm"
+        )),
+    }
 }
 
-/// Three lengths for people.
+/// Writes three lengths for people.
 pub(crate) fn centimetres(lengths_m: [f64; 3]) -> String {
     let [x, y, z] = lengths_m.map(|length_m| 100.0 * length_m);
     format!("{x:.1} x {y:.1} x {z:.1} cm")
@@ -54,25 +48,24 @@ pub(crate) fn parse_coordinate(text: &str) -> Result<f64, String> {
         "cm" => 0.01,
         "mm" => 0.001,
         "in" => 0.0254,
-        unit => {
+        _ => {
             return Err(format!(
                 "'{unit}' is no unit of length: use m, cm, mm or in"
             ));
         }
     };
-    let number: f64 = number
-        .parse()
-        .map_err(|_| format!("'{text}' is no length: write it like 1cm, 2.5mm or 0.01m"))?;
-    // Rounding to a picometre keeps 0.1 mm steps exact: 0.2 cm is 0.002 m and not 0.0020000000000000003 m.
+    let none = || format!("'{text}' is no length: write it like 1cm, 2.5mm or 0.01m");
+    let number: f64 = number.parse().map_err(|_| none())?;
+    // Rounding to a picometre keeps 0.1 mm steps exact: 0.2 cm is 0.002 m and not
+    // 0.0020000000000000003 m.
     let metres = (number * metres * 1e12).round() / 1e12;
-    if metres.is_finite() {
-        Ok(metres)
-    } else {
-        Err(format!("'{text}' is not finite"))
-    }
+    let is_finite = metres.is_finite();
+    is_finite
+        .then_some(metres)
+        .ok_or_else(|| format!("'{text}' is not finite"))
 }
 
-/// A number and the letters of its unit, which may be none; neither is checked.
+/// Splits a number from the letters of its unit, which may be none; neither is checked.
 fn split_unit(text: &str) -> (&str, &str) {
     let text = text.trim();
     let number = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
@@ -102,13 +95,11 @@ pub(crate) fn parse_time(text: &str) -> Result<Duration, String> {
 /// Parses a size such as `500MB`, of at least 1 byte; gives bytes.
 pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = split_unit(text);
-    let (_, factor) = SIZES
-        .iter()
-        .find(|(known, _)| *known == unit)
-        .ok_or_else(|| {
-            let known = SIZES.map(|(name, _)| name).join(", ");
-            format!("'{unit}' is no unit of size: one of {known} is needed, such as 1GiB")
-        })?;
+    let known = SIZES.iter().find(|(known, _)| *known == unit);
+    let (_, factor) = known.ok_or_else(|| {
+        let known = SIZES.map(|(name, _)| name).join(", ");
+        format!("'{unit}' is no unit of size: one of {known} is needed, such as 1GiB")
+    })?;
     match number.parse::<f64>().map(|number| number * factor) {
         Ok(bytes) if (1.0..1e18).contains(&bytes) => Ok(bytes as u64),
         _ => Err(format!("'{text}' is no size from 1 B to 1,000,000,000 GB")),

@@ -17,11 +17,12 @@ use serde::{Deserialize, Serialize};
 use crate::failure::{Failure, Outcome};
 use crate::report::Unplaceable;
 
-/// Which objects arrive, in which order.
+/// The objects that arrive, in their order.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Sequence")]
 pub(crate) struct SequenceOptions {
-    /// A .npy file of sequences, int64 [sequences, length], of object indices, and which one, from 0 [default: the first]
+    /// A .npy file of sequences, int64 [sequences, length], of object indices, and which one, from
+    /// 0 [default: the first]
     #[arg(long, value_name = "FILE[:NUMBER]", value_parser = parse_numbered, conflicts_with_all = ["items", "random"])]
     sequence: Option<(PathBuf, usize)>,
 
@@ -39,10 +40,10 @@ pub(crate) struct SequenceOptions {
     random: Option<u32>,
 }
 
-/// Object indices in the order of arrival, and where they come from.
+/// Object indices in the order of arrival, and their source.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Sequence {
-    /// Where they come from, in words.
+    /// Their source, in words.
     pub from: String,
     /// The indices.
     pub objects: Vec<usize>,
@@ -71,8 +72,8 @@ impl SequenceOptions {
 }
 
 impl Sequence {
-    /// Takes out the objects that an arm cannot hold or lift in any of their poses, and gives each with its place and the
-    /// reason in the first pose.
+    /// Takes out the objects that an arm cannot hold or lift in any of their poses, and gives each
+    /// with its place and the reason in the first pose.
     pub(crate) fn set_aside(
         &mut self,
         catalogue: &Catalogue,
@@ -106,15 +107,15 @@ impl Sequence {
         set_aside
     }
 
-    /// The items in the order of their arrival, with all that the catalogue knows of them, each in all of its poses.
+    /// Gives the items in the order of their arrival, with all that the catalogue knows of them,
+    /// each in all of its poses.
     pub fn candidates(&self, catalogue: &Catalogue) -> Vec<Candidate> {
         let objects = self.of(catalogue).enumerate();
-        objects
-            .flat_map(|(arrival, object)| object.candidates(arrival))
-            .collect()
+        let candidates = objects.flat_map(|(arrival, object)| object.candidates(arrival));
+        candidates.collect()
     }
 
-    /// The items themselves, each in its first pose.
+    /// Gives the items themselves, each in its first pose.
     pub fn items(&self, catalogue: &Catalogue) -> Vec<Arc<Item>> {
         let objects = self.of(catalogue);
         objects.map(|object| object.item.clone()).collect()
@@ -134,9 +135,6 @@ pub struct SequenceFile {
 
 impl SequenceFile {
     /// Reads a .npy file, int64 [sequences, length], of object indices.
-    ///
-    /// # Errors
-    /// Why it cannot be read, or which object the catalogue lacks.
     pub fn read(path: &Path, catalogue: &Catalogue) -> Outcome<Self> {
         let rows: Array2<i64> = ndarray_npy::read_npy(path).map_err(|error| {
             Failure::input(format_args!(
@@ -161,15 +159,12 @@ impl SequenceFile {
         })
     }
 
-    /// How many sequences it has.
+    /// Counts its sequences.
     pub fn count(&self) -> usize {
         self.rows.nrows()
     }
 
-    /// One of its sequences.
-    ///
-    /// # Errors
-    /// That it has fewer.
+    /// Gives one of its sequences.
     pub fn get(&self, index: usize) -> Outcome<Sequence> {
         if index >= self.count() {
             return Err(Failure::input(format_args!(
@@ -187,7 +182,7 @@ impl SequenceFile {
     }
 }
 
-/// The name of a file, and the number behind it.
+/// Parses the name of a file, and the number behind it.
 fn parse_numbered(text: &str) -> Result<(PathBuf, usize), std::convert::Infallible> {
     let numbered = text.rsplit_once(':');
     let numbered = numbered.and_then(|(file, number)| Some((file.into(), number.parse().ok()?)));
@@ -195,14 +190,11 @@ fn parse_numbered(text: &str) -> Result<(PathBuf, usize), std::convert::Infallib
 }
 
 fn find(catalogue: &Catalogue, name: &str) -> Outcome<usize> {
+    let by_name = catalogue.find(name).map(|(index, _)| index);
     let by_index = || name.parse().ok().filter(|index| *index < catalogue.len());
-    catalogue
-        .find(name)
-        .map(|(index, _)| index)
+    let list = "`ppnpack catalogue list` names them";
+    let none = || format!("--items: the catalogue has no object '{name}'; {list}");
+    by_name
         .or_else(by_index)
-        .ok_or_else(|| {
-            Failure::input(format_args!(
-                "--items: the catalogue has no object '{name}'; `ppnpack catalogue list` names them"
-            ))
-        })
+        .ok_or_else(|| Failure::input(none()))
 }

@@ -1,7 +1,8 @@
 //! Text for people, by templates that see the same values as programs get in JSON.
 //!
-//! In text for the terminal, a table has a row a line with [`BAR`]s between its cells. `{% filter columns %}` lays it out under the
-//! header in its first line, and `{% filter rows %}` without a header.
+//! In text for the terminal, a table has a row a line with [`BAR`]s between its cells. `{% filter
+//! columns %}` lays it out under the header in its first line, and `{% filter rows %}` without a
+//! header.
 
 use anyhow::Context;
 use comfy_table::Table;
@@ -14,7 +15,7 @@ use serde::Serialize;
 /// A template: the name of its file, whose ending says what is escaped in it, and its text.
 pub(crate) type Template = (&'static str, &'static str);
 
-/// The template in a file beside the one that names it.
+/// Includes the template in a file beside the one that names it.
 macro_rules! template {
     ($file:literal) => {
         ($file, include_str!($file))
@@ -22,16 +23,16 @@ macro_rules! template {
 }
 pub(crate) use template;
 
-/// What is between the cells of a row.
+/// Separator of the cells of a row.
 pub(crate) const BAR: char = '│';
 
-/// How many of several names are told.
+/// Maximum of several names that are told.
 const MOST_NAMES: usize = 4;
 
 /// Fills a value into a template, which knows it as `it`.
 ///
 /// # Errors
-/// What the template names and the value does not have.
+/// The first thing that the template names and the value does not have.
 pub(crate) fn render((name, text): Template, it: impl Serialize) -> anyhow::Result<String> {
     let mut templates = Environment::new();
     let mut lines = SyntaxConfig::builder();
@@ -56,7 +57,8 @@ pub(crate) fn render((name, text): Template, it: impl Serialize) -> anyhow::Resu
     filled.with_context(|| format!("{name} cannot be filled in"))
 }
 
-/// Writes what is filled in: in a page without markup, in other text as no other line and no other cell.
+/// Writes what is filled in: in a page without markup, in other text as no other line and no other
+/// cell.
 fn fill_in(out: &mut Output<'_>, state: &mut State<'_, '_>, value: &Value) -> Result<(), Error> {
     match (state.auto_escape(), value.as_str()) {
         (AutoEscape::None, Some(text)) if !value.is_safe() => {
@@ -81,17 +83,13 @@ pub(crate) fn table(text: &str, has_header: bool) -> Value {
 }
 
 fn fixed(number: f64, places: usize) -> String {
-    // No minus before what rounds to 0.
     let scale = 10_f64.powi(i32::try_from(places).unwrap_or(i32::MAX));
-    let number = if (number * scale).round() == 0.0 {
-        0.0
-    } else {
-        number
-    };
-    format!("{number:.places$}")
+    // No minus before what rounds to 0.
+    let is_zero = (number * scale).round() == 0.0;
+    format!("{:.places$}", if is_zero { 0.0 } else { number })
 }
 
-/// Seconds for people.
+/// Writes seconds for people.
 fn duration(seconds: f64) -> String {
     match seconds {
         seconds if seconds < 1e-3 => format!("{:.0} µs", seconds * 1e6),
@@ -100,7 +98,7 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// Some names, and how many more there are.
+/// Tells some names, and how many more there are.
 fn listed(names: &[String]) -> String {
     let shown = names.get(..MOST_NAMES).unwrap_or(names);
     match (names.len() - shown.len(), shown.split_last()) {
@@ -110,7 +108,7 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// What comes most often.
+/// Gives what comes most often.
 fn commonest(all: &[String]) -> Option<&String> {
     let times = |one: &String| all.iter().filter(|other| *other == one).count();
     all.iter().max_by_key(|one| times(one))

@@ -14,26 +14,30 @@ use crate::options::{calibration_file, file};
 use crate::output::{print_json, print_line};
 use crate::quantity::parse_size;
 
-/// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its inner size.
+/// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its
+/// inner size.
 ///
-/// The cloud is a PCD or PLY file in metres in the sensor's frame, with the whole rim in view. What is written is taken
-/// by `ppnpack perceive --container-from-sensor`, and its lines go into the perception service's configuration.
+/// The cloud is a PCD or PLY file in metres in the sensor's frame, with the whole rim in view. What
+/// is written is taken by `ppnpack perceive --container-from-sensor`, and its lines go into the
+/// perception service's configuration.
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
     /// The cloud
     #[arg(value_name = "CLOUD")]
     cloud: PathBuf,
 
-    /// The container's inner size where it is known: the cloud is checked against it, and gives only the pose
+    /// The container's inner size where it is known: the cloud is checked against it, and gives
+    /// only the pose
     #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
     container: Option<ContainerSize>,
 
-    /// Turn the x axis from the side nearest to the sensor's by so many quarter turns, counter-clockwise from above
+    /// Turn the x axis from the side nearest to the sensor's by so many quarter turns,
+    /// counter-clockwise from above
     #[arg(long, value_name = "COUNT", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=3))]
     quarter_turns: u8,
 
-    /// How well the cloud has to fit, where that is not as usual: a TOML file with `size_tolerance_m`, `largest_rms_m`,
-    /// `largest_bow_m` or other settings of docs/perception.md
+    /// Limits of the cloud's fit, where they are not the usual ones: a TOML file with
+    /// `size_tolerance_m`, `largest_rms_m`, `largest_bow_m` or other settings of docs/perception.md
     #[arg(long, value_name = "FILE", value_parser = file::settings::<CalibrationSettings>)]
     limits: Option<CalibrationSettings>,
 
@@ -85,7 +89,8 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
     Ok(())
 }
 
-/// The size as exactly as it is measured. A hair less than a multiple of the cell would cost a row of cells.
+/// Rounds the size to what is measured. A hair less than a multiple of the cell would cost a row of
+/// cells.
 fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
     let [x_m, y_m, z_m] =
         [size.x_m, size.y_m, size.z_m].map(|side_m| (1000.0 * side_m).round() / 1000.0);

@@ -17,7 +17,8 @@ use crate::stack::connect::ConnectOptions;
 
 /// Sends one request to a service by hand: `ppnpack call planner plan`.
 ///
-/// Requests and replies are the messages of the protocol (docs/protocol.md) as JSON. The header is filled in.
+/// Requests and replies are the messages of the protocol (docs/protocol.md) as JSON. The header is
+/// filled in.
 #[derive(Debug, Args)]
 pub(crate) struct CallArguments {
     /// perception, ppn, heuristic, bridge or planner
@@ -57,13 +58,13 @@ pub(crate) fn run(arguments: &CallArguments) -> Outcome {
     let session = arguments.connection.open()?;
     let key = Key::Request(Some(cell), arguments.service, arguments.method, None);
     let answer = ask(&session, &key, &payload, deadline)?;
-    let reply = DynamicMessage::decode(reply, answer.as_slice())
+    let reply = DynamicMessage::decode(reply, answer.as_slice());
+    let reply = reply
         .context("the answer is no message of its kind")
         .or_run()?;
     let options = SerializeOptions::new().use_proto_field_name(true);
-    let value = reply
-        .serialize_with_options(serde_json::value::Serializer, &options)
-        .or_run()?;
+    let value = reply.serialize_with_options(serde_json::value::Serializer, &options);
+    let value = value.or_run()?;
     print_json(&value)?;
     match value.pointer("/header/status").and_then(Value::as_str) {
         Some("STATUS_OK") => Ok(()),
@@ -82,13 +83,10 @@ pub(super) fn schema() -> Outcome<DescriptorPool> {
 /// The messages of a method, by the protocol's naming.
 fn messages(service: Service, method: Method) -> Outcome<(MessageDescriptor, MessageDescriptor)> {
     let pool = schema()?;
+    let (first, rest) = method.as_str().split_at(1);
     let name = match (service, method) {
         (Service::Bridge, Method::State) => "CellState".to_owned(),
-        (_, method) => {
-            let text = method.as_str();
-            let (first, rest) = text.split_at(1);
-            first.to_uppercase() + rest
-        }
+        _ => first.to_uppercase() + rest,
     };
     let message = |kind: &str| pool.get_message_by_name(&format!("ppnpack.v1.{name}{kind}"));
     message("Request")
@@ -102,19 +100,17 @@ fn encode(
     id: &str,
     deadline: Instant,
 ) -> Outcome<Vec<u8>> {
-    let mut fields: Value = serde_json::from_str(fields)
-        .context("the request is no JSON")
-        .or_input()?;
+    let fields = serde_json::from_str(fields).context("the request is no JSON");
+    let mut fields: Value = fields.or_input()?;
     let left = deadline.saturating_duration_since(Instant::now());
     let header = json!({"request_id": id, "time_limit_us": (left.as_micros() as u64).to_string()});
     match fields.as_object_mut() {
         Some(fields) => fields.insert("header".to_owned(), header),
         None => return Err(Failure::input("the request is no JSON object")),
     };
-    let message = DynamicMessage::deserialize(request, fields)
-        .context("the request does not fit its message")
-        .or_input()?;
-    Ok(message.encode_to_vec())
+    let message = DynamicMessage::deserialize(request, fields);
+    let message = message.context("the request does not fit its message");
+    Ok(message.or_input()?.encode_to_vec())
 }
 
 /// Asks until somebody answers.

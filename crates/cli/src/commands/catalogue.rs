@@ -1,4 +1,4 @@
-//! `ppnpack catalogue`: what is in a folder, what is wrong with it, and what it looks like.
+//! `ppnpack catalogue`: lists, checks and draws the objects of a folder.
 
 use std::iter::once;
 use std::path::PathBuf;
@@ -28,8 +28,8 @@ pub(crate) struct CatalogueArguments {
 
 #[derive(Debug, Subcommand)]
 enum CatalogueCommand {
-    /// List the objects with their sizes, volumes and masses; with several --poses, which pose has which number. The numbers are
-    /// those of a cell with this grid
+    /// List the objects with their sizes, volumes and masses; with several --poses, which pose has
+    /// which number. The numbers are those of a cell with this grid
     List {
         #[command(flatten)]
         listing: Listing,
@@ -79,13 +79,13 @@ struct ListedObject {
     extents_m: [f64; 3],
     volume_m3: f64,
     mass_kg: f64,
-    /// What may rest on it; absent where there is no limit.
+    /// The mass that may rest on it; absent where there is no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     carries_kg: Option<f64>,
     triangles: usize,
     convex_pieces: usize,
     resting_poses: usize,
-    /// Those in which it may be packed, by their numbers.
+    /// The poses in which it may be packed, by their numbers.
     poses: Vec<ListedPose>,
 }
 
@@ -157,11 +157,14 @@ fn check(listing: &Listing) -> Outcome {
     let reports = inspect(&source, &settings).or_input()?;
     let checked: Vec<CheckedObject> = reports.iter().map(CheckedObject::new).collect();
     output::print(&checked, listing.json, template!("catalogue_check.txt"))?;
-    match checked.iter().filter(|object| !object.ok).count() {
+    let (all, bad) = (
+        checked.len(),
+        checked.iter().filter(|object| !object.ok).count(),
+    );
+    match bad {
         0 => Ok(()),
-        bad => Err(Failure::input(format_args!(
-            "{bad} of {} objects cannot be packed",
-            checked.len()
+        _ => Err(Failure::input(format_args!(
+            "{bad} of {all} objects cannot be packed"
         ))),
     }
 }
@@ -214,9 +217,6 @@ fn show(options: &CatalogueOptions, out: &std::path::Path, tile_px: u32) -> Outc
 }
 
 fn detail(model: &Model) -> String {
-    format!(
-        "{}, {:.0} cm³",
-        centimetres(extents_m(model)),
-        model.volume_m3 * 1e6
-    )
+    let (size, volume_cm3) = (centimetres(extents_m(model)), model.volume_m3 * 1e6);
+    format!("{size}, {volume_cm3:.0} cm³")
 }

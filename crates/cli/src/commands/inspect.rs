@@ -10,8 +10,8 @@ use crate::failure::{OrInput, Outcome};
 use crate::output;
 use crate::text::template;
 
-/// Says what is in a recording: its time, channels, decisions, cells and versions, and whether it ended whole. Ends with 1 where it is
-/// damaged.
+/// Says what is in a recording: its time, channels, decisions, cells and versions, and whether it
+/// ended whole. Ends with 1 where it is damaged.
 #[derive(Debug, Args)]
 pub(crate) struct InspectArguments {
     /// An MCAP file of `ppnpack record`

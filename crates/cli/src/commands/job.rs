@@ -1,4 +1,4 @@
-//! What `pack` and `up` have in common: what is packed how, how much is kept of a packing, and where it goes.
+//! Options that `pack` and `up` share: the objects, the cell, the sequence and the results.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use crate::sequence::{Sequence, SequenceOptions};
 /// Valid placements kept beside each choice, for the report.
 pub(super) const ALTERNATIVES: u8 = 3;
 
-/// What is packed into what, how, and in which simulated cell.
+/// Objects, container, method and simulated cell.
 #[derive(Debug, Args)]
 pub(super) struct CellOptions {
     #[command(flatten)]
@@ -50,7 +50,8 @@ pub(super) struct CellSetUp {
 }
 
 impl CellOptions {
-    /// Checks what was asked for; before a network is needed, `backend` prepares for it where it runs here.
+    /// Checks what was asked for; before a network is needed, `backend` prepares for it where it
+    /// runs here.
     pub(super) fn set_up(&self, backend: &dyn Backend, runs_here: bool) -> Outcome<CellSetUp> {
         let conditions = self.physics.conditions(Conditions::Robot);
         let grid = self.grid.grid(conditions)?;
@@ -60,9 +61,8 @@ impl CellOptions {
         }
         let model = proposals.read_model()?;
         let source = proposals.source(&grid, model.as_ref());
-        let method = self
-            .method
-            .method(source, conditions, self.catalogue.poses)?;
+        let poses = self.catalogue.poses;
+        let method = self.method.method(source, conditions, poses)?;
         let (arm, station) = self.method.arm.station()?.unzip();
         Ok(CellSetUp {
             conditions,
@@ -75,7 +75,7 @@ impl CellOptions {
         })
     }
 
-    /// The objects, on the cell's grid.
+    /// Loads the objects, on the cell's grid.
     pub(super) fn load(&self, cell: &CellSetUp) -> Outcome<Arc<Catalogue>> {
         Ok(Arc::new(self.catalogue.load(cell.grid.resolution())?))
     }
@@ -88,8 +88,8 @@ pub(super) struct JobOptions {
     #[command(flatten)]
     sequence: SequenceOptions,
 
-    /// How many items that fit nowhere may be set aside for the next container; the packing then goes on with the next
-    /// ones [default: 20 under robot conditions, 0 under the reference's]
+    /// How many items that fit nowhere may be set aside for the next container; the packing then
+    /// goes on with the next ones [default: 20 under robot conditions, 0 under the reference's]
     #[arg(long, value_name = "COUNT")]
     set_aside: Option<u32>,
 
@@ -98,8 +98,8 @@ pub(super) struct JobOptions {
 }
 
 impl JobOptions {
-    /// Everything that the packing depends on, and the arm's part in it: what the arm cannot hold or lift is no longer in the
-    /// sequence.
+    /// Gives everything that the packing depends on, and the arm's part in it: what the arm cannot
+    /// hold or lift is no longer in the sequence.
     pub(super) fn settings(
         &self,
         options: &CellOptions,
@@ -135,20 +135,16 @@ impl JobOptions {
         if *json {
             return Ok(print_json(&summary)?);
         }
-        let page = out.join(PAGE_FILE);
-        Ok(print_line(&format!(
-            "{}Report: {}",
-            summary.table()?,
-            page.display()
-        ))?)
+        let (table, page) = (summary.table()?, out.join(PAGE_FILE));
+        Ok(print_line(&format!("{table}Report: {}", page.display()))?)
     }
 }
 
-/// Where the results of a packed sequence go.
+/// Destination of the results of a packed sequence.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Results")]
 struct ResultOptions {
-    /// Where the results are written
+    /// The folder of the results
     #[arg(long, value_name = "DIR", default_value = "out/pack")]
     out: PathBuf,
 

@@ -18,7 +18,8 @@ use crate::network::Backend;
 use crate::progress;
 use crate::report::{ArmAsked, EndingSummary, Packing, Settled, Unplaceable};
 
-/// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with pictures.
+/// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with
+/// pictures.
 #[derive(Debug, Args)]
 pub(crate) struct PackArguments {
     #[command(flatten)]
@@ -67,6 +68,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     }
     let placed = done.placed().iter();
     let contents = done.contents().into_iter();
+    let contents = contents.map(|(arrival, body)| (arrival, body.into()));
     arguments.job.publish(&Packing {
         settings,
         ending: EndingSummary::new(&episode.ending),
@@ -76,9 +78,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         metrics: episode.metrics,
         settled: placed.clone().map(settled).collect(),
         moves: placed.map(|placed| placed.moves.clone()).collect(),
-        contents: contents
-            .map(|(arrival, body)| (arrival, body.into()))
-            .collect(),
+        contents: contents.collect(),
         took: started.elapsed(),
         arm,
     })

@@ -1,4 +1,4 @@
-//! `ppnpack recognise`: what lies in a point cloud file.
+//! `ppnpack recognise`: recognises the objects in a point cloud file.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,6 +8,7 @@ use anyhow::anyhow;
 use clap::Args;
 use nalgebra::Point3;
 use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::model::mesh::Bounds;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::{
@@ -23,14 +24,15 @@ use crate::output;
 use crate::quantity::parse_distance;
 use crate::text::template;
 
-/// How far beyond the cloud its own region reaches, in metres.
+/// Margin of a cloud's own region around it, in metres.
 const MARGIN_M: f64 = 0.001;
 
-/// Finds the items in a point cloud of a tray or a table, and says which object of the catalogue each one is and how it
-/// lies.
+/// Finds the items in a point cloud of a tray or a table, and says which object of the catalogue
+/// each one is and how it lies.
 ///
-/// The cloud is a PCD or PLY file in metres. The z axis of the frame that the pose leads to must point up; without a pose,
-/// that is the sensor's own. What items stand on is the plane that most points lie on.
+/// The cloud is a PCD or PLY file in metres. The z axis of the frame that the pose leads to must
+/// point up; without a pose, that is the sensor's own. What items stand on is the plane that most
+/// points lie on.
 #[derive(Debug, Args)]
 pub(crate) struct RecogniseArguments {
     /// The cloud
@@ -40,11 +42,12 @@ pub(crate) struct RecogniseArguments {
     #[command(flatten)]
     catalogue: CatalogueOptions,
 
-    /// Where the sensor is: metres and a unit quaternion, or a file that `ppnpack calibrate` wrote
+    /// The sensor's pose: metres and a unit quaternion, or a file that `ppnpack calibrate` wrote
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
     container_from_sensor: Option<Sensor>,
 
-    /// Where items may be, by the lowest and the highest corner; keep a tray's walls out [default: everywhere]
+    /// The region of items, by the lowest and the highest corner; keep a tray's walls out [default:
+    /// everywhere]
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
     region: Option<Region>,
 
@@ -57,7 +60,7 @@ pub(crate) struct RecogniseArguments {
     json: bool,
 }
 
-/// What was found, for programs and people.
+/// The result, for programs and people.
 #[derive(Debug, Serialize)]
 struct Found {
     items: Vec<Item>,
@@ -73,17 +76,17 @@ struct Found {
 struct Item {
     /// None where it is unknown.
     object: Option<String>,
-    /// Why it is unknown.
+    /// The reason why it is unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     unknown: Option<&'static str>,
-    /// Of an unknown item: on what it stands on, below the middle of what was seen.
+    /// Its pose; that of an unknown item is on its support, below the middle of what was seen.
     pose: Option<Extrinsics>,
     size_m: [f64; 3],
     points: usize,
-    /// How well it, or the best object, agrees with what was seen; at most 1.
+    /// Agreement of it, or of the best object, with what was seen; at most 1.
     fitness: Option<f64>,
     runner_up: Option<String>,
-    /// By how much the fitness is above the runner-up's.
+    /// The fitness above the runner-up's.
     margin: Option<f64>,
     took_s: f64,
 }
@@ -92,15 +95,13 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
     let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
     let sensor = arguments.container_from_sensor.clone().unwrap_or_default();
     let container_from_sensor = sensor.container_from_sensor;
-    let points: Vec<Point3<f64>> = cloud
-        .points_m()
-        .iter()
-        .map(|point| container_from_sensor * point.cast::<f64>())
-        .filter(|point| point.iter().all(|value| value.is_finite()))
-        .collect();
+    let points = cloud.points_m().iter();
+    let points = points.map(|point| container_from_sensor * point.cast::<f64>());
+    let points = points.filter(|point| point.iter().all(|value| value.is_finite()));
+    let points: Vec<Point3<f64>> = points.collect();
     let region = arguments.region.or_else(|| around(&points));
-    let region =
-        region.ok_or_else(|| Failure::input("the cloud has no point that was measured"))?;
+    let none = || Failure::input("the cloud has no point that was measured");
+    let region = region.ok_or_else(none)?;
     let settings = SegmentationSettings::of(region);
     settings.validate().or_input()?;
     let recogniser = arguments.recogniser()?;
@@ -121,11 +122,8 @@ pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
         points: points.len(),
         segmentation_s,
     };
-    Ok(output::print(
-        &found,
-        arguments.json,
-        template!("recognise.txt"),
-    )?)
+    let text = template!("recognise.txt");
+    Ok(output::print(&found, arguments.json, text)?)
 }
 
 impl RecogniseArguments {
@@ -141,14 +139,9 @@ impl RecogniseArguments {
     }
 }
 
-/// The region of all points; `None` without any.
+/// Gives the region of all points; `None` without any.
 fn around(points: &[Point3<f64>]) -> Option<Region> {
-    let first = *points.first()?;
-    let (lowest, highest) = points
-        .iter()
-        .fold((first, first), |(lowest, highest), point| {
-            (lowest.inf(point), highest.sup(point))
-        });
+    let Bounds { lowest, highest } = Bounds::of(points)?;
     Some(Region {
         lowest_m: lowest.map(|value| value - MARGIN_M),
         highest_m: highest.map(|value| value + MARGIN_M),

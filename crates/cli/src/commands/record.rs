@@ -1,4 +1,4 @@
-//! `ppnpack record`: what cells do, into MCAP files.
+//! `ppnpack record`: records what cells do, into MCAP files.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -15,11 +15,12 @@ use crate::output::print_line;
 use crate::quantity::{parse_bytes, parse_time};
 use crate::stack::connect::ConnectOptions;
 
-/// How often it is looked whether the recording still goes on.
+/// Interval at which it is looked whether the recording still goes on.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Records what cells publish, with all that each decision depends on, until Ctrl-C: MCAP files that Foxglove opens, and that
-/// `ppnpack inspect` and `ppnpack replay` read. What came is in the file within a second.
+/// Records what cells publish, with all that each decision depends on, until Ctrl-C: MCAP files
+/// that Foxglove opens, and that `ppnpack inspect` and `ppnpack replay` read. What came is in the
+/// file within a second.
 #[derive(Debug, Args)]
 pub(crate) struct RecordArguments {
     /// The folder of the files; it is made
@@ -30,7 +31,7 @@ pub(crate) struct RecordArguments {
     #[arg(long, value_name = "NAME", value_parser = |text: &str| Cell::new(text))]
     cell: Vec<Cell>,
 
-    /// What is left out (may be repeated)
+    /// A part to leave out (may be repeated)
     #[arg(long, value_name = "STREAM", value_parser = PossibleValuesParser::new(parts()))]
     without: Vec<String>,
 
@@ -46,7 +47,7 @@ pub(crate) struct RecordArguments {
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
     keep: Option<u32>,
 
-    /// What may wait to be written; more is dropped and counted
+    /// The most that may wait to be written; more is dropped and counted
     #[arg(long, value_name = "SIZE", default_value = "256MiB", value_parser = parse_bytes)]
     queue: u64,
 
@@ -58,7 +59,7 @@ pub(crate) struct RecordArguments {
     connection: ConnectOptions,
 }
 
-/// What can be left out of a recording.
+/// Names the parts that can be left out of a recording.
 fn parts() -> impl Iterator<Item = &'static str> {
     let streams = Stream::ALL.iter().map(|stream| stream.as_str());
     streams.chain([Topic::HEALTH])
@@ -74,20 +75,13 @@ pub(crate) fn run(arguments: &RecordArguments) -> Outcome {
     ctrlc::set_handler(move || asked.request()).or_run()?;
     let session = arguments.connection.open()?;
     let recorder = Recorder::start(&session, &arguments.settings()).or_run()?;
-    print_line(&format!(
-        "Recording into {}. Ctrl-C ends it.",
-        folder.display()
-    ))?;
+    let folder = folder.display();
+    print_line(&format!("Recording into {folder}. Ctrl-C ends it."))?;
     let end = arguments.time.map(|time| Instant::now() + time);
-    while !shutdown.is_requested()
-        && !recorder.has_ended()
-        && end.is_none_or(|end| Instant::now() < end)
-    {
-        shutdown.wait_timeout(LOOK);
-    }
+    let is_over = || recorder.has_ended() || end.is_some_and(|end| Instant::now() >= end);
+    while !is_over() && !shutdown.wait_timeout(LOOK) {}
     let recorded = recorder.finish().or_run()?;
-    print_line(&told(&recorded))?;
-    Ok(())
+    Ok(print_line(&told(&recorded))?)
 }
 
 impl RecordArguments {
@@ -109,7 +103,7 @@ impl RecordArguments {
     }
 }
 
-/// What was recorded, for people.
+/// Says what was recorded, for people.
 fn told(recorded: &Recorded) -> String {
     let Recorded {
         files,

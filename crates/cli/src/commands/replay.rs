@@ -16,7 +16,8 @@ use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output;
 use crate::text::template;
 
-/// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with 1 where a step goes otherwise.
+/// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with
+/// 1 where a step goes otherwise.
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArguments {
     /// An MCAP file of `ppnpack record`
@@ -31,18 +32,18 @@ pub(crate) struct ReplayArguments {
     json: bool,
 }
 
-/// What became of the steps of a recording.
+/// The outcome for the steps of a recording.
 #[derive(Debug, Default, Serialize)]
 struct Replayed {
     /// Steps that went as they were recorded.
     equal: u64,
     /// Steps that went otherwise.
     different: Vec<Other>,
-    /// Steps that were not planned again: how many for which reason.
+    /// Steps that were not planned again, by reason.
     not_replayed: BTreeMap<String, u64>,
     /// Whether its recorder ended the file.
     is_whole: bool,
-    /// What is wrong with the file, where something is.
+    /// The file's damage, where there is some.
     #[serde(skip_serializing_if = "Option::is_none")]
     damage: Option<String>,
 }
@@ -62,17 +63,20 @@ pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
     let replayed = replay(&arguments.file, arguments.any_version)?;
     output::print(&replayed, arguments.json, template!("replay.txt"))?;
     if let Some(first) = replayed.different.first() {
-        return Err(anyhow!(
-            "{} steps go otherwise than they were recorded: cell {}, session {}, step {}: {} is recorded as {}, and is now {}",
-            replayed.different.len(),
-            first.cell,
-            first.session,
-            first.step,
-            first.field,
-            first.recorded,
-            first.replayed
-        )
-        .into());
+        let Other {
+            cell,
+            session,
+            step,
+            field,
+            recorded,
+            replayed: now,
+        } = first;
+        let count = replayed.different.len();
+        let why = anyhow!(
+            "{count} steps go otherwise than they were recorded: cell {cell}, session {session}, \
+             step {step}: {field} is recorded as {recorded}, and is now {now}"
+        );
+        return Err(why.into());
     }
     match replayed.damage {
         Some(damage) => Err(anyhow!(damage).into()),
@@ -83,10 +87,9 @@ pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
 fn replay(file: &Path, is_any_version: bool) -> Outcome<Replayed> {
     let mut reader = Reader::open(file).or_input()?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let replayer = Replayer::new(cores).map_err(|error| anyhow!(error));
     let mut replay = Replay {
-        replayer: Replayer::new(cores)
-            .map_err(|error| anyhow!(error))
-            .or_run()?,
+        replayer: replayer.or_run()?,
         shapes: ShapeStore::default(),
         is_any_version,
         replayed: Replayed::default(),
@@ -148,8 +151,9 @@ impl Replay {
         let own = env!("CARGO_PKG_VERSION");
         let software = record.versions.clone().unwrap_or_default().software;
         if software != own && !self.is_any_version {
+            let why = "--any-version plans it all the same";
             self.leave_out(format!(
-                "release {software} planned it, and this is {own}: --any-version plans it all the same"
+                "release {software} planned it, and this is {own}: {why}"
             ));
             return Ok(());
         }
@@ -180,7 +184,7 @@ impl Replay {
     }
 }
 
-/// The first difference between what was decided and what is decided again.
+/// Gives the first difference between what was decided and what is decided again.
 fn compare(
     recorded: Option<&v1::Decision>,
     replayed: Option<&v1::Decision>,

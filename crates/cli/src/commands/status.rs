@@ -1,4 +1,4 @@
-//! `ppnpack status`: which services are alive, and whether they are ready.
+//! `ppnpack status`: lists the services that are alive, and whether they are ready.
 
 use std::time::Instant;
 
@@ -15,7 +15,8 @@ use crate::output;
 use crate::stack::connect::ConnectOptions;
 use crate::text::template;
 
-/// Shows which services are alive, and whether they are ready. Ends with 1 where one is not ready or none is alive.
+/// Shows which services are alive, and whether they are ready. Ends with 1 where one is not ready
+/// or none is alive.
 #[derive(Debug, Args)]
 pub(crate) struct StatusArguments {
     #[command(flatten)]
@@ -34,7 +35,7 @@ struct Line {
     /// The cells that it serves; none where it serves any.
     cells: Vec<String>,
     ready: bool,
-    /// What does not pass, or why it could not be asked.
+    /// Checks that do not pass, or the reason why it could not be asked.
     failing: Vec<String>,
     version: String,
     configuration: String,

@@ -31,14 +31,14 @@ use crate::report::{ArmWork, Packing, Settings};
 use crate::stack::controller::Controller;
 use crate::stack::{self, Containers, Stack, connect};
 
-/// Where the operator's page is if nothing else is said: on this machine alone.
+/// Default address of the operator's page: on this machine alone.
 const DEFAULT_CONSOLE: &str = "127.0.0.1:8770";
 
 /// The environment variable that has the token of the page's controls.
 const CONSOLE_TOKEN_VARIABLE: &str = "PPNPACK_CONSOLE_TOKEN";
 
-/// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a Zenoh router that cell
-/// controllers connect to.
+/// Runs perception, ppn, heuristic, bridge (simulated cells) and planner in one process, with a
+/// Zenoh router that cell controllers connect to.
 #[derive(Debug, Args)]
 pub(crate) struct UpArguments {
     #[command(flatten)]
@@ -63,12 +63,14 @@ struct ServiceOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 1, conflicts_with = "pack", value_parser = clap::value_parser!(u32).range(1..=8))]
     containers: u32,
 
-    /// In automatic mode, have a container taken away and an empty one brought where nothing fits any more
+    /// In automatic mode, have a container taken away and an empty one brought where nothing fits
+    /// any more
     #[arg(long, conflicts_with = "pack")]
     renew: bool,
 
-    /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; with
-    /// --pack and without --ros a free port of this machine]
+    /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's
+    /// PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; with --pack and without --ros a free port of this
+    /// machine]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
 
@@ -76,8 +78,8 @@ struct ServiceOptions {
     #[arg(long, value_name = "DIR")]
     store: Option<PathBuf>,
 
-    /// Where items wait below a sensor of their own, by the lowest and the highest corner in the container frame: they are
-    /// recognised there. See docs/protocol.md
+    /// The place where items wait below a sensor of their own, by the lowest and the highest corner
+    /// in the container frame: they are recognised there. See docs/protocol.md
     #[arg(long, value_name = "X,Y,Z,X,Y,Z", value_parser = parse_region, allow_hyphen_values = true)]
     tray: Option<Region>,
 
@@ -85,12 +87,14 @@ struct ServiceOptions {
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_ADDRESS, conflicts_with = "connect")]
     viewers: Option<SocketAddr>,
 
-    /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh endpoint. See docs/ros2.md
+    /// Have the cells in ROS 2, in this domain [with no domain: 0]. Its nodes connect to the Zenoh
+    /// endpoint. See docs/ros2.md
     #[arg(long, value_name = "DOMAIN", num_args = 0..=1, default_missing_value = "0", conflicts_with = "connect", value_parser = clap::value_parser!(u32).range(0..=232))]
     ros: Option<u32>,
 
-    /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls ask for the token in the environment's
-    /// PPNPACK_CONSOLE_TOKEN; without one there are none. See docs/console.md
+    /// Serve the operator's page at this address [with no address: 127.0.0.1:8770]. Its controls
+    /// ask for the token in the environment's PPNPACK_CONSOLE_TOKEN; without one there are none.
+    /// See docs/console.md
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = DEFAULT_CONSOLE, conflicts_with = "connect")]
     console: Option<SocketAddr>,
 }
@@ -106,8 +110,9 @@ struct PackingOptions {
     #[command(flatten)]
     job: JobOptions,
 
-    /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is asked to bring.
-    /// Catalogue, grid and method must be what that stack is configured with; of these, only the grid is checked
+    /// Pack through the stack at this Zenoh endpoint instead, into an empty container that it is
+    /// asked to bring. Catalogue, grid and method must be what that stack is configured with; of
+    /// these, only the grid is checked
     #[arg(long, value_name = "ENDPOINT", requires = "pack", conflicts_with_all = ["listen", "store", "cells", "tray"])]
     connect: Option<String>,
 
@@ -192,7 +197,8 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
     let first = plan.cells.first().cloned();
     let first = first.ok_or_else(|| Failure::input("--pack needs a cell"))?;
     let controller = Controller::new(stack.client(), first);
-    // With a store, what a packing before this one left lies there, and would be in this one's way and figures.
+    // With a store, what a packing before this one left lies there, and would be in this one's way
+    // and figures.
     if !controller.state()?.bodies.is_empty() {
         tracing::warn!("the container is not empty: an empty one is brought");
         controller.renew()?;
@@ -204,10 +210,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
 }
 
 impl UpArguments {
-    /// How cells are seen, with what can be recognised where that is wanted.
+    /// Sets up how cells are seen, with what can be recognised where that is wanted.
     fn sensing(&self, simulated: &Simulated, catalogue: &Catalogue) -> Outcome<stack::Sensing> {
         let mut sensing = stack::Sensing {
-            // A packing of its own is done as soon as can be; a cell that others watch moves in time.
+            // A packing of its own is done as soon as can be; a cell that others watch moves in
+            // time.
             motion_speed: if self.packing.pack { 0.0 } else { 1.0 },
             ..stack::Sensing::default()
         };
@@ -238,7 +245,7 @@ impl UpArguments {
     }
 }
 
-/// The settings of the operator's page at an address.
+/// Gives the settings of the operator's page at an address.
 fn console_settings(listen: SocketAddr) -> Outcome<ppnpack_console::Settings> {
     let token = std::env::var(CONSOLE_TOKEN_VARIABLE).ok();
     let settings = ppnpack_console::Settings {

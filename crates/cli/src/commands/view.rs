@@ -11,17 +11,18 @@ use crate::failure::{OrRun, Outcome};
 use crate::output::print_line;
 use crate::stack::connect::ConnectOptions;
 
-/// Where viewers connect if nothing else is said: Foxglove's own port, on this machine alone.
+/// Default address for viewers: Foxglove's own port, on this machine alone.
 pub(crate) const DEFAULT_ADDRESS: &str = "127.0.0.1:8765";
 
-/// How often it is looked whether it is still served.
+/// Interval at which it is looked whether it is still served.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Serves the cells to Foxglove as they work, until Ctrl-C: open a connection there to the address that is printed, and the layout
-/// `deploy/foxglove.json`.
+/// Serves the cells to Foxglove as they work, until Ctrl-C: open a connection there to the address
+/// that is printed, and the layout `deploy/foxglove.json`.
 #[derive(Debug, Args)]
 pub(crate) struct ViewArguments {
-    /// Where viewers connect. There is no access control: other machines see the cells where this is not a loopback address
+    /// The address for viewers. There is no access control: other machines see the cells where this
+    /// is not a loopback address
     #[arg(long, value_name = "ADDRESS", default_value = DEFAULT_ADDRESS)]
     address: SocketAddr,
 
@@ -41,7 +42,7 @@ pub(crate) fn run(arguments: &ViewArguments) -> Outcome {
     view.finish().or_run()
 }
 
-/// Where viewers connect, for people.
+/// Gives the address for viewers, for people.
 pub(crate) fn address(view: &View) -> String {
     format!("Foxglove: ws://{}", view.address())
 }

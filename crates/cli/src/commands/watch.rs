@@ -20,7 +20,7 @@ use crate::failure::{OrRun, Outcome};
 use crate::stack::connect::ConnectOptions;
 use crate::text::{render, template};
 
-/// How often the picture is drawn at most.
+/// Minimum time between two pictures.
 const FRAME: Duration = Duration::from_millis(200);
 
 /// Shows the cells as they work, until Ctrl-C.
@@ -34,10 +34,11 @@ pub(crate) struct WatchArguments {
     once: bool,
 }
 
-/// The newest message of each cell and stream: its name, and itself. However long drawing takes, no more is kept.
+/// The newest message of each cell and stream: its name, and itself. However long drawing takes, no
+/// more is kept.
 type News = LatestValues<(Cell, Stream), (String, Vec<u8>)>;
 
-/// What is known of each cell: the newest messages of its streams as JSON.
+/// The newest messages of each cell's streams, as JSON.
 #[derive(Default)]
 struct Cells(BTreeMap<Cell, BTreeMap<&'static str, Value>>);
 
@@ -61,9 +62,8 @@ pub(crate) fn run(arguments: &WatchArguments) -> Outcome {
     }
     loop {
         cells.draw()?;
-        mailbox
-            .receive(Some(Instant::now() + Duration::from_secs(1)))
-            .or_run()?;
+        let until = Instant::now() + Duration::from_secs(1);
+        mailbox.receive(Some(until)).or_run()?;
         std::thread::sleep(FRAME);
         cells.take(&news, &schema)?;
     }
@@ -86,10 +86,8 @@ impl Cells {
     fn take(&mut self, news: &News, schema: &DescriptorPool) -> Outcome {
         for ((cell, stream), (name, message)) in news.take() {
             let told = as_json(schema, &name, &message).or_run()?;
-            self.0
-                .entry(cell)
-                .or_default()
-                .insert(stream.as_str(), told);
+            let known = self.0.entry(cell).or_default();
+            known.insert(stream.as_str(), told);
         }
         Ok(())
     }
@@ -110,7 +108,7 @@ impl Cells {
     }
 }
 
-/// A message as JSON in which every field has its value.
+/// Converts a message to JSON in which every field has its value.
 fn as_json(schema: &DescriptorPool, name: &str, message: &[u8]) -> anyhow::Result<Value> {
     let descriptor = schema.get_message_by_name(name);
     let descriptor = descriptor.with_context(|| format!("there is no message {name}"))?;
@@ -133,7 +131,7 @@ mod tests {
 
     use super::*;
 
-    /// What is shown of a cell of which a stream had this message.
+    /// Shows a cell of which a stream had this message.
     fn shown<M: Message + Name>(stream: Stream, message: &M) -> String {
         let bytes = message.encode_to_vec();
         let told = as_json(&schema().unwrap(), &M::full_name(), &bytes).unwrap();
@@ -221,10 +219,8 @@ mod tests {
             carries_kg: 0.2,
         }));
         let line = shown(Stream::Plan, &decision);
-        for part in [
-            "i (mug) in pose 2 at yaw 0",
-            "value 0.00, on base with 0.15 of 0.20 kg, ",
-        ] {
+        let load = "value 0.00, on base with 0.15 of 0.20 kg, ";
+        for part in ["i (mug) in pose 2 at yaw 0", load] {
             assert!(line.contains(part), "{line}");
         }
     }

@@ -2,13 +2,14 @@
 
 use serde::de::DeserializeOwned;
 
-/// The longest file, in bytes.
+/// Maximum size of a file, in bytes.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Reads the settings in a file, JSON where its name ends so and TOML otherwise: a parser for options that name one.
+/// Reads the settings in a file, JSON where its name ends so and TOML otherwise: a parser for
+/// options that name one.
 ///
 /// # Errors
-/// What is wrong with it, in one line, with its place in the file.
+/// Its fault, in one line, with the place in the file.
 pub(crate) fn settings<T: DeserializeOwned>(path: &str) -> Result<T, String> {
     let length = std::fs::metadata(path)
         .map_err(|error| error.to_string())?

@@ -1,4 +1,4 @@
-//! Options for how placements are found and judged, and of the arm that has to make them.
+//! Options of the method by which placements are found and judged, and of the arm that makes them.
 
 use clap::Args;
 use ppnpack_packing::method::{Method, ProposalSource};
@@ -11,20 +11,21 @@ use super::{Conditions, file};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::output::print_line;
 
-/// How placements are found and judged.
+/// The method by which placements are found and judged.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct MethodOptions {
-    /// A TOML or JSON file that says more of it: heuristic, order, stability, trial, loads, weights, scene_value and others, as in
-    /// the planner's configuration. Options win over it
+    /// A TOML or JSON file that says more of it: heuristic, order, stability, trial, loads,
+    /// weights, scene_value and others, as in the planner's configuration. Options win over it
     #[arg(long, value_name = "FILE", value_parser = parse_method)]
     method: Option<Map<String, Value>>,
 
     #[command(flatten)]
     pub(crate) proposals: ProposalOptions,
 
-    /// How many placements of an item a step may try in a simulated twin of the cell; the best one that stays is made.
-    /// With 0 nothing is tried [default: 40 under robot conditions, 0 under the reference's]
+    /// How many placements of an item a step may try in a simulated twin of the cell; the best one
+    /// that stays is made. With 0 nothing is tried [default: 40 under robot conditions, 0 under the
+    /// reference's]
     #[arg(long, value_name = "COUNT")]
     tries: Option<usize>,
 
@@ -48,11 +49,8 @@ fn parse_method(path: &str) -> Result<Map<String, Value>, String> {
 }
 
 impl MethodOptions {
-    /// The method that suits the conditions and items in so many poses, but for what file and options say; `proposals` are those
-    /// of the options.
-    ///
-    /// # Errors
-    /// What is wrong with the file.
+    /// Gives the method that suits the conditions and items in so many poses, but for what file and
+    /// options say; `proposals` are those of the options.
     pub(crate) fn method(
         &self,
         proposals: Option<ProposalSource>,
@@ -85,25 +83,23 @@ impl MethodOptions {
     }
 }
 
-/// What `--arm` takes for a wish to see the names.
+/// Value of `--arm` that asks for the names.
 const LIST: &str = "list";
 
 /// The arm that has to make the placements.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Arm")]
 pub(crate) struct ArmOptions {
-    /// The arm that has to be able to make the placements: nachi-mz07l, abb-irb1200-5-90, or a TOML file of its cell,
-    /// with the keys of the section `arm` in the planner's configuration, see docs/robot.md; `list` names those that
-    /// are built in [default: none, placements are not checked for an arm]
+    /// The arm that has to be able to make the placements: nachi-mz07l, abb-irb1200-5-90, or a TOML
+    /// file of its cell, with the keys of the section `arm` in the planner's configuration, see
+    /// docs/robot.md; `list` names those that are built in [default: none, placements are not
+    /// checked for an arm]
     #[arg(long, value_name = "NAME|FILE")]
     arm: Option<String>,
 }
 
 impl ArmOptions {
     /// Prints the names of the arms where that is all that is wanted; says whether it was.
-    ///
-    /// # Errors
-    /// That they cannot be written.
     pub(crate) fn listed(&self) -> Outcome<bool> {
         if self.arm.as_deref() != Some(LIST) {
             return Ok(false);
@@ -114,27 +110,22 @@ impl ArmOptions {
         Ok(true)
     }
 
-    /// The arm and its cell, as set and at work; `None` where there is no arm.
-    ///
-    /// # Errors
-    /// What is wrong with the name, or with the file.
+    /// Gives the arm and its cell, as set and at work; `None` where there is no arm.
     pub(crate) fn station(&self) -> Outcome<Option<(StationSettings, ArmStation)>> {
         let Some(arm) = &self.arm else {
             return Ok(None);
         };
-        let settings = if arms::text(arm).is_some() {
-            StationSettings {
+        let none = |error: String| {
+            let names = arms::names().collect::<Vec<_>>().join(", ");
+            let none = format!("--arm {arm} is none of {names}, and no file of a cell: {error}");
+            Failure::input(none)
+        };
+        let settings = match arms::text(arm) {
+            None => file::settings(arm).map_err(none)?,
+            Some(_) => StationSettings {
                 arm: arm.clone(),
                 ..StationSettings::default()
-            }
-        } else {
-            file::settings(arm).map_err(|error| {
-                let names: Vec<&str> = arms::names().collect();
-                let names = names.join(", ");
-                Failure::input(format_args!(
-                    "--arm {arm} is none of {names}, and no file of a cell: {error}"
-                ))
-            })?
+            },
         };
         let station = ArmStation::new(&settings).or_input()?;
         Ok(Some((settings, station)))

@@ -1,4 +1,4 @@
-//! Options that several commands share, and what they stand for.
+//! Options that several commands share.
 
 pub(crate) mod file;
 mod method;
@@ -22,7 +22,7 @@ pub use physics::{Conditions, PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, parse_device, read_model};
 pub(crate) use sensor::{Sensor, calibration_file, parse_region, parse_sensor};
 
-/// Which objects there are.
+/// The objects to choose from.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Objects")]
 pub struct CatalogueOptions {
@@ -42,8 +42,8 @@ pub struct CatalogueOptions {
     #[arg(long, value_parser = one_of(&POSES), default_value = "as-given")]
     pub(crate) pose: Pose,
 
-    /// In how many resting poses an object may be packed at most: --pose, then the likeliest others. A step chooses the
-    /// pose with the place
+    /// In how many resting poses an object may be packed at most: --pose, then the likeliest
+    /// others. A step chooses the pose with the place
     #[arg(long, value_name = "COUNT", default_value_t = 1, overrides_with = "poses", value_parser = clap::value_parser!(u32).range(1..=6))]
     pub(crate) poses: u32,
 }
@@ -58,12 +58,12 @@ const POSES: [Choice<Pose>; 2] = [
 ];
 
 impl CatalogueOptions {
-    /// Where the objects come from.
+    /// Gives the source of the objects.
     pub fn source(&self) -> Source {
         ppnpack_household::source(&self.catalogue)
     }
 
-    /// How they are made.
+    /// Gives the settings by which they are made.
     pub fn settings(&self) -> Settings {
         Settings {
             unit: self.unit,
@@ -75,18 +75,12 @@ impl CatalogueOptions {
     }
 
     /// Loads the catalogue, with a progress bar.
-    ///
-    /// # Errors
-    /// Why its objects cannot be used.
     pub fn load(&self, resolution: &Resolution) -> Outcome<Catalogue> {
         load(&self.source(), &self.settings(), resolution)
     }
 }
 
 /// Loads a catalogue, with a progress bar.
-///
-/// # Errors
-/// Why its objects cannot be used.
 pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Outcome<Catalogue> {
     let bar = progress::bar("Preparing objects", 0);
     let loaded = Catalogue::load(source, settings, resolution, &|done, total| {
@@ -97,7 +91,7 @@ pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Ou
     loaded.or_input()
 }
 
-/// The container and how finely it is planned.
+/// The container and its grid.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Container and grid")]
 pub struct GridOptions {
@@ -113,21 +107,19 @@ pub struct GridOptions {
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) height_unit: f64,
 
-    /// How many yaws, evenly over half a turn [default: 16 under robot conditions, 4 under the reference's]
+    /// How many yaws, evenly over half a turn [default: 16 under robot conditions, 4 under the
+    /// reference's]
     #[arg(long, value_name = "COUNT")]
     pub(crate) yaws: Option<usize>,
 }
 
 impl GridOptions {
-    /// The grid, by default that which suits the conditions.
-    ///
-    /// # Errors
-    /// Why there is no such grid.
+    /// Makes the grid, by default the one that suits the conditions.
     pub fn grid(&self, conditions: Conditions) -> Outcome<Grid> {
         self.settings(conditions).build().or_input()
     }
 
-    /// What the grid is made of.
+    /// Gives the settings of the grid.
     pub fn settings(&self, conditions: Conditions) -> GridSettings {
         let usual = conditions.grid();
         GridSettings {
@@ -140,9 +132,6 @@ impl GridOptions {
 }
 
 /// Parses a number above 0.
-///
-/// # Errors
-/// What is wrong with it, in words.
 pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -157,12 +146,10 @@ pub type Choice<T> = (&'static str, T, &'static str);
 pub fn one_of<T: Copy + Send + Sync>(
     choices: &'static [Choice<T>],
 ) -> impl TypedValueParser<Value = T> {
-    let named = choices
-        .iter()
-        .map(|(name, _, what)| PossibleValue::new(*name).help(*what));
+    let named = choices.iter();
+    let named = named.map(|(name, _, what)| PossibleValue::new(*name).help(*what));
     PossibleValuesParser::new(named).try_map(|given| {
-        let mut choices = choices.iter();
-        let found = choices.find(|(name, ..)| *name == given);
+        let found = choices.iter().find(|(name, ..)| *name == given);
         found
             .map(|(_, value, _)| *value)
             .ok_or("there is no such value")

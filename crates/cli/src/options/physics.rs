@@ -1,4 +1,5 @@
-//! Options of the simulated cell: its conditions, and what is usual under them; its physics; what sees it.
+//! Options of the simulated cell: its conditions, and what is usual under them; its physics; what
+//! sees it.
 
 use clap::{Args, ValueEnum};
 use ppnpack_catalogue::catalogue::Catalogue;
@@ -13,18 +14,18 @@ use serde_json::Value;
 use super::file;
 use crate::failure::{OrInput, Outcome};
 
-/// How items are released and seen.
+/// Conditions under which items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Conditions {
     /// Laid down from 1 cm, given 2 s to settle, every cell seen exactly
     Robot,
-    /// The reference's: dropped from 12 cm, given the 0.375 s of the published code (the paper says 0.25 s), seen by a camera
-    /// with one pixel per cell
+    /// The reference's: dropped from 12 cm, given the 0.375 s of the published code (the paper says
+    /// 0.25 s), seen by a camera with one pixel per cell
     Reference,
 }
 
 impl Conditions {
-    /// The grid where nothing is said.
+    /// Gives the default grid.
     pub(crate) fn grid(self) -> GridSettings {
         match self {
             Self::Robot => GridSettings::default(),
@@ -32,7 +33,7 @@ impl Conditions {
         }
     }
 
-    /// The method where nothing is said.
+    /// Gives the default method.
     pub(crate) fn method(self) -> Method {
         match self {
             Self::Robot => Method::default(),
@@ -40,7 +41,7 @@ impl Conditions {
         }
     }
 
-    /// How many items may be set aside where nothing is said.
+    /// Gives the default number of items that may be set aside.
     pub(crate) fn set_aside(self) -> usize {
         match self {
             Self::Robot => SET_ASIDE,
@@ -53,20 +54,23 @@ impl Conditions {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Simulated cell")]
 pub struct PhysicsOptions {
-    /// How items are released and seen; to pack, the defaults of grid, stability test and simulated check follow from it
-    /// [default: robot to pack, reference in experiments]
+    /// The conditions under which items are released and seen; to pack, the defaults of grid,
+    /// stability test and simulated check follow from it [default: robot to pack, reference in
+    /// experiments]
     #[arg(long, value_enum)]
     conditions: Option<Conditions>,
 
-    /// A TOML or JSON file with any settings of the simulated cell over those of the conditions, such as
-    /// `settle_time_s` (the longest that items are given to settle), `release.height_m` or `contact.friction_combine`
+    /// A TOML or JSON file with any settings of the simulated cell over those of the conditions,
+    /// such as `settle_time_s` (the longest that items are given to settle), `release.height_m` or
+    /// `contact.friction_combine`
     #[arg(long, value_name = "FILE", value_parser = parse_physics)]
     physics: Option<Value>,
 
-    /// How the container is seen: `exact`, the greatest height in each cell; `middles`, the height at the middle of each,
-    /// as a camera with one pixel per cell gives it; `camera`, a depth camera above with noise and dropouts; or by the
-    /// cameras of a TOML file with `cameras` (1 or 2), `height_m`, `width_px`, `height_px` and
-    /// `noise = { sigma_m, dropout, step_m }` [default: that of the conditions]
+    /// The view of the container: `exact`, the greatest height in each cell; `middles`, the height
+    /// at the middle of each, as a camera with one pixel per cell gives it; `camera`, a depth
+    /// camera above with noise and dropouts; or by the cameras of a TOML file with `cameras` (1 or
+    /// 2), `height_m`, `width_px`, `height_px` and `noise = { sigma_m, dropout, step_m }` [default:
+    /// that of the conditions]
     #[arg(long, value_name = "VIEW|FILE", value_parser = parse_view)]
     view: Option<View>,
 }
@@ -78,10 +82,10 @@ fn parse_physics(path: &str) -> Result<Value, String> {
     Ok(over)
 }
 
-/// What a simulated cell is made with.
+/// Settings of a simulated cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Simulated {
-    /// How the container is seen.
+    /// The way in which the container is seen.
     pub scan: Sampling,
     /// The cameras that see it in place of that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -91,10 +95,8 @@ pub struct Simulated {
 }
 
 impl Simulated {
-    /// A cell with these physics, empty, seen as is set; the seed of the physics is also that of the cameras.
-    ///
-    /// # Errors
-    /// Which setting is wrong.
+    /// Makes a cell with these physics, empty, seen as is set; the seed of the physics is also that
+    /// of the cameras.
     pub fn packing_cell(
         &self,
         physics: CellSettings,
@@ -112,15 +114,12 @@ impl Simulated {
 }
 
 impl PhysicsOptions {
-    /// The conditions that are asked for, else these.
+    /// Gives the conditions that are asked for, else these.
     pub fn conditions(&self, default: Conditions) -> Conditions {
         self.conditions.unwrap_or(default)
     }
 
-    /// The simulated cell for a grid, under these conditions unless others are asked for.
-    ///
-    /// # Errors
-    /// Which setting is wrong.
+    /// Gives the simulated cell for a grid, under these conditions unless others are asked for.
     pub fn simulated(&self, grid: &Grid, seed: u64, default: Conditions) -> Outcome<Simulated> {
         let (usual, mut cell) = match self.conditions(default) {
             Conditions::Robot => (Sampling::Greatest, CellSettings::robot()),
@@ -144,7 +143,7 @@ impl PhysicsOptions {
     }
 }
 
-/// What sees the container.
+/// The view of the container.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum View {
     Scan(Sampling),

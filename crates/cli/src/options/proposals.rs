@@ -1,4 +1,4 @@
-//! Options for where proposals come from, and the network that may make them.
+//! Options of the source of proposals, and of the network that may make them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,25 +18,27 @@ use crate::failure::{OrInput, Outcome};
 use crate::launcher::TORCH_FOLDER;
 use crate::network::{Backend, Proposing};
 
-/// The yaws that proposals are made for on grids with more.
+/// Number of yaws that proposals are made for on grids with more.
 pub const PROPOSAL_YAWS: usize = 4;
 
-/// Where proposals come from.
+/// The source of proposals.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct ProposalOptions {
-    /// Which placements are evaluated: `bounded`, every one that a bound does not rule out; `all`, which chooses the same in
-    /// more time; `random`, a share of them; `network`, those that the placement proposal network scores best. K is the
-    /// share in percent, 5 where it is left out [default: bounded under robot conditions, all under the reference's]
+    /// The placements that are evaluated: `bounded`, every one that a bound does not rule out;
+    /// `all`, which chooses the same in more time; `random`, a share of them; `network`, those that
+    /// the placement proposal network scores best. K is the share in percent, 5 where it is left
+    /// out [default: bounded under robot conditions, all under the reference's]
     #[arg(long = "proposals", value_name = "bounded|all|random[:K]|network[:K]", value_parser = parse_source)]
     source: Option<Source>,
 
-    /// The network's weights, a .safetensors file with its .json card beside it [default: those that ship]
+    /// The network's weights, a .safetensors file with its .json card beside it [default: those
+    /// that ship]
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
 }
 
-/// Where proposals come from.
+/// The source of proposals.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Source {
     All,
@@ -45,19 +47,14 @@ enum Source {
     Network(Percent),
 }
 
-/// The share that is proposed where none is said, in percent.
+/// Default share that is proposed, in percent.
 const USUAL_PERCENT: f64 = 5.0;
 
 fn parse_source(text: &str) -> Result<Source, String> {
-    let (name, percent) = match text.split_once(':') {
-        Some((name, percent)) => (name, Some(percent)),
-        None => (text, None),
-    };
-    let given = percent.map(|percent| {
-        percent
-            .parse()
-            .map_err(|_| format!("'{percent}' is no number of percent"))
-    });
+    let percent = text.split_once(':').map(|(_, percent)| percent);
+    let name = text.split(':').next().unwrap_or_default();
+    let none = |percent| format!("'{percent}' is no number of percent");
+    let given = percent.map(|percent| percent.parse().map_err(|_| none(percent)));
     let given = given.transpose()?;
     let share = Percent::new(given.unwrap_or(USUAL_PERCENT)).map_err(|error| error.to_string())?;
     match (name, given) {
@@ -83,7 +80,7 @@ pub fn parse_device() -> impl TypedValueParser<Value = Device> {
     one_of(&DEVICES)
 }
 
-/// CUDA where a full installation of torch is named for it, else the processor.
+/// Gives CUDA where a full installation of torch is named for it, else the processor.
 fn usual_device() -> Device {
     match std::env::var_os(TORCH_FOLDER) {
         Some(_) => Device::Cuda,
@@ -94,11 +91,11 @@ fn usual_device() -> Device {
 /// A model, and what can run it.
 #[derive(Clone, Copy)]
 pub struct Network<'a> {
-    /// What runs it.
+    /// The backend that runs it.
     pub backend: &'a dyn Backend,
     /// Its weights.
     pub model: &'a Model,
-    /// Where it runs.
+    /// The device that it runs on.
     pub device: Device,
     /// The items that are known ahead of time.
     pub items: &'a [Arc<Item>],
@@ -125,30 +122,26 @@ impl OpenNetwork for Network<'_> {
     }
 }
 
-/// The model of a file, or the one that ships.
-///
-/// # Errors
-/// Why the file cannot be used.
+/// Reads the model of a file, or the one that ships.
 pub fn read_model(file: Option<&Path>) -> Outcome<Model> {
     file.map_or_else(Model::shipped, Model::read).or_input()
 }
 
 impl ProposalOptions {
-    /// Whether a network may be used.
+    /// Says whether a network may be used.
     pub(crate) fn uses_network(&self) -> bool {
         matches!(self.source, Some(Source::Network(_)))
     }
 
-    /// The model to propose with, where a network may be used.
+    /// Reads the model to propose with, where a network may be used.
     pub(crate) fn read_model(&self) -> Outcome<Option<Model>> {
-        if self.uses_network() {
-            read_model(self.model.as_deref()).map(Some)
-        } else {
-            Ok(None)
-        }
+        let read = self
+            .uses_network()
+            .then(|| read_model(self.model.as_deref()));
+        read.transpose()
     }
 
-    /// What opens the network of the model, where there is one.
+    /// Gives the network of the model, where there is one.
     pub(crate) fn network<'a>(
         &self,
         backend: &'a dyn Backend,
@@ -163,7 +156,8 @@ impl ProposalOptions {
         })
     }
 
-    /// Where proposals come from, where that is said; `model` is what [`Self::read_model`] gave.
+    /// Gives the source of proposals, where one is named; `model` is what [`Self::read_model`]
+    /// gave.
     pub(crate) fn source(&self, grid: &Grid, model: Option<&Model>) -> Option<ProposalSource> {
         Some(match self.source? {
             Source::All => ProposalSource::All,

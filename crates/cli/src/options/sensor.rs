@@ -1,4 +1,4 @@
-//! Where a sensor is, given by hand or by a calibration file, and where it looks.
+//! The pose of a sensor, given by hand or by a calibration file, and its region.
 
 use std::path::Path;
 
@@ -12,15 +12,15 @@ use serde::Deserialize;
 use super::file;
 use crate::quantity::{centimetres, parse_coordinate};
 
-/// Where a sensor is, and how large the container is where that was calibrated too. By default, the sensor's frame is
-/// the container's.
+/// The pose of a sensor, with the container's size where that was calibrated too. By default, the
+/// sensor's frame is the container's.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sensor {
     pub(crate) container_from_sensor: Isometry3<f64>,
     pub(crate) container: Option<ContainerSize>,
 }
 
-/// What a calibration file says. It may hold more.
+/// The content of a calibration file, which may hold more.
 #[derive(Debug, Deserialize)]
 struct CalibrationFile {
     container_from_sensor: Extrinsics,
@@ -33,11 +33,9 @@ pub(crate) fn parse_sensor(text: &str) -> Result<Sensor, String> {
         let numbers = text.split(',').map(|number| number.trim().parse().ok());
         let numbers: Option<Vec<f64>> = numbers.collect();
         let numbers = numbers.and_then(|numbers| <[f64; 7]>::try_from(numbers).ok());
-        let [x, y, z, qx, qy, qz, qw] = numbers.ok_or_else(|| {
-            format!(
-                "'{text}' is no pose: seven numbers X,Y,Z,QX,QY,QZ,QW are needed, or a calibration file"
-            )
-        })?;
+        let needed = "seven numbers X,Y,Z,QX,QY,QZ,QW are needed, or a calibration file";
+        let none = || format!("'{text}' is no pose: {needed}");
+        let [x, y, z, qx, qy, qz, qw] = numbers.ok_or_else(none)?;
         CalibrationFile {
             container_from_sensor: Extrinsics {
                 position_m: [x, y, z],
@@ -55,7 +53,7 @@ pub(crate) fn parse_sensor(text: &str) -> Result<Sensor, String> {
     })
 }
 
-/// The content of a calibration file: two lines for the service's configuration, and how good they are.
+/// Writes a calibration file: two lines for the service's configuration, and how good they are.
 pub(crate) fn calibration_file(source: &Path, calibration: &Calibration) -> anyhow::Result<String> {
     let Extrinsics {
         position_m: [x, y, z],
@@ -78,10 +76,8 @@ container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw 
 
 /// Parses a box by its lowest and its highest corner, `X,Y,Z,X,Y,Z`; gives metres.
 pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
-    let numbers: Vec<f64> = text
-        .split(',')
-        .map(parse_coordinate)
-        .collect::<Result<_, _>>()?;
+    let numbers = text.split(',').map(parse_coordinate);
+    let numbers: Vec<f64> = numbers.collect::<Result<_, _>>()?;
     let [x0, y0, z0, x1, y1, z1] = <[f64; 6]>::try_from(numbers).map_err(|_| {
         format!("'{text}' is no region: its lowest and its highest corner are needed, X,Y,Z,X,Y,Z")
     })?;
@@ -90,13 +86,11 @@ pub(crate) fn parse_region(text: &str) -> Result<Region, String> {
         highest_m: Point3::new(x1, y1, z1),
     };
     let sides = region.highest_m - region.lowest_m;
-    if sides.iter().all(|side_m| *side_m > 0.0) {
-        Ok(region)
-    } else {
-        Err(format!(
-            "'{text}' is no region: the second corner must be higher along each axis"
-        ))
-    }
+    let is_box = sides.iter().all(|side_m| *side_m > 0.0);
+    let needed = "the second corner must be higher along each axis";
+    is_box
+        .then_some(region)
+        .ok_or_else(|| format!("'{text}' is no region: {needed}"))
 }
 
 #[cfg(test)]

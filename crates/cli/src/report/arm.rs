@@ -1,4 +1,4 @@
-//! What the arm had to do with a packing.
+//! The arm's part in a packing.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -18,26 +18,27 @@ use crate::sequence::Sequence;
 pub(crate) struct ArmWork {
     /// The planned time from one pick to the next, in seconds; zeros before there are steps.
     pub(crate) cycle_s: Spread,
-    /// What its check was asked; none where it ran in a service.
+    /// The questions to its check; none where it ran in a service.
     #[serde(flatten)]
     pub(crate) asked: Option<ArmAsked>,
     /// Items of the sequence that it cannot hold or lift: they were not there to be packed.
     pub(crate) set_aside: Vec<Unplaceable>,
-    /// The arm, where it stands, and its gripper.
+    /// The arm, its stand, and its gripper.
     pub(crate) parameters: ArmParameters,
 }
 
-/// What an arm's check was asked.
+/// The questions to an arm's check.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct ArmAsked {
-    /// For how many placements.
+    /// The number of placements that it was asked for.
     checks: u64,
-    /// How many of them it refused, by reason.
+    /// The number of them that it refused, by reason.
     refused: BTreeMap<String, u64>,
 }
 
 impl ArmAsked {
-    /// Of an episode with an arm: it is asked last, so what is valid was accepted by it.
+    /// Counts those of an episode with an arm: it is asked last, so what is valid was accepted by
+    /// it.
     pub(crate) fn of(episode: &Episode) -> Self {
         let steps = episode.steps.iter();
         let accepted: usize = steps.map(|step| 1 + step.alternatives.len()).sum();
@@ -56,7 +57,8 @@ impl ArmAsked {
 }
 
 impl ArmWork {
-    /// An arm that has not packed anything yet; what it cannot hold or lift is taken out of its sequence.
+    /// Begins with an arm that has not packed anything yet; what it cannot hold or lift is taken
+    /// out of its sequence.
     pub(crate) fn new(
         station: &ArmStation,
         sequence: &mut Sequence,
@@ -70,7 +72,7 @@ impl ArmWork {
         }
     }
 
-    /// The same with the cycles of these steps.
+    /// Adds the cycles of these steps.
     pub(super) fn with_cycles(&self, steps: &[Step]) -> Self {
         let cycles_s = steps.iter().filter_map(Step::cycle_s);
         Self {

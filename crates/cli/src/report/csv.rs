@@ -24,7 +24,8 @@ pub(super) struct Line<'a> {
     check_s: f64,
     slide_m: f64,
     tilt_rad: f64,
-    /// The item below that it brought nearest to what that may carry, what rests on it as estimated, and what may.
+    /// The item below that it brought nearest to what that may carry, what rests on it as
+    /// estimated, and what may.
     loaded_item: Option<&'a str>,
     loaded_kg: Option<f64>,
     loaded_limit_kg: Option<f64>,

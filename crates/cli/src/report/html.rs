@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
+use serde_json::json;
 
 use super::csv::Line;
 use super::playback::{self, Playback};
@@ -13,27 +14,22 @@ use crate::text::{BAR, render, template};
 #[derive(Serialize)]
 struct Page<'a> {
     summary: &'a Summary,
-    steps: &'a [Row<'a>],
-    /// How full the container was before the first step and after each, by the items' meshes.
+    steps: Vec<Row<'a>>,
+    /// The share of the container that the items' meshes fill, before the first step and after
+    /// each.
     filled: Vec<f64>,
-    /// How it went, in a sentence.
+    /// The outcome, in a sentence.
     answer: String,
     figures: Vec<(&'a str, &'a str)>,
     /// Everything that the packing depended on, as JSON.
     settings: String,
     style: &'static str,
     viewer: String,
-    /// JSON that cannot end the script element that holds it; none where there is nothing to play, or too much.
+    /// JSON that cannot end the script element that holds it; none where there is nothing to play,
+    /// or too much.
     playback: Option<String>,
     packed_png: String,
     heightmap_png: String,
-}
-
-/// What the answer is made of.
-#[derive(Serialize)]
-struct Told<'a> {
-    summary: &'a Summary,
-    steps: &'a [Row<'a>],
 }
 
 /// A step: its line in `placements.csv`, and what is too long for that.
@@ -45,27 +41,27 @@ struct Row<'a> {
     /// The values of the next best placements.
     alternatives: Vec<f64>,
     degraded: &'a [String],
-    /// How it did not stay, and the kind of that.
+    /// Words for how it did not stay, and the kind of that.
     unsteadiness: Option<String>,
     unsteady: Option<&'static str>,
 }
 
-/// The whole page.
+/// Renders the whole page.
 pub(super) fn page(
     packing: &Packing,
     summary: &Summary,
     [packed_png, heightmap_png]: [&[u8]; 2],
 ) -> anyhow::Result<String> {
-    let rows: Vec<Row<'_>> = rows(packing).collect();
-    let steps = rows.as_slice();
     let figures = summary.figures()?;
     let figures = figures.lines().filter_map(|line| line.split_once(BAR));
     let playback = Playback::of(packing).map(|played| played.to_json());
+    let steps: Vec<Row<'_>> = rows(packing).collect();
+    let told = json!({"summary": summary, "steps": steps});
     let page = Page {
         summary,
         steps,
         filled: filled(packing),
-        answer: render(template!("answer.html"), Told { summary, steps })?,
+        answer: render(template!("answer.html"), told)?,
         figures: figures.collect(),
         settings: serde_json::to_string_pretty(&packing.settings)?,
         style: include_str!("style.css"),
@@ -105,11 +101,11 @@ fn filled(packing: &Packing) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::{Value, json};
+    use serde_json::Value;
 
     use super::*;
 
-    /// What is said of a packing that ended so, with these steps.
+    /// Renders the answer of a packing that ended so, with these steps.
     fn answer(ending: &Value, steps: &Value) -> String {
         let summary = json!({
             "packed": {"items": 1},
@@ -126,26 +122,15 @@ mod tests {
     #[test]
     fn an_end_has_its_reason() {
         let left = |item: &str, reason: &str| json!({"item": item, "reason": reason});
-        let all = [
-            left("mug", "too large"),
-            left("bowl", "too large"),
-            left("bag", "too soft"),
-        ];
-        let told =
-            |items: &[Value]| answer(&json!({"kind": "nothing-fits", "items": items}), &json!([]));
-        let begin = "1 of 2 items is packed and the container is 50.0 % full; it ended ";
-        for (items, end) in [
-            (
-                &all[..],
-                "as none of the 3 items that waited had a place (mostly: too large); nothing was placed.",
-            ),
-            (
-                &all[..1],
-                "as mug, the last that waited, had no place (too large); nothing was placed.",
-            ),
-        ] {
-            let told = told(items);
-            assert!(told.contains(&format!("{begin}{end}")), "{told}");
+        let [mug, bowl] = ["mug", "bowl"].map(|item| left(item, "too large"));
+        let all = [mug, bowl, left("bag", "too soft")];
+        let begin = "1 of 2 items is packed and the container is 50.0 % full; it ended as";
+        let none = "none of the 3 items that waited had a place (mostly: too large)";
+        let last = "mug, the last that waited, had no place (too large)";
+        for (items, end) in [(&all[..], none), (&all[..1], last)] {
+            let told = answer(&json!({"kind": "nothing-fits", "items": items}), &json!([]));
+            let expected = format!("{begin} {end}; nothing was placed.");
+            assert!(told.contains(&expected), "{told}");
         }
     }
 

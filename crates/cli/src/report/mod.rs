@@ -33,7 +33,7 @@ use crate::sequence::Sequence;
 pub(crate) use arm::{ArmAsked, ArmWork};
 pub(crate) use summary::{EndingSummary, Summary, Unplaceable};
 
-/// How an item did not stay that neither toppled nor fell out.
+/// Kind of unsteadiness of an item that neither toppled nor fell out.
 const SLID: &str = "slid by more than 2 cm";
 
 /// The page about it.
@@ -45,10 +45,10 @@ pub(crate) struct Settings {
     pub(crate) catalogue: String,
     pub(crate) catalogue_hash: String,
     pub(crate) objects: usize,
-    /// In how many poses an object might be packed at most.
+    /// The most poses in which an object might be packed.
     pub(crate) poses: u32,
     pub(crate) sequence: Sequence,
-    /// How many items might be set aside for the next container.
+    /// The most items that might be set aside for the next container.
     pub(crate) set_aside: usize,
     pub(crate) grid: Grid,
     pub(crate) method: MethodWithArm,
@@ -70,9 +70,9 @@ pub(crate) struct Packing {
     pub(crate) settings: Settings,
     /// The steps in order.
     pub(crate) steps: Vec<Step>,
-    /// What became of each placement by the end of its settling phase.
+    /// The outcome of each placement by the end of its settling phase.
     pub(crate) settled: Vec<Settled>,
-    /// What each step changed of how everything lies.
+    /// The changes by each step of how everything lies.
     pub(crate) moves: Vec<Moves>,
     pub(crate) ending: EndingSummary,
     /// Items that were set aside for the next container.
@@ -80,14 +80,14 @@ pub(crate) struct Packing {
     /// The scene at the end.
     pub(crate) scene: Scene,
     pub(crate) metrics: Metrics,
-    /// What lies in or on the container, with its place in the sequence of arrivals.
+    /// The content in or on the container, with its places in the sequence of arrivals.
     pub(crate) contents: Vec<(usize, Content)>,
     pub(crate) took: Duration,
     /// The arm's part, where there was one.
     pub(crate) arm: Option<ArmWork>,
 }
 
-/// What became of a placement by the end of its settling phase.
+/// The outcome of a placement by the end of its settling phase.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Settled {
     pub(crate) slide_m: f64,
@@ -97,12 +97,12 @@ pub(crate) struct Settled {
 }
 
 impl Settled {
-    /// Whether it did not stay where it was placed.
+    /// Says whether it did not stay where it was placed.
     pub(crate) fn is_unsteady(&self) -> bool {
         outcome::is_unsteady(self.toppled, self.slide_m, self.inside)
     }
 
-    /// How it did not stay, where it did not.
+    /// Says how it did not stay, where it did not.
     fn unsteadiness(&self) -> Option<String> {
         Some(match self.kind_of_unsteadiness()? {
             SLID => format!("slid by {:.1} cm", self.slide_m * 100.0),
@@ -110,7 +110,7 @@ impl Settled {
         })
     }
 
-    /// The kind of that.
+    /// Gives the kind of that.
     fn kind_of_unsteadiness(&self) -> Option<&'static str> {
         match self {
             _ if !self.is_unsteady() => None,
@@ -124,9 +124,9 @@ impl Settled {
 /// Something that lies in or on the container.
 #[derive(Debug)]
 pub struct Content {
-    /// What it is.
+    /// Its model.
     pub model: Arc<Model>,
-    /// How it lies.
+    /// Its pose.
     pub container_from_item: Isometry3<f64>,
     /// Whether its centre is inside.
     pub inside: bool,
@@ -143,27 +143,24 @@ impl From<BodyState> for Content {
 }
 
 impl Packing {
-    /// How the item of an arrival lies at the end, where it lies in or on the container.
+    /// Gives the item of an arrival as it lies at the end, where it lies in or on the container.
     fn lies(&self, arrival: usize) -> Option<&Content> {
         let mut contents = self.contents.iter();
         let found = contents.find(|(other, _)| *other == arrival);
         found.map(|(_, content)| content)
     }
 
-    /// Where a step planned the lower corner of an item's box to be, in centimetres.
+    /// Gives the place that a step planned for the lower corner of an item's box, in centimetres.
     fn planned_cm(&self, step: &Step) -> [f64; 3] {
         let resolution = self.settings.grid.resolution();
         let at = step.choice.resting;
-        let [cell_cm, unit_cm] =
-            [resolution.cell_m(), resolution.height_unit_m()].map(|m| m * 100.0);
-        [
-            at.placement.x as f64 * cell_cm,
-            at.placement.y as f64 * cell_cm,
-            f64::from(at.resting_height) * unit_cm,
-        ]
+        let cell_cm = resolution.cell_m() * 100.0;
+        let [x_cm, y_cm] = [at.placement.x, at.placement.y].map(|cells| cells as f64 * cell_cm);
+        let unit_cm = resolution.height_unit_m() * 100.0;
+        [x_cm, y_cm, f64::from(at.resting_height) * unit_cm]
     }
 
-    /// The yaw of a step's placement.
+    /// Gives the yaw of a step's placement.
     fn yaw_rad(&self, step: &Step) -> Option<f64> {
         let yaws = self.settings.grid.resolution().yaws().radians();
         yaws.get(step.choice.resting.placement.yaw).copied()

@@ -1,4 +1,4 @@
-//! How everything lies after each step, in as few numbers as show it.
+//! The poses of everything after each step, in as few numbers as show them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,19 +13,21 @@ use serde::Serialize;
 
 use super::Content;
 
-/// Shifts below this are not shown, in metres.
+/// Minimum shift that is shown, in metres.
 const LEAST_SHIFT_M: f64 = 2e-4;
 
-/// More shifts than that are not written: the smallest are left out until they are so few. A shift takes some 60 bytes.
+/// Maximum of shifts that are written: the smallest are left out until they are so few. A shift
+/// takes some 60 bytes.
 const MOST_SHIFTS: usize = 10_000;
 
-/// How often the least shift is doubled at most: then nothing within a container is one.
+/// Maximum of doublings of the least shift: then nothing within a container is one.
 const MOST_DOUBLINGS: i32 = 14;
 
-/// Whole steps of a quantised position in a metre, and of a quantised quaternion in one.
+/// Number of whole steps of a quantised position in a metre, and of a quantised quaternion in one.
 const STEPS: f64 = 1e4;
 
-/// A pose in whole numbers: x, y and z in tenths of millimetres, then the quaternion's w, x, y and z in ten-thousandths.
+/// A pose in whole numbers: x, y and z in tenths of millimetres, then the quaternion's w, x, y and
+/// z in ten-thousandths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub(super) struct QuantisedPose([i32; 7]);
 
@@ -43,7 +45,7 @@ impl QuantisedPose {
 pub(super) struct Shift {
     /// The step that placed it, from 0.
     item: usize,
-    /// Of its shape in the container.
+    /// The pose of its shape in the container.
     pose: QuantisedPose,
 }
 
@@ -53,21 +55,20 @@ pub(super) struct Shape<'a> {
     pub(super) model: &'a Arc<Model>,
     /// The frame of the model in the item's own.
     own_from_model: Isometry3<f64>,
-    /// Of the box around it, in the model's frame.
+    /// The corners of the box around it, in the model's frame.
     corners: Vec<Point3<f64>>,
 }
 
 impl<'a> Shape<'a> {
-    /// Of what a step placed: the one in which it lies at the end, or else the one in which it was placed, where that is known.
+    /// Gives the shape of what a step placed: the one in which it lies at the end, or else the one
+    /// in which it was placed, where that is known.
     pub(super) fn of(step: &'a Step, lies: Option<&'a Content>) -> Option<Self> {
         let candidate = &step.candidate;
         let turned = candidate.lying.heightmap_from_item;
+        let own_from_model = turned.map_or_else(Isometry3::identity, |turned| turned.inverse());
         let (model, own_from_model) = match lies {
             Some(content) => (&content.model, Isometry3::identity()),
-            None => (
-                candidate.model.as_ref()?,
-                turned.map_or_else(Isometry3::identity, |turned| turned.inverse()),
-            ),
+            None => (candidate.model.as_ref()?, own_from_model),
         };
         Some(Self {
             model,
@@ -80,16 +81,15 @@ impl<'a> Shape<'a> {
         QuantisedPose::of(&(container_from_item * self.own_from_model))
     }
 
-    /// Where it was planned to lie.
+    /// Gives the pose that was planned for it.
     pub(super) fn planned(&self, step: &Step, grid: &Grid) -> Option<QuantisedPose> {
         let candidate = &step.candidate;
-        let frame = candidate
-            .item
-            .container_from_item(grid, &step.choice.resting)?;
+        let resting = &step.choice.resting;
+        let frame = candidate.item.container_from_item(grid, resting)?;
         Some(self.pose(&candidate.lying.own_frame(&frame)))
     }
 
-    /// How far any point of it is at most in one pose from where it is in the other, in metres.
+    /// Bounds the distance of any point of it between two poses, in metres.
     fn apart_m(&self, one: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
         let corners = self.corners.iter().map(|corner| {
             let corner = self.own_from_model * corner;
@@ -102,16 +102,16 @@ impl<'a> Shape<'a> {
 /// The shapes of all that was placed, by arrival, each with the step that placed it.
 pub(super) type Shapes<'a> = BTreeMap<usize, (usize, Shape<'a>)>;
 
-/// What lies elsewhere after each step: the placed item, and what it moved so far that it can be seen.
+/// Gives what lies elsewhere after each step: the placed item, and what it moved so far that it can
+/// be seen.
 pub(super) fn shifts(moves: &[Moves], shapes: &Shapes<'_>) -> Vec<Vec<Shift>> {
     let least_m = (0..MOST_DOUBLINGS).map(|doublings| LEAST_SHIFT_M * 2.0_f64.powi(doublings));
-    let few = least_m
-        .map(|least_m| shifts_above(moves, shapes, least_m))
-        .find(|shifts| shifts.iter().map(Vec::len).sum::<usize>() <= MOST_SHIFTS);
+    let mut all = least_m.map(|least_m| shifts_above(moves, shapes, least_m));
+    let few = all.find(|shifts| shifts.iter().map(Vec::len).sum::<usize>() <= MOST_SHIFTS);
     few.unwrap_or_else(|| shifts_above(moves, shapes, f64::INFINITY))
 }
 
-/// Those further than that from where the item was shown last.
+/// Gives the shifts further than that from where the item was shown last.
 fn shifts_above(moves: &[Moves], shapes: &Shapes<'_>, least_m: f64) -> Vec<Vec<Shift>> {
     let mut shown: BTreeMap<usize, Isometry3<f64>> = BTreeMap::new();
     let of_step = |moves: &Moves| {
@@ -162,11 +162,9 @@ mod tests {
     }
 
     fn moved(lies: &[(usize, f64)]) -> Moves {
+        let lies = lies.iter().map(|(arrival, x_m)| (*arrival, at(*x_m)));
         Moves {
-            lies: lies
-                .iter()
-                .map(|(arrival, x_m)| (*arrival, at(*x_m)))
-                .collect(),
+            lies: lies.collect(),
             gone: Vec::new(),
         }
     }

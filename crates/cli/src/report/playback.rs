@@ -10,7 +10,8 @@ use super::Packing;
 use super::motion::{QuantisedPose, Shape, Shapes, Shift, shifts};
 use super::simplified::QuantisedMesh;
 
-/// What draws a [`Playback`] in a page's `#playback`: the modules of the operator's page that draw a container, and this page's own.
+/// Scripts that draw a [`Playback`] in a page's `#playback`: the modules of the operator's page
+/// that draw a container, and this page's own.
 const MODULES: [&str; 5] = [
     include_str!("../../../services/console/page/vectors.js"),
     include_str!("../../../services/console/page/gl.js"),
@@ -19,16 +20,16 @@ const MODULES: [&str; 5] = [
     include_str!("playback.js"),
 ];
 
-/// More steps are not played: their page would be too large.
+/// Maximum of steps that are played: with more, the page would be too large.
 const MOST_STEPS: usize = 1_000;
 
-/// What all meshes together take at most, before base64, in bytes.
+/// Maximum size of all meshes together, before base64, in bytes.
 const MESH_BYTES: usize = 900_000;
 
-/// What a vertex takes with the two triangles that a closed surface has for each.
+/// Size of a vertex with the two triangles that a closed surface has for each, in bytes.
 const BYTES_PER_VERTEX: usize = 6 + 2 * 6;
 
-/// Even if there is room, no mesh has more vertices: enough to recognise it by.
+/// Maximum of vertices of a mesh even if there is room: enough to recognise it by.
 const MOST_VERTICES: usize = 1_200;
 
 /// A packing as the viewer needs it.
@@ -41,33 +42,34 @@ pub(super) struct Playback {
     steps: Vec<PlayedStep>,
 }
 
-/// What a step placed, and what it moved.
+/// A step: the item that it placed, and the items that it moved.
 #[derive(Debug, Serialize)]
 struct PlayedStep {
     item: String,
-    /// What was decided: where the lower corner of its box shall be, how it is turned, the value of that, and how long it took.
+    /// The decision: the place of the lower corner of its box, its turn, the value of that, and the
+    /// time that it took.
     planned_cm: [f64; 3],
     yaw_rad: Option<f64>,
     value: f64,
     decision_s: f64,
-    /// How it did not stay, where it did not.
+    /// Words for how it did not stay, where it did not.
     unsteadiness: Option<String>,
     /// `#rrggbb`, as in the picture.
     colour: String,
     /// Index of its shape; absent where that is not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     model: Option<usize>,
-    /// Where its shape was planned to lie.
+    /// The pose that was planned for its shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     planned: Option<QuantisedPose>,
-    /// What lies elsewhere after it.
+    /// The items that lie elsewhere after it.
     shifts: Vec<Shift>,
-    /// What is in the container no longer after it: the steps that placed it.
+    /// The items that are in the container no longer after it, by the steps that placed them.
     gone: Vec<usize>,
 }
 
 impl Playback {
-    /// Of a packing; none where nothing was placed or too much to be played.
+    /// Makes that of a packing; none where nothing was placed or too much to be played.
     pub(super) fn of(packing: &Packing) -> Option<Self> {
         if packing.steps.is_empty() || packing.steps.len() > MOST_STEPS {
             return None;
@@ -107,13 +109,13 @@ impl Playback {
         })
     }
 
-    /// JSON that cannot end the script element that holds it.
+    /// Gives JSON that cannot end the script element that holds it.
     pub(super) fn to_json(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)?.replace('<', "\\u003c"))
     }
 }
 
-/// The modules as one script, which imports nothing.
+/// Joins the modules to one script, which imports nothing.
 pub(super) fn viewer() -> String {
     let lines = MODULES.iter().flat_map(|module| module.lines());
     let own = lines.filter(|line| !line.starts_with("import "));
@@ -122,7 +124,7 @@ pub(super) fn viewer() -> String {
     format!("'use strict';\n(() => {{\n{}\n}})();", own.join("\n"))
 }
 
-/// The shapes of what was placed, where they are known.
+/// Gives the shapes of what was placed, where they are known.
 fn shapes(packing: &Packing) -> Shapes<'_> {
     let steps = packing.steps.iter().enumerate();
     let shapes = steps.filter_map(|(number, step)| {
@@ -133,7 +135,7 @@ fn shapes(packing: &Packing) -> Shapes<'_> {
     shapes.collect()
 }
 
-/// The place of a model among those, which it joins if it is new.
+/// Gives the place of a model among those, which it joins if it is new.
 fn index_of<'a>(models: &mut Vec<&'a Arc<Model>>, model: &'a Arc<Model>) -> usize {
     let known = models.iter().position(|other| Arc::ptr_eq(other, model));
     known.unwrap_or_else(|| {
@@ -142,7 +144,7 @@ fn index_of<'a>(models: &mut Vec<&'a Arc<Model>>, model: &'a Arc<Model>) -> usiz
     })
 }
 
-/// How many vertices each of so many models may have.
+/// Gives the most vertices that each of so many models may have.
 fn most_vertices(models: usize) -> usize {
     (MESH_BYTES / BYTES_PER_VERTEX / models.max(1)).clamp(8, MOST_VERTICES)
 }
@@ -161,10 +163,8 @@ mod tests {
         for models in [1, 40, 96, MOST_STEPS] {
             let vertices = most_vertices(models);
             assert!((8..=MOST_VERTICES).contains(&vertices));
-            assert!(
-                models * vertices * BYTES_PER_VERTEX <= MESH_BYTES,
-                "{models}"
-            );
+            let bytes = models * vertices * BYTES_PER_VERTEX;
+            assert!(bytes <= MESH_BYTES, "{models}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Meshes of few, quantised vertices: what a page can carry.
+//! Meshes of few, quantised vertices, which a page can carry.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,18 +8,19 @@ use nalgebra::{Point3, Vector3};
 use ppnpack_packing::model::mesh::{Bounds, Mesh};
 use serde::Serialize;
 
-/// Cells along the longest side of what is simplified, from fine to coarse.
+/// Numbers of cells along the longest side of what is simplified, from fine to coarse.
 const FINENESS: [u16; 8] = [48, 32, 24, 16, 11, 8, 5, 3];
 
-/// The greatest quantised coordinate.
+/// Maximum of a quantised coordinate.
 const GREATEST: f64 = 65_535.0;
 
-/// A mesh whose coordinates are whole steps above its lowest corner. Both lists are base64 of 16-bit numbers, the low byte first.
+/// A mesh whose coordinates are whole steps above its lowest corner. Both lists are base64 of
+/// 16-bit numbers, the low byte first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct QuantisedMesh {
     /// The lowest corner, in metres.
     lowest_m: [f64; 3],
-    /// How long a step is, in metres.
+    /// The length of a step, in metres.
     step_m: f64,
     /// Three coordinates a vertex.
     vertices: String,
@@ -28,7 +29,8 @@ pub(super) struct QuantisedMesh {
 }
 
 impl QuantisedMesh {
-    /// A mesh with at most so many vertices (never fewer than the eight of its box); none of a mesh without vertices.
+    /// Simplifies a mesh to at most so many vertices (never fewer than the eight of its box); none
+    /// of a mesh without vertices.
     pub(super) fn of(mesh: &Mesh, most_vertices: usize) -> Option<Self> {
         let bounds = Bounds::of(&mesh.vertices)?;
         let longest_m = bounds.extents_m().max();
@@ -54,19 +56,19 @@ fn encoded(numbers: impl Iterator<Item = u16>) -> String {
     STANDARD.encode(bytes)
 }
 
-/// The mesh itself where it is small enough, else with its vertices merged on the finest lattice that leaves few enough, else its box.
+/// Gives the mesh itself where it is small enough, else with its vertices merged on the finest
+/// lattice that leaves few enough, else its box.
 fn few_vertices(mesh: &Mesh, bounds: &Bounds, most: usize) -> Mesh {
     let most = most.min(usize::from(u16::MAX));
     if mesh.vertices.len() <= most {
         return mesh.clone();
     }
-    let merged = FINENESS
-        .into_iter()
-        .find_map(|cells| merged(mesh, bounds, cells, most));
+    let mut fineness = FINENESS.into_iter();
+    let merged = fineness.find_map(|cells| merged(mesh, bounds, cells, most));
     merged.unwrap_or_else(|| bounds.mesh())
 }
 
-/// The mesh with all vertices in a cell of a lattice merged in their mean; none where more than so many are left.
+/// Merges all vertices in a cell of a lattice in their mean; none where more than so many are left.
 fn merged(mesh: &Mesh, bounds: &Bounds, cells: u16, most: usize) -> Option<Mesh> {
     let cell_m = bounds.extents_m().max() / f64::from(cells);
     let mut numbers: HashMap<[u16; 3], u32> = HashMap::new();
@@ -96,13 +98,12 @@ fn merged(mesh: &Mesh, bounds: &Bounds, cells: u16, most: usize) -> Option<Mesh>
     })
 }
 
-/// The triangles whose corners were not merged with each other, each once.
+/// Gives the triangles whose corners were not merged with each other, each once.
 fn kept(triangles: &[[u32; 3]], number_of: &[u32]) -> Vec<[u32; 3]> {
     let mut seen = HashSet::new();
     let number = |corner: u32| number_of.get(corner as usize).copied();
-    let numbered = triangles
-        .iter()
-        .filter_map(|[a, b, c]| Some([number(*a)?, number(*b)?, number(*c)?]));
+    let corners = |[a, b, c]: &[u32; 3]| Some([number(*a)?, number(*b)?, number(*c)?]);
+    let numbered = triangles.iter().filter_map(corners);
     let numbered = numbered.filter(|[a, b, c]| a != b && b != c && c != a);
     let once = numbered.filter(|triangle| {
         let mut corners = *triangle;
@@ -119,10 +120,9 @@ mod tests {
     /// The 16-bit numbers in a text.
     fn decoded(text: &str) -> Vec<u16> {
         let bytes = STANDARD.decode(text).unwrap();
-        let pairs = bytes.chunks_exact(2);
-        pairs
-            .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
-            .collect()
+        let numbers = bytes.chunks_exact(2);
+        let numbers = numbers.map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
+        numbers.collect()
     }
 
     /// A sphere's surface of 20 cm, of `rings` times `rings` vertices.
@@ -162,11 +162,8 @@ mod tests {
         for most in [1_000, 200, 30] {
             let quantised = QuantisedMesh::of(&mesh, most).unwrap();
             let vertices = decoded(&quantised.vertices);
-            assert!(
-                vertices.len() / 3 <= most,
-                "{} of {most}",
-                vertices.len() / 3
-            );
+            let count = vertices.len() / 3;
+            assert!(count <= most, "{count} of {most}");
             assert!(!quantised.triangles.is_empty());
             let reach_m = f64::from(*vertices.iter().max().unwrap()) * quantised.step_m;
             assert!(reach_m > 0.14, "{reach_m} m of 0.2 m with {most}");

@@ -12,7 +12,7 @@ use super::arm::ArmWork;
 use super::{Packing, Settings};
 use crate::text::{render, table, template};
 
-/// What `summary.json` holds.
+/// The content of `summary.json`.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Summary {
     pub(crate) version: &'static str,
@@ -24,7 +24,8 @@ pub(crate) struct Summary {
     pub(crate) items_unsteady: usize,
     /// Placed in another pose than that in which they were offered.
     pub(crate) items_in_other_pose: usize,
-    /// The placement that brought an item nearest to what it may carry, as estimated; absent where none loaded one with a limit.
+    /// The placement that brought an item nearest to what it may carry, as estimated; absent where
+    /// none loaded one with a limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) nearest_limit: Option<NearestLimit>,
     #[serde(flatten)]
@@ -35,7 +36,7 @@ pub(crate) struct Summary {
     pub(crate) stages_s: Stages,
     /// Steps that were searched exhaustively as none of their proposals was valid.
     pub(crate) steps_widened: usize,
-    /// Why steps were not planned as was asked for; empty where all were.
+    /// The reasons why steps were not planned as was asked for; empty where all were.
     pub(crate) degraded: Vec<Degraded>,
     pub(crate) took_s: f64,
     /// The arm's part, where there was one.
@@ -47,7 +48,7 @@ pub(crate) struct Summary {
     pub(crate) settings: Settings,
 }
 
-/// What an item carries as estimated, against what it may.
+/// The load of an item as estimated, against its limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct NearestLimit {
     /// From 0.
@@ -80,7 +81,7 @@ pub(crate) struct Degraded {
     pub(crate) steps: usize,
 }
 
-/// Why the episode ended.
+/// The reason why the episode ended.
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub(crate) enum EndingSummary {
@@ -104,7 +105,7 @@ pub(crate) struct Unplaceable {
 }
 
 impl Unplaceable {
-    /// An item, and why it was not placed.
+    /// Makes it of an item, and the reason why it was not placed.
     pub(crate) fn new(candidate: &Candidate, reason: String) -> Self {
         Self {
             arrival: candidate.arrival,
@@ -123,7 +124,7 @@ impl From<&SetAside> for Unplaceable {
 }
 
 impl EndingSummary {
-    /// The end of an episode.
+    /// Converts the end of an episode.
     pub(crate) fn new(ending: &Ending) -> Self {
         let items = match ending {
             Ending::AllPacked => return Self::AllPacked,
@@ -151,12 +152,12 @@ impl Spread {
 }
 
 impl Summary {
-    /// Its figures, a name and a value a line.
+    /// Renders its figures, a name and a value a line.
     pub(super) fn figures(&self) -> anyhow::Result<String> {
         render(template!("figures.txt"), self)
     }
 
-    /// Its figures for people, and what did not go well.
+    /// Renders its figures for people, and what did not go well.
     pub(crate) fn table(&self) -> anyhow::Result<String> {
         let problems = render(template!("problems.txt"), self)?;
         Ok(table(&(self.figures()? + &problems), false).to_string())
@@ -164,10 +165,11 @@ impl Summary {
 }
 
 impl Packing {
-    /// The figures.
+    /// Gives the figures.
     pub(crate) fn summary(&self) -> Summary {
         let steps = &self.steps;
         let turned = steps.iter().filter(|step| step.candidate.pose > 0).count();
+        let unsteady = self.settled.iter().filter(|placed| placed.is_unsteady());
         let unit_m = self.settings.grid.resolution().height_unit_m();
         let mean = |stage: fn(&Timings) -> Duration| {
             let total: Duration = steps.iter().map(|step| stage(&step.timings)).sum();
@@ -178,11 +180,7 @@ impl Packing {
             items_in_sequence: self.settings.sequence.objects.len(),
             items_placed: steps.len(),
             items_fallen_out: steps.len() - self.metrics.packed.items,
-            items_unsteady: self
-                .settled
-                .iter()
-                .filter(|placed| placed.is_unsteady())
-                .count(),
+            items_unsteady: unsteady.count(),
             items_in_other_pose: turned,
             nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
@@ -221,10 +219,10 @@ impl Packing {
         for step in steps {
             *counts.entry(step.degraded.join("; ")).or_default() += 1;
         }
-        let counts = counts.into_iter();
-        counts
-            .map(|(reason, steps)| Degraded { reason, steps })
-            .collect()
+        let degraded = counts
+            .into_iter()
+            .map(|(reason, steps)| Degraded { reason, steps });
+        degraded.collect()
     }
 }
 
@@ -236,7 +234,8 @@ mod tests {
 
     use super::*;
 
-    /// A packing with an arm in which something went wrong of every kind, and whose content is so high.
+    /// A packing with an arm in which something went wrong of every kind, and whose content is so
+    /// high.
     fn packed(height_m: f64) -> Value {
         let spread = json!({"mean": 0.0125, "median": 0.01, "max": 1.5});
         let left = json!([{"item": "mug", "reason": "too large"}]);

@@ -1,4 +1,4 @@
-//! How the commands reach a running stack.
+//! Connections of the commands to a running stack.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -9,18 +9,19 @@ use ppnpack_service::configuration::{Endpoints, ZenohSettings};
 
 use crate::failure::{OrInput, Outcome};
 
-/// Where a stack is if nothing else is said: Zenoh's own port.
+/// Default endpoint of a stack: Zenoh's own port.
 const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
 /// The environment variable that names another default.
 const ENDPOINT_VARIABLE: &str = "PPNPACK_ENDPOINT";
 
-/// Where `ppnpack up` listens, and the other commands connect, if no option says otherwise.
+/// Gives the endpoint at which `ppnpack up` listens, and the other commands connect, if no option
+/// says otherwise.
 pub(crate) fn default_endpoint() -> String {
     std::env::var(ENDPOINT_VARIABLE).unwrap_or_else(|_| DEFAULT_ENDPOINT.to_owned())
 }
 
-/// A session with the stack at an endpoint; `file` is a Zenoh configuration to begin with.
+/// Opens a session with the stack at an endpoint; `file` is a Zenoh configuration to begin with.
 pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Session> {
     use zenoh::Wait;
     let settings = ZenohSettings {
@@ -38,7 +39,8 @@ pub(crate) fn open(endpoint: &str, file: Option<&Path>) -> Outcome<zenoh::Sessio
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Connection")]
 pub(crate) struct ConnectOptions {
-    /// The Zenoh endpoint of a router, or of `ppnpack up`; the environment's PPNPACK_ENDPOINT is another default
+    /// The Zenoh endpoint of a router, or of `ppnpack up`; the environment's PPNPACK_ENDPOINT is
+    /// another default
     #[arg(long, value_name = "ENDPOINT", default_value_t = default_endpoint())]
     connect: String,
 
@@ -52,12 +54,12 @@ pub(crate) struct ConnectOptions {
 }
 
 impl ConnectOptions {
-    /// A session with the stack.
+    /// Opens a session with the stack.
     pub(crate) fn open(&self) -> Outcome<zenoh::Session> {
         open(&self.connect, self.zenoh_config.as_deref())
     }
 
-    /// When to stop waiting.
+    /// Gives the time at which to stop waiting.
     pub(crate) fn deadline(&self) -> Outcome<Instant> {
         let wait = Duration::try_from_secs_f64(self.wait).or_input()?;
         Ok(Instant::now() + wait)

@@ -12,10 +12,10 @@ use ppnpack_wire::v1::{self, ExecutionPhase, PlanResult};
 use super::report;
 use crate::failure::{OrRun, Outcome};
 
-/// How long one request may take.
+/// Maximum time of one request.
 pub const REQUEST_LIMIT: Duration = Duration::from_secs(30);
 
-/// How long one placement may take.
+/// Maximum time of one placement.
 const PLACE_LIMIT: Duration = Duration::from_secs(300);
 
 /// Controls one cell over the wire.
@@ -29,34 +29,31 @@ pub struct Controller {
 pub(crate) struct Done {
     pub(crate) decision: v1::Decision,
     pub(crate) outcome: v1::Outcome,
-    /// What it changed of how everything lies.
+    /// Its changes of how everything lies.
     pub(crate) moves: Moves,
 }
 
-/// How a packing ended.
+/// The end of a packing.
 #[derive(Debug, Clone)]
 pub(crate) struct Packed {
     pub(crate) done: Vec<Done>,
-    /// Why nothing of the buffer fits; empty where nothing waits any more.
+    /// The reasons why nothing of the buffer fits; empty where nothing waits any more.
     pub(crate) reasons: Vec<v1::ItemReason>,
-    /// What was set aside for the next container, and why.
+    /// The items that were set aside for the next container, and why.
     pub(crate) set_aside: Vec<v1::ItemReason>,
-    /// What lies in the container.
+    /// The content of the container.
     pub(crate) state: v1::CellState,
-    /// What perception sees of it.
+    /// Perception's view of it.
     pub(crate) heightmap: v1::Heightmap,
 }
 
 impl Controller {
-    /// A controller of `cell`, which asks by `client`.
+    /// Makes a controller of `cell`, which asks by `client`.
     pub fn new(client: Client, cell: Cell) -> Self {
         Self { client, cell }
     }
 
     /// Has the container taken away and an empty one brought.
-    ///
-    /// # Errors
-    /// What the bridge said, or that it does not serve.
     pub fn renew(&self) -> Outcome {
         let request = v1::RenewRequest {
             state_number: self.state()?.state_number,
@@ -66,8 +63,9 @@ impl Controller {
         Ok(())
     }
 
-    /// Packs items into the container as it is, in one session, in which so many may be set aside. Beside each choice so many
-    /// alternatives are asked for; `on_step` is called after each placement.
+    /// Packs items into the container as it is, in one session, in which so many may be set aside.
+    /// Beside each choice so many alternatives are asked for; `on_step` is called after each
+    /// placement.
     pub(crate) fn pack(
         &self,
         items: &[v1::Announcement],
@@ -89,11 +87,11 @@ impl Controller {
                 (PlanResult::Decided, Some(decision)) => {
                     let outcome = self.place(v1::PlaceRequest::from(&decision))?;
                     self.report(&decision.decision_id, outcome.clone())?;
-                    let poses = report::poses(&self.state()?).or_run()?;
+                    let moves = last_poses.changed(report::poses(&self.state()?).or_run()?);
                     done.push(Done {
                         decision,
                         outcome,
-                        moves: last_poses.changed(poses),
+                        moves,
                     });
                     on_step();
                 }
@@ -117,9 +115,6 @@ impl Controller {
     }
 
     /// Begins a session with these items, of which so many may be set aside.
-    ///
-    /// # Errors
-    /// What the planner or the bridge said, or that it does not serve.
     pub fn begin(&self, session_id: &str, items: &[v1::Announcement], set_aside: u32) -> Outcome {
         let request = v1::BeginRequest {
             session_id: session_id.to_owned(),
@@ -141,22 +136,21 @@ impl Controller {
     }
 
     /// Has an item placed, and waits for the end of that.
-    ///
-    /// # Errors
-    /// What the bridge said, or that it does not serve.
     pub fn place(&self, request: v1::PlaceRequest) -> Outcome<v1::Outcome> {
-        let placement_id = request.placement_id.clone();
+        let end = v1::OutcomeRequest {
+            placement_id: request.placement_id.clone(),
+            ..v1::OutcomeRequest::default()
+        };
         let reply = self.ask("bridge", request, REQUEST_LIMIT)?;
-        match ended(reply.execution) {
-            Some(outcome) => Ok(outcome),
-            None => self.outcome(&placement_id),
+        if let Some(outcome) = ended(reply.execution) {
+            return Ok(outcome);
         }
+        let reply = self.ask("bridge", end, PLACE_LIMIT)?;
+        let early = "the bridge answered before the placement had ended";
+        ended(reply.execution).context(early).or_run()
     }
 
     /// Tells the planner how a decision was carried out.
-    ///
-    /// # Errors
-    /// What the planner said, or that it does not serve.
     pub fn report(&self, decision_id: &str, outcome: v1::Outcome) -> Outcome {
         let request = v1::ReportRequest {
             decision_id: decision_id.to_owned(),
@@ -167,29 +161,13 @@ impl Controller {
         Ok(())
     }
 
-    fn outcome(&self, placement_id: &str) -> Outcome<v1::Outcome> {
-        let request = v1::OutcomeRequest {
-            placement_id: placement_id.to_owned(),
-            ..v1::OutcomeRequest::default()
-        };
-        let reply = self.ask("bridge", request, PLACE_LIMIT)?;
-        let early = "the bridge answered before the placement had ended";
-        ended(reply.execution).context(early).or_run()
-    }
-
-    /// The state of the cell.
-    ///
-    /// # Errors
-    /// What the bridge said, or that it does not serve.
+    /// Asks for the state of the cell.
     pub fn state(&self) -> Outcome<v1::CellState> {
         let reply = self.ask("bridge", v1::CellStateRequest::default(), REQUEST_LIMIT)?;
         reply.state.context("the bridge told no state").or_run()
     }
 
-    /// The newest heightmap of a state of the cell, or a later one.
-    ///
-    /// # Errors
-    /// What perception said, or that it does not serve.
+    /// Asks for the newest heightmap of a state of the cell, or a later one.
     pub fn heightmap(&self, least_state_number: u64) -> Outcome<v1::Heightmap> {
         let request = v1::HeightmapRequest {
             least_state_number,
@@ -201,18 +179,12 @@ impl Controller {
     }
 
     /// Asks a service of the cell.
-    ///
-    /// # Errors
-    /// What it said, or that it does not serve.
     pub fn call<R: Request>(&self, request: R, limit: Duration) -> Result<R::Reply, CallError> {
-        self.client
-            .call(&self.cell, request, Instant::now() + limit)
+        let deadline = Instant::now() + limit;
+        self.client.call(&self.cell, request, deadline)
     }
 
     /// Asks a service of the cell that has to serve.
-    ///
-    /// # Errors
-    /// What it said, or that it does not serve, with its name.
     pub fn ask<R: Request>(&self, service: &str, request: R, limit: Duration) -> Outcome<R::Reply> {
         self.call(request, limit)
             .with_context(|| format!("the {service} of cell {} does not serve", self.cell))

@@ -31,15 +31,16 @@ use ppnpack_wire::keys::{Cell, Service};
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
 use crate::options::{Network, Simulated};
 
-/// How long services may take to finish what is in flight.
+/// Maximum time for services to finish what is in flight.
 const GRACE: Duration = Duration::from_secs(10);
 
 /// The containers of a cell.
 #[derive(Debug, Clone, Copy)]
 pub struct Containers {
-    /// How many there are; at least one.
+    /// Their number, at least one.
     pub count: u32,
-    /// Whether the bridge brings an empty one for each that is full, so that the automatic mode goes on.
+    /// Whether the bridge brings an empty one for each that is full, so that the automatic mode
+    /// goes on.
     pub renews: bool,
 }
 
@@ -51,33 +52,33 @@ impl Containers {
     };
 }
 
-/// What a stack is made of.
+/// The plan of a stack.
 pub struct Plan<'a> {
     /// The names of its cells.
     pub cells: Vec<Cell>,
     /// The containers of each cell.
     pub containers: Containers,
-    /// What they plan on.
+    /// The grid that they plan on.
     pub grid: &'a Grid,
-    /// How they plan.
+    /// The method by which they plan.
     pub method: &'a Method,
-    /// In how many resting poses an object may be packed at most; the catalogue has to have as many.
+    /// The most resting poses in which an object may be packed; the catalogue has to have as many.
     pub poses: usize,
     /// The arm that has to make the placements, if any.
     pub arm: Option<&'a StationSettings>,
     /// The simulated cells that the bridge works.
     pub simulated: &'a Simulated,
-    /// How its cells are seen and handled.
+    /// Sensing and handling of its cells.
     pub sensing: &'a Sensing,
     /// The objects.
     pub catalogue: Arc<Catalogue>,
-    /// How many valid placements beside the chosen one decisions of the automatic mode tell.
+    /// Number of valid placements beside the chosen one that decisions of the automatic mode tell.
     pub alternatives: usize,
-    /// What `catalogue` was loaded from.
+    /// The name of the source that `catalogue` was loaded from.
     pub source: &'a str,
     /// The network that proposes, where one does.
     pub network: Option<Network<'a>>,
-    /// Where sessions and the bridge's journal are kept; in memory where no folder is given.
+    /// The folder of sessions and of the bridge's journal; without one they are in memory.
     pub store: Option<&'a Path>,
     /// Zenoh endpoints to listen on beside a loopback port of the system's choice.
     pub listen: Vec<String>,
@@ -85,22 +86,22 @@ pub struct Plan<'a> {
     pub ros: Option<u32>,
 }
 
-/// How the cells of a stack are seen and handled; by default exactly, and without faults.
+/// Sensing and handling of a stack's cells; by default exact, and without faults.
 #[derive(Debug, Clone, Default)]
 pub struct Sensing {
     /// The cameras that see the container; without any, it is scanned exactly.
     pub camera: Option<CameraSettings>,
-    /// How clouds become heightmaps.
+    /// Settings by which clouds become heightmaps.
     pub mapper: MapperSettings,
-    /// How often placements go wrong.
+    /// Rates at which placements go wrong.
     pub faults: FaultSettings,
-    /// How fast robots follow the motions of placements: 1 in time, 0 without any wait.
+    /// Speed at which robots follow the motions of placements: 1 in time, 0 without any wait.
     pub motion_speed: f64,
     /// Whether placed items are inspected; as the planner does by itself where nothing is said.
     pub inspect: Option<bool>,
-    /// Where items wait to be recognised.
+    /// The tray on which items wait to be recognised.
     pub tray: Option<TraySettings>,
-    /// What can be recognised: a tray and inspections need it.
+    /// The objects that can be recognised: a tray and inspections need them.
     pub library: Option<Arc<Library>>,
 }
 
@@ -112,11 +113,8 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// Starts all services. A network that cannot run here is left out: the planner then searches exhaustively and
-    /// says so with each decision.
-    ///
-    /// # Errors
-    /// Why a service does not start.
+    /// Starts all services. A network that cannot run here is left out: the planner then searches
+    /// exhaustively and says so with each decision.
     pub fn start(plan: &Plan<'_>) -> Outcome<Self> {
         let hub = embedded::hub_at(&plan.listen).or_input()?;
         let session = embedded::session(&hub).or_run()?;
@@ -126,9 +124,9 @@ impl Stack {
             hub,
         };
         if let Some(folder) = plan.store {
-            std::fs::create_dir_all(folder)
-                .with_context(|| format!("{} cannot be made", folder.display()))
-                .or_input()?;
+            let made = std::fs::create_dir_all(folder);
+            let none = || format!("{} cannot be made", folder.display());
+            made.with_context(none).or_input()?;
         }
         stack.add(Service::Heuristic, |process| {
             ppnpack_heuristic::start(process, &ppnpack_heuristic::Settings::default())
@@ -161,7 +159,8 @@ impl Stack {
         Ok(stack)
     }
 
-    /// Serves the operator's page by settings that are valid. Gives its address, with the port that the system chose.
+    /// Serves the operator's page by settings that are valid. Gives its address, with the port that
+    /// the system chose.
     pub(crate) fn serve_console(
         &mut self,
         settings: &ppnpack_console::Settings,
@@ -174,27 +173,27 @@ impl Stack {
         Ok(address)
     }
 
-    /// Where others connect to.
+    /// Gives the endpoint that others connect to.
     pub(crate) fn endpoint(&self) -> &str {
         self.hub.endpoint()
     }
 
-    /// A client of the stack.
+    /// Makes a client of the stack.
     pub fn client(&self) -> Client {
         Client::new(&self.session)
     }
 
-    /// The session of what belongs to no service.
+    /// Gives the session of what belongs to no service.
     pub fn session(&self) -> &zenoh::Session {
         &self.session
     }
 
-    /// The wish that the stack ends.
+    /// Gives the wish that the stack ends.
     pub(crate) fn shutdown(&self) -> &Shutdown {
         self.hub.shutdown()
     }
 
-    /// Why the stack ends, where it does not as it was asked to.
+    /// Gives the reason why the stack ends, where it does not as it was asked to.
     pub(crate) fn fault(&self) -> Option<String> {
         self.hub.fault()
     }
@@ -223,9 +222,9 @@ impl Stack {
         start: impl FnOnce(&Process) -> Result<R, E>,
     ) -> Outcome {
         let process = embedded::process(&self.hub, service, &format!("{service}-1")).or_run()?;
-        let running = start(&process)
-            .with_context(|| format!("the {service} service does not start"))
-            .or_run()?;
+        let running = start(&process);
+        let running = running.with_context(|| format!("the {service} service does not start"));
+        let running = running.or_run()?;
         self.services.push((service, process, Box::new(running)));
         Ok(())
     }
@@ -243,7 +242,7 @@ impl Stack {
     }
 }
 
-/// The names of a cell's containers: the cell's own where it has one, else that with a letter each.
+/// Names a cell's containers: by the cell's own name where it has one, else with a letter each.
 fn containers_of(plan: &Plan<'_>, cell: &Cell) -> Vec<String> {
     match plan.containers.count {
         ..=1 => vec![cell.to_string()],
@@ -321,10 +320,9 @@ fn planner_settings(plan: &Plan<'_>) -> ppnpack_planner::Settings {
         twin: TwinSettings::of(&plan.simulated.cell),
         ..CellSettings::default()
     };
+    let cells = plan.cells.iter();
     ppnpack_planner::Settings {
-        cells: plan
-            .cells
-            .iter()
+        cells: cells
             .map(|cell| (cell.to_string(), settings(cell)))
             .collect(),
         store: file(plan, "sessions.redb"),

@@ -1,4 +1,4 @@
-//! What was packed over the wire, as the report of a packing needs it.
+//! A packing over the wire, as its report needs it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,17 +20,17 @@ use super::controller::{Done, Packed};
 use crate::report::{ArmWork, Content, EndingSummary, Packing, Settings, Settled, Unplaceable};
 use crate::sequence::Sequence;
 
-/// The id of the item at a place in the sequence of arrivals.
+/// Gives the id of the item at a place in the sequence of arrivals.
 pub fn item_id(arrival: usize) -> String {
     format!("item-{arrival}")
 }
 
-/// The place in the sequence of arrivals that an item id names.
+/// Gives the place in the sequence of arrivals that an item id names.
 pub fn arrival_of(item_id: &str) -> Option<usize> {
     item_id.strip_prefix("item-")?.parse().ok()
 }
 
-/// The packing that a controller saw.
+/// Converts the packing that a controller saw.
 pub(crate) fn packing(
     settings: Settings,
     catalogue: &Catalogue,
@@ -106,19 +106,18 @@ fn step(done: &Done, catalogue: &Catalogue) -> Result<Step> {
     })
 }
 
-/// The place of an item in the sequence of arrivals, and its object.
+/// Gives the place of an item in the sequence of arrivals, and its object.
 fn known<'a>(
     item_id: &str,
     object: &str,
     catalogue: &'a Catalogue,
 ) -> Result<(usize, &'a CatalogueObject)> {
-    let (_, found) = catalogue
-        .find(object)
-        .with_context(|| format!("the catalogue has no object {object}"))?;
+    let found = catalogue.find(object);
+    let (_, found) = found.with_context(|| format!("the catalogue has no object {object}"))?;
     Ok((arrived(item_id)?, found))
 }
 
-/// The place of an item in the sequence of arrivals.
+/// Gives the place of an item in the sequence of arrivals.
 fn arrived(item_id: &str) -> Result<usize> {
     arrival_of(item_id).with_context(|| format!("item {item_id} is not of here"))
 }
@@ -129,19 +128,13 @@ fn stage(decision: &v1::Decision, name: &str) -> Duration {
     Duration::from_nanos(stage.map_or(0, |stage| stage.duration_ns))
 }
 
-/// What lies in the container, each with its place in the sequence of arrivals.
-///
-/// # Errors
-/// Where the catalogue has not what lies there, or a message lacks something.
+/// Gives the content of the container, each with its place in the sequence of arrivals.
 pub fn contents(state: &v1::CellState, catalogue: &Catalogue) -> Result<Vec<(usize, Content)>> {
     let bodies = state.bodies.iter();
     bodies.map(|body| content(body, catalogue)).collect()
 }
 
-/// How all that lies in the container lies, each with its place in the sequence of arrivals.
-///
-/// # Errors
-/// Where an item is not of here, or a message lacks something.
+/// Gives the poses of the container's content, each with its place in the sequence of arrivals.
 pub(super) fn poses(state: &v1::CellState) -> Result<Vec<(usize, Isometry3<f64>)>> {
     let pose = |body: &v1::Body| {
         let arrival = arrived(&body.item_id)?;
@@ -165,10 +158,8 @@ fn content(body: &v1::Body, catalogue: &Catalogue) -> Result<(usize, Content)> {
 
 fn scene(heightmap: &v1::Heightmap, grid: &Grid) -> Result<Scene> {
     let (seen, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())?;
-    anyhow::ensure!(
-        seen == *grid,
-        "perception uses another grid than the planner"
-    );
+    let is_same = seen == *grid;
+    anyhow::ensure!(is_same, "perception uses another grid than the planner");
     Ok(scene)
 }
 
@@ -191,7 +182,7 @@ fn ending(packed: &Packed, catalogue: &Catalogue, sequence: &Sequence) -> Ending
     }
 }
 
-/// The items of the sequence that these reasons are of.
+/// Gives the items of the sequence that these reasons are of.
 fn unplaceable(
     reasons: &[v1::ItemReason],
     catalogue: &Catalogue,

@@ -1,4 +1,5 @@
-//! Clouds to try the commands on: a container, empty and with some objects, before a simulated camera.
+//! Clouds to try the commands on: a container, empty and with some objects, before a simulated
+//! camera.
 
 use std::path::Path;
 
@@ -21,7 +22,7 @@ const NOISE_M: f64 = 0.001;
 /// The thickness of walls and bottom, in metres.
 const WALL_M: f64 = 0.008;
 
-/// Objects of the built-in set, and where their middles are, as shares of the floor.
+/// Objects of the built-in set, and the places of their middles, as shares of the floor.
 const CONTENT: [(&str, [f64; 2]); 5] = [
     ("mug", [0.22, 0.22]),
     ("tuna_can", [0.75, 0.25]),
@@ -60,26 +61,24 @@ pub(super) fn write(folder: &Path) -> Outcome {
     Ok(())
 }
 
-/// What the camera measures of meshes in the container's frame.
+/// Measures meshes in the container's frame with the camera.
 fn seen(meshes: &[Mesh], seed: u64) -> Outcome<Cloud> {
     let ContainerSize { x_m, y_m, z_m } = ContainerSize::REFERENCE;
     let middle = Point3::new(x_m / 2.0, y_m / 2.0, z_m / 2.0);
     let intrinsics = Intrinsics::centred(640, 480, 570.0).or_run()?;
     let at = middle + Vector3::new(0.08, -0.15, 0.85);
     let camera = DepthCamera::looking_at(intrinsics, at, &middle);
-    let bodies: Vec<Body<'_>> = meshes
-        .iter()
-        .map(|mesh| Body {
-            vertices: &mesh.vertices,
-            triangles: &mesh.triangles,
-            world_from_body: Isometry3::identity(),
-        })
-        .collect();
+    let bodies = meshes.iter().map(|mesh| Body {
+        vertices: &mesh.vertices,
+        triangles: &mesh.triangles,
+        world_from_body: Isometry3::identity(),
+    });
+    let bodies: Vec<Body<'_>> = bodies.collect();
     let points_m = camera.see(&bodies, &NoiseModel::default(), seed).or_run()?;
     Cloud::organised(intrinsics.width, points_m).or_run()
 }
 
-/// A container on a table.
+/// Makes a container on a table.
 fn container(size: ContainerSize) -> Vec<Mesh> {
     let ContainerSize { x_m, y_m, z_m } = size;
     let (low, x, y) = (-WALL_M, x_m + WALL_M, y_m + WALL_M);
@@ -95,7 +94,7 @@ fn container(size: ContainerSize) -> Vec<Mesh> {
     .into()
 }
 
-/// Objects on the floor.
+/// Places objects on the floor.
 fn content(size: ContainerSize) -> Vec<Mesh> {
     let place = |object: &NamedMesh| {
         let (_, [x, y]) = CONTENT.iter().find(|(name, _)| *name == object.name)?;
@@ -103,8 +102,6 @@ fn content(size: ContainerSize) -> Vec<Mesh> {
         let to = Isometry3::translation(x * size.x_m, y * size.y_m, 0.0);
         Some(object.mesh.transformed(&to))
     };
-    ppnpack_household::OBJECTS
-        .iter()
-        .filter_map(place)
-        .collect()
+    let objects = ppnpack_household::OBJECTS.iter();
+    objects.filter_map(place).collect()
 }

@@ -22,13 +22,14 @@ use crate::output::{self, print_line};
 use crate::quantity::{parse_length, parse_size};
 use crate::text::template;
 
-/// Sensors may disagree on the container's size by this, in metres.
+/// Maximum difference of the container's size between sensors, in metres.
 const SIZE_TOLERANCE_M: f64 = 0.005;
 
 /// Maps point clouds of one scene, prints a summary and draws the heightmap.
 ///
-/// A cloud is a PCD or PLY file in metres in its sensor's frame. Without a pose, that is the container's frame: origin at
-/// an inner bottom corner, z up. `ppnpack calibrate` finds the pose. Several clouds, of several sensors, make one map.
+/// A cloud is a PCD or PLY file in metres in its sensor's frame. Without a pose, that is the
+/// container's frame: origin at an inner bottom corner, z up. `ppnpack calibrate` finds the pose.
+/// Several clouds, of several sensors, make one map.
 #[derive(Debug, Args)]
 pub(crate) struct PerceiveArguments {
     /// The clouds
@@ -39,8 +40,8 @@ pub(crate) struct PerceiveArguments {
     #[arg(long, value_name = "DIR", conflicts_with = "clouds")]
     example: Option<PathBuf>,
 
-    /// Where each cloud's sensor is, in the order of the clouds: metres and a unit quaternion, or a file that
-    /// `ppnpack calibrate` wrote
+    /// The pose of each cloud's sensor, in the order of the clouds: metres and a unit quaternion,
+    /// or a file that `ppnpack calibrate` wrote
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
     container_from_sensor: Vec<Sensor>,
 
@@ -56,12 +57,12 @@ pub(crate) struct PerceiveArguments {
     #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
     height_unit: f64,
 
-    /// How points become heights: a TOML file with the keys of the section `mapper` in the perception service's
-    /// configuration [default: as suits a sensor without noise]
+    /// Settings by which points become heights: a TOML file with the keys of the section `mapper`
+    /// in the perception service's configuration [default: as suits a sensor without noise]
     #[arg(long, value_name = "FILE", value_parser = file::settings::<MapperSettings>)]
     mapper: Option<MapperSettings>,
 
-    /// Where the results are written
+    /// The folder of the results
     #[arg(long, value_name = "DIR", default_value = "out/perceive")]
     out: PathBuf,
 
@@ -70,7 +71,7 @@ pub(crate) struct PerceiveArguments {
     json: bool,
 }
 
-/// What was seen, for programs and people.
+/// The result, for programs and people.
 #[derive(Debug, Serialize)]
 struct Summary {
     clouds: Vec<CloudSummary>,
@@ -87,9 +88,9 @@ struct Summary {
     unknown_cells: usize,
     samples: usize,
     unseen_samples: usize,
-    /// Why a planner would place nothing on this.
+    /// Reasons for a planner to place nothing on this.
     doubts: Vec<String>,
-    /// Of the cells that are known; none where none is.
+    /// Greatest height of the known cells; none where none is known.
     greatest_height_m: Option<f64>,
     /// Without reading the files.
     took_s: f64,
@@ -118,10 +119,8 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
     let began = Instant::now();
     mapper.clear();
     for (cloud, sensor) in clouds.iter().zip(&sensors) {
-        mapper.add(
-            cloud.points_m().iter().copied(),
-            &sensor.container_from_sensor,
-        );
+        let points_m = cloud.points_m().iter().copied();
+        mapper.add(points_m, &sensor.container_from_sensor);
     }
     let mapped = mapper.finish().or_run()?;
     let took_s = began.elapsed().as_secs_f64();
@@ -141,7 +140,7 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
 }
 
 impl PerceiveArguments {
-    /// The sensor of each cloud.
+    /// Gives the sensor of each cloud.
     fn sensors(&self) -> Outcome<Vec<Sensor>> {
         let (clouds, given) = (self.clouds.len(), self.container_from_sensor.len());
         if given == 0 {
@@ -228,14 +227,12 @@ fn write(grid: &Grid, mapped: &Mapped, summary: &Summary, folder: &Path) -> Outc
     let heightmap = drawing::perceived("Heightmap (grey: unknown)", grid, heightmap)?;
     files.add("heightmap.png", &heightmap)?;
     files.add("surface.png", &surface(grid, mapped)?)?;
-    files.add(
-        "summary.json",
-        &serde_json::to_vec_pretty(summary).or_run()?,
-    )?;
+    let summary = serde_json::to_vec_pretty(summary).or_run()?;
+    files.add("summary.json", &summary)?;
     Ok(files.publish()?)
 }
 
-/// The surface that the heightmap was made of, as a PNG. What is hidden is grey.
+/// Draws the surface that the heightmap was made of, as a PNG. What is hidden is grey.
 fn surface(grid: &Grid, mapped: &Mapped) -> anyhow::Result<Vec<u8>> {
     let surface = mapped.scene.surface().context("the scene has no surface")?;
     // What is unknown without any line of sight is above the rim by less than a unit.
