@@ -6,7 +6,7 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-/// The values of an array, row-major: the copy that the engine keeps.
+/// Copies the values of an array, row-major, for the engine to keep.
 pub(crate) fn values<T: Element + Copy, D: Dimension>(array: &PyReadonlyArray<'_, T, D>) -> Vec<T> {
     match array.as_slice() {
         Ok(values) if array.is_c_contiguous() => values.to_vec(),
@@ -32,7 +32,7 @@ where
     values.into_pyarray(py).reshape(shape)
 }
 
-/// An array that is handed out many times: it cannot be written to.
+/// Freezes an array that is handed out many times: it cannot be written to.
 pub(crate) fn frozen<T: Element, D: Dimension>(
     array: Bound<'_, PyArray<T, D>>,
 ) -> Py<PyArray<T, D>> {

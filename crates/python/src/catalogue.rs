@@ -18,16 +18,17 @@ use crate::item::Item;
 
 /// Objects ready to be packed on a grid.
 ///
-/// Catalogue(grid) has the 96 built-in household objects. With source the folder of mesh files (.ply, .obj, .stl; closed, z up) that it
-/// names: in the order of its objects.csv where it has one, else by file name. unit: that of the files, "m", "cm", "mm" or "in". poses: in how
-/// many resting poses an object may be packed at most. pose: "as-given", or "most-probable". Meshes are decomposed once and kept in
-/// ~/.cache/ppnpack; with cache=False nowhere.
+/// Catalogue(grid) has the 96 built-in household objects. With source the folder of mesh files
+/// (.ply, .obj, .stl; closed, z up) that it names: in the order of its objects.csv where it has
+/// one, else by file name. unit: that of the files, "m", "cm", "mm" or "in". poses: in how many
+/// resting poses an object may be packed at most. pose: "as-given", or "most-probable". Meshes are
+/// decomposed once and kept in ~/.cache/ppnpack; with cache=False nowhere.
 ///
 /// catalogue["mug"] and catalogue[3] are items in their first pose.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Catalogue {
     inner: catalogue::Catalogue,
-    /// Of each object, its poses.
+    /// The poses of each object.
     poses: Vec<Vec<Py<Item>>>,
 }
 
@@ -60,10 +61,9 @@ impl Catalogue {
     ) -> PyResult<Self> {
         let unit: LengthUnit = unit.parse().or_value_error()?;
         let pose: Pose = serde_json::from_value(Value::from(pose)).or_value_error()?;
-        let cache = if cache {
-            CacheDir::User
-        } else {
-            CacheDir::Nowhere
+        let cache = match cache {
+            true => CacheDir::User,
+            false => CacheDir::Nowhere,
         };
         let settings = Settings {
             unit,
@@ -90,12 +90,14 @@ impl Catalogue {
         objects.map(|object| object.model.name.as_str()).collect()
     }
 
-    /// A digest of all objects, their poses, their order and the resolution: results compare only where it is the same.
+    /// A digest of all objects, their poses, their order and the resolution: results compare only
+    /// where it is the same.
     fn content_hash(&self, py: Python<'_>) -> String {
         py.detach(|| self.inner.content_hash())
     }
 
-    /// An object in each pose in which it may be packed: first as it stands in the catalogue, the others by falling probability.
+    /// Gives an object in each pose in which it may be packed: first as it stands in the catalogue,
+    /// the others by falling probability.
     fn poses(&self, py: Python<'_>, object: Which) -> PyResult<Vec<Py<Item>>> {
         let poses = self.poses.get(self.index(&object)?).into_iter().flatten();
         Ok(poses.map(|item| item.clone_ref(py)).collect())
@@ -106,12 +108,8 @@ impl Catalogue {
     }
 
     fn __getitem__(&self, py: Python<'_>, object: Which) -> PyResult<Py<Item>> {
-        let item = self
-            .poses
-            .get(self.index(&object)?)
-            .and_then(|poses| poses.first());
-        let item = item.map(|item| item.clone_ref(py));
-        item.ok_or_else(|| PyIndexError::new_err("the catalogue has no such object"))
+        let first = self.poses(py, object)?.into_iter().next();
+        first.ok_or_else(|| PyIndexError::new_err("the catalogue has no such object"))
     }
 
     /// Itself: it never changes.
@@ -125,7 +123,7 @@ impl Catalogue {
 }
 
 impl Catalogue {
-    /// The objects, in their order.
+    /// Gives the objects, in their order.
     pub(crate) fn objects(&self) -> &[CatalogueObject] {
         &self.inner.objects
     }
@@ -140,16 +138,15 @@ impl Catalogue {
         ))
     }
 
-    /// The index of an object; negative ones count from the end.
+    /// Gives the index of an object; negative ones count from the end.
     fn index(&self, object: &Which) -> PyResult<usize> {
         let objects = self.poses.len();
         match object {
-            Which::Name(name) => match self.inner.find(name) {
-                Some((index, _)) => Ok(index),
-                None => Err(PyKeyError::new_err(format!(
-                    "the catalogue has no object '{name}'"
-                ))),
-            },
+            Which::Name(name) => {
+                let none = || format!("the catalogue has no object '{name}'");
+                let found = self.inner.find(name).map(|(index, _)| index);
+                found.ok_or_else(|| PyKeyError::new_err(none()))
+            }
             Which::Index(index) => {
                 let from_start = index + if *index < 0 { objects as isize } else { 0 };
                 let inside = usize::try_from(from_start).ok().filter(|at| *at < objects);

@@ -1,11 +1,12 @@
 //! The simulated cell.
 
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::Isometry3;
 use numpy::PyArray2;
 use ppnpack_packing::content::{Content, LyingSolid};
 use ppnpack_packing::grid;
+use ppnpack_packing::model::Model;
 use ppnpack_physics::cell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::outcome;
@@ -24,16 +25,21 @@ use crate::placement::Placement;
 use crate::scene::Scene;
 use crate::settings::json;
 
-/// A simulated container: items are released above their places, fall and settle; what lies there is scanned from above.
+/// A simulated container: items are released above their places, fall and settle; what lies there
+/// is scanned from above.
 ///
-/// base: the settings that the others change: "robot" (lays items down from 1 cm, up to 2 s to come to rest), "twin" (the same as placements
-/// are tried before they are made, with half the steps: 1/240 s, 1 s at most) or "reference" (the paper's: released 12 cm above, 0.375 s). Others, as dictionaries, are those of `ppnpack_physics`' CellSettings: walls, contact, release,
+/// base: the settings that the others change: "robot" (lays items down from 1 cm, up to 2 s to come
+/// to rest), "twin" (the same as placements are tried before they are made, with half the steps:
+/// 1/240 s, 1 s at most) or "reference" (the paper's: released 12 cm above, 0.375 s). Others, as
+/// dictionaries, are those of `ppnpack_physics`' CellSettings: walls, contact, release,
 /// settle_time_s, outcome, solver, seed. The container is that of the grid.
 ///
-/// camera: has depth cameras see the container in place of an exact scan: {} is one 0.9 m above the floor with 1 mm of noise and 5 %
-/// dropouts; cameras (1 or 2), height_m, width_px, height_px, noise (sigma_m, dropout, step_m) and seed change that.
+/// camera: has depth cameras see the container in place of an exact scan: {} is one 0.9 m above the
+/// floor with 1 mm of noise and 5 % dropouts; cameras (1 or 2), height_m, width_px, height_px,
+/// noise (sigma_m, dropout, step_m) and seed change that.
 ///
-/// The same settings and the same calls give the same results, bit for bit. A cell does one thing at a time: have one for each thread.
+/// The same settings and the same calls give the same results, bit for bit. A cell does one thing
+/// at a time: have one for each thread.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct SimulatedCell {
     grid: grid::Grid,
@@ -41,13 +47,14 @@ pub(crate) struct SimulatedCell {
     cell: Mutex<cell::SimulatedCell>,
 }
 
-/// What became of a placement by the end of its settling phase.
+/// The outcome of a placement by the end of its settling phase.
 ///
-/// body: the number of the new body. container_from_item: its pose at the end, float64 [4, 4]. slide_m, height_change_m: how far its
-/// centre of mass is from where it was planned, horizontally and upwards. tilt_rad: how far it tilted. toppled, inside, lost: whether it
-/// tilted too far, its centre of mass is inside the container, it left the container. disturbance_m: how far the other body that moved most
-/// moved. others_lost: earlier bodies that left the container. still: whether all is at rest. simulated_s: how long the phase took in the
-/// simulation.
+/// body: the number of the new body. container_from_item: its pose at the end, float64 [4, 4].
+/// slide_m, height_change_m: the distance of its centre of mass from where it was planned,
+/// horizontally and upwards. tilt_rad: its tilt. toppled, inside, lost: whether it tilted too far,
+/// its centre of mass is inside the container, it left the container. disturbance_m: how far the
+/// other body that moved most moved. others_lost: earlier bodies that left the container. still:
+/// whether all is at rest. simulated_s: how long the phase took in the simulation.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct PlacedReport {
     body: usize,
@@ -64,10 +71,11 @@ pub(crate) struct PlacedReport {
     simulated_s: f64,
 }
 
-/// What lies in or on the container.
+/// A body that lies in or on the container.
 ///
-/// body: its number, in the order of placing. name: of its object. container_from_item: where the object's own frame is, float64 [4, 4].
-/// inside: whether its centre of mass is inside the container. mass_kg, volume_m3: of the object.
+/// body: its number, in the order of placing. name: of its object. container_from_item: where the
+/// object's own frame is, float64 [4, 4]. inside: whether its centre of mass is inside the
+/// container. mass_kg, volume_m3: of the object.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct Body {
     body: usize,
@@ -107,35 +115,30 @@ impl SimulatedCell {
         })
     }
 
-    /// Releases an item above where it shall lie, and lets everything settle. On an error nothing has changed.
+    /// Releases an item above where it shall lie, and lets everything settle. On an error nothing
+    /// has changed.
     fn place(&self, py: Python<'_>, item: &Item, placement: &Placement) -> PyResult<PlacedReport> {
-        let report = py.detach(|| {
-            let (model, pose) = planned(&self.grid, item, placement)?;
-            self.lock()?.place(model, &pose).or_value_error()
-        });
-        PlacedReport::of(py, report?)
+        self.release(py, item, placement, cell::SimulatedCell::place)
     }
 
-    /// What place would report; the cell stays as it is.
+    /// Reports what place would; the cell stays as it is.
     fn try_place(
         &self,
         py: Python<'_>,
         item: &Item,
         placement: &Placement,
     ) -> PyResult<PlacedReport> {
-        let report = py.detach(|| {
-            let (model, pose) = planned(&self.grid, item, placement)?;
-            self.lock()?.try_place(model, &pose).or_value_error()
-        });
-        PlacedReport::of(py, report?)
+        self.release(py, item, placement, cell::SimulatedCell::try_place)
     }
 
-    /// Lets everything settle for one more phase; how long that took, in seconds of simulated time.
+    /// Lets everything settle for one more phase; gives the simulated time that it took, in
+    /// seconds.
     fn settle(&self, py: Python<'_>) -> PyResult<f64> {
         py.detach(|| Ok(self.lock()?.settle()))
     }
 
-    /// The scene that the next placement is planned on: the heightmap, the surface and all solids.
+    /// Scans the scene that the next placement is planned on: the heightmap, the surface and all
+    /// solids.
     fn scan(&self, py: Python<'_>) -> PyResult<Scene> {
         py.detach(|| {
             let mut cell = self.lock()?;
@@ -146,7 +149,8 @@ impl SimulatedCell {
         })
     }
 
-    /// What lies in or on the container, in the order of placing; what left it is no longer there.
+    /// Gives the bodies in or on the container, in the order of placing; those that left it are no
+    /// longer there.
     fn contents(&self, py: Python<'_>) -> PyResult<Vec<Body>> {
         let bodies = py.detach(|| PyResult::Ok(self.lock()?.contents()))?;
         bodies.iter().map(|state| Body::of(py, state)).collect()
@@ -167,12 +171,31 @@ impl SimulatedCell {
     }
 }
 
+/// A way of releasing a model at a pose.
+type Release = fn(
+    &mut cell::SimulatedCell,
+    &Arc<Model>,
+    &Isometry3<f64>,
+) -> Result<outcome::PlacedReport, PhysicsError>;
+
 impl SimulatedCell {
+    fn release(
+        &self,
+        py: Python<'_>,
+        item: &Item,
+        placement: &Placement,
+        release: Release,
+    ) -> PyResult<PlacedReport> {
+        let report = py.detach(|| {
+            let (model, pose) = planned(&self.grid, item, placement)?;
+            release(&mut self.lock()?, model, &pose).or_value_error()
+        });
+        PlacedReport::of(py, report?)
+    }
+
     fn lock(&self) -> PyResult<MutexGuard<'_, cell::SimulatedCell>> {
-        unused(
-            &self.cell,
-            "the cell is busy with something else: have one for each thread",
-        )
+        let busy = "the cell is busy with something else: have one for each thread";
+        unused(&self.cell, busy)
     }
 }
 
@@ -208,15 +231,15 @@ impl Body {
     }
 }
 
-/// The settings of a cell whose container is that of a grid.
+/// Reads the settings of a cell whose container is that of a grid.
 pub(crate) fn cell_settings(
     grid: &grid::Grid,
     base: &str,
     over: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<CellSettings> {
-    let base = match base {
+    let mut settings = match base {
         "robot" => CellSettings::robot(),
-        "twin" => TwinSettings::of(&CellSettings::robot()).cell,
+        "twin" => TwinSettings::default().cell,
         "reference" => CellSettings::default(),
         other => {
             return Err(PyValueError::new_err(format!(
@@ -224,19 +247,15 @@ pub(crate) fn cell_settings(
             )));
         }
     };
-    let settings = match over {
-        None => base,
-        Some(over) => base.overlaid(json(over.as_any())?).or_value_error()?,
-    };
-    let settings = CellSettings {
-        container: grid.container(),
-        ..settings
-    };
+    if let Some(over) = over {
+        settings = settings.overlaid(json(over.as_any())?).or_value_error()?;
+    }
+    settings.container = grid.container();
     settings.validate().or_value_error()?;
     Ok(settings)
 }
 
-/// The settings of cameras, where there are any.
+/// Reads the settings of cameras, where there are any.
 pub(crate) fn camera_settings(
     settings: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Option<CameraSettings>> {
@@ -246,7 +265,7 @@ pub(crate) fn camera_settings(
     settings.map(read).transpose()
 }
 
-/// The heightmap, the surface and the solids of a cell, scanned exactly or seen by cameras.
+/// Gives the heightmap, the surface and the solids of a cell, scanned exactly or seen by cameras.
 pub(crate) fn scanned(
     cell: &mut cell::SimulatedCell,
     view: Option<&mut CameraView>,
@@ -261,24 +280,21 @@ pub(crate) fn scanned(
     }
 }
 
-/// The model that a cell is given, and where its frame shall be.
+/// Gives the model for a cell, and the pose of its frame.
 fn planned<'a>(
     grid: &grid::Grid,
     item: &'a Item,
     placement: &Placement,
-) -> PyResult<(
-    &'a std::sync::Arc<ppnpack_packing::model::Model>,
-    Isometry3<f64>,
-)> {
+) -> PyResult<(&'a Arc<Model>, Isometry3<f64>)> {
     let name = item.item().name();
     let model = item.own.as_ref().ok_or_else(|| {
         PyValueError::new_err(format!(
             "the solid of item {name} is not known: take it from a catalogue, or make it of a mesh"
         ))
     })?;
+    let none = || PyValueError::new_err(format!("item {name} has no such yaw"));
     let frame = item.item().container_from_item(grid, &placement.resting());
-    let mut frame =
-        frame.ok_or_else(|| PyValueError::new_err(format!("item {name} has no such yaw")))?;
+    let mut frame = frame.ok_or_else(none)?;
     frame.translation.z -= placement.lowered_m;
     Ok((model, item.candidate.lying.own_frame(&frame)))
 }

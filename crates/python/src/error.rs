@@ -10,10 +10,10 @@ use pyo3::prelude::*;
 
 /// Turns what went wrong into an exception.
 pub(crate) trait OrRaise<T> {
-    /// An input is wrong: `ValueError`.
+    /// Raises `ValueError`: an input is wrong.
     fn or_value_error(self) -> PyResult<T>;
 
-    /// Something went wrong on the way: `RuntimeError`.
+    /// Raises `RuntimeError`: something went wrong on the way.
     fn or_runtime_error(self) -> PyResult<T>;
 }
 
@@ -39,7 +39,7 @@ pub(crate) fn unused<'a, T>(
     }
 }
 
-/// The exception that led to an error, where Python code that the engine called raised one.
+/// Finds the exception that led to an error, where Python code that the engine called raised one.
 pub(crate) fn raised(py: Python<'_>, error: &(dyn Error + 'static)) -> Option<PyErr> {
     let mut cause = Some(error);
     while let Some(error) = cause {

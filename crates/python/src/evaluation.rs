@@ -1,4 +1,4 @@
-//! One item on one container, at every offset.
+//! Evaluation of one item on one container, at every offset.
 
 use numpy::PyArray3;
 use ppnpack_packing::grid::{self, Units};
@@ -22,11 +22,13 @@ use crate::settings::settings;
 /// The resting height of a placement whose footprint is not inside the container.
 pub(crate) const OUTSIDE: Units = -1;
 
-/// What the engine says of every placement of an item; arrays are [yaw, x, y] by the cell of the footprint's corner.
+/// Figures of every placement of an item; arrays are [yaw, x, y] by the cell of the footprint's
+/// corner.
 ///
-/// resting_height: int16, in units; -1 where the footprint is not inside the container. fits: bool, whether the item stays at or below
-/// the rim. stable: bool, whether it does and the paper's stability test accepts it. value: float64, the objective with its balance
-/// term, lower is better; inf where the item does not fit.
+/// resting_height: int16, in units; -1 where the footprint is not inside the container. fits: bool,
+/// whether the item stays at or below the rim. stable: bool, whether it does and the paper's
+/// stability test accepts it. value: float64, the objective with its balance term, lower is better;
+/// inf where the item does not fit.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct Evaluation {
     resting_height: Py<PyArray3<i16>>,
@@ -45,8 +47,8 @@ struct Surveys {
 
 /// Evaluates an item on a container at every offset.
 ///
-/// scene: a Scene or an int16 heightmap [nx, ny]. heuristic: "sdfm", "dbl", "hm" or "mta". weights: a dictionary of those of the
-/// objective that are not the published ones.
+/// scene: a Scene or an int16 heightmap [nx, ny]. heuristic: "sdfm", "dbl", "hm" or "mta". weights:
+/// a dictionary of those of the objective that are not the published ones.
 #[pyfunction]
 #[pyo3(signature = (grid, scene, item, heuristic = "sdfm", weights = None))]
 pub(crate) fn evaluate(
@@ -69,8 +71,8 @@ pub(crate) fn evaluate(
     let (grid, item) = (&grid.inner, item.item());
     let scene = SceneArgument::read(grid, scene)?;
     item.check_yaws(grid).or_value_error()?;
-    let surveys =
-        py.detach(|| Surveys::of(grid, scene.get().heightmap(), item, heuristic, &weights));
+    let heightmap = || scene.get().heightmap();
+    let surveys = py.detach(|| Surveys::of(grid, heightmap(), item, heuristic, &weights));
     let surveys = surveys.or_value_error()?;
     let shape = [item.views().len(), grid.nx(), grid.ny()];
     Ok(Evaluation {
@@ -81,8 +83,8 @@ pub(crate) fn evaluate(
     })
 }
 
-/// The height at which an item comes to rest at every placement, in units: int16 [yaw, x, y], -1 where its footprint is not inside the
-/// container. Many times quicker than evaluate.
+/// Gives the height at which an item comes to rest at every placement, in units: int16 [yaw, x, y],
+/// -1 where its footprint is not inside the container. Many times quicker than evaluate.
 #[pyfunction]
 pub(crate) fn resting_heights<'py>(
     py: Python<'py>,
@@ -101,7 +103,7 @@ pub(crate) fn resting_heights<'py>(
     array(py, [item.views().len(), grid.nx(), grid.ny()], heights)
 }
 
-/// The resting heights of an item, row-major over all yaws and cells of a grid.
+/// Gives the resting heights of an item, row-major over all yaws and cells of a grid.
 pub(crate) fn everywhere(
     grid: &grid::Grid,
     item: &item::Item,

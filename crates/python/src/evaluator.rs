@@ -26,9 +26,9 @@ pub(crate) struct PythonEvaluator {
     grid: Grid,
     known: Known,
     resting: RestingHeights,
-    /// The best last.
+    /// Placements, the best last.
     ranking: Vec<Evaluated>,
-    /// By index of the candidate.
+    /// Counts, by index of the candidate.
     counts: Vec<PlacementCounts>,
     left_out: Vec<usize>,
 }
@@ -46,7 +46,8 @@ impl PythonEvaluator {
         }
     }
 
-    /// The values of all placements of a candidate, row-major; what does not fit has none that counts.
+    /// Asks for the values of all placements of a candidate, row-major; what does not fit has none
+    /// that counts.
     fn values(
         &self,
         input: &StepInput<'_>,
@@ -96,9 +97,7 @@ impl Evaluator for PythonEvaluator {
     ) -> StageResult {
         self.ranking.clear();
         self.left_out.clear();
-        self.counts.clear();
-        self.counts
-            .resize(input.candidates.len(), PlacementCounts::default());
+        self.counts = vec![PlacementCounts::default(); input.candidates.len()];
         let candidates = || {
             let candidate = |index: &usize| Some((*index, input.candidates.get(*index)?));
             group.iter().filter_map(candidate)
@@ -158,7 +157,7 @@ impl Evaluator for PythonEvaluator {
     }
 }
 
-/// Where on the grid a placement with this row-major index is.
+/// Gives the placement with this row-major index.
 fn placement(grid: &Grid, index: usize) -> Placement {
     let cells = grid.nx() * grid.ny();
     Placement {
@@ -168,7 +167,7 @@ fn placement(grid: &Grid, index: usize) -> Placement {
     }
 }
 
-/// Of each placement whether the item stays at or below the rim.
+/// Says of each placement whether the item stays at or below the rim.
 fn fits(grid: &Grid, held: &Candidate, resting: &[Units]) -> Vec<bool> {
     let of_yaws = resting.chunks_exact(grid.nx() * grid.ny());
     let of_yaws = of_yaws.zip(held.item.views());
@@ -179,7 +178,7 @@ fn fits(grid: &Grid, held: &Candidate, resting: &[Units]) -> Vec<bool> {
     fits.collect()
 }
 
-/// Of each placement whether it was proposed.
+/// Says of each placement whether it was proposed.
 fn proposed(
     grid: &Grid,
     held: &Candidate,
@@ -187,18 +186,16 @@ fn proposed(
 ) -> Vec<bool> {
     let cells = grid.nx() * grid.ny();
     let count = held.item.views().len() * cells;
-    match proposals {
-        CandidateProposals::All => vec![true; count],
-        CandidateProposals::Some(placements) => {
-            let mut is_proposed = vec![false; count];
-            for at in placements {
-                let is_on_grid = at.x < grid.nx() && at.y < grid.ny();
-                let index = at.yaw * cells + at.x * grid.ny() + at.y;
-                if let Some(place) = is_proposed.get_mut(index).filter(|_| is_on_grid) {
-                    *place = true;
-                }
-            }
-            is_proposed
+    let CandidateProposals::Some(placements) = proposals else {
+        return vec![true; count];
+    };
+    let mut is_proposed = vec![false; count];
+    for at in placements {
+        let is_on_grid = at.x < grid.nx() && at.y < grid.ny();
+        let index = at.yaw * cells + at.x * grid.ny() + at.y;
+        if let Some(place) = is_proposed.get_mut(index).filter(|_| is_on_grid) {
+            *place = true;
         }
     }
+    is_proposed
 }

@@ -9,18 +9,20 @@ use crate::error::OrRaise;
 
 /// A container seen as a grid of cells with heights in units.
 ///
-/// Grid() is that of `ppnpack pack`: 128 x 128 cells of 2.5 mm, 150 units of 2 mm, 16 yaws. Cell (x, y) covers
-/// [x, x + 1) x [y, y + 1) cells of the container frame: right-handed, z up, the origin at an inner bottom corner.
+/// Grid() is that of `ppnpack pack`: 128 x 128 cells of 2.5 mm, 150 units of 2 mm, 16 yaws. Cell
+/// (x, y) covers [x, x + 1) x [y, y + 1) cells of the container frame: right-handed, z up, the
+/// origin at an inner bottom corner.
 ///
-/// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m: one unit of height. yaws: how many,
-/// evenly over half a turn, or angles in radians, counter-clockwise seen from above.
+/// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m:
+/// one unit of height. yaws: how many, evenly over half a turn, or angles in radians,
+/// counter-clockwise seen from above.
 #[pyclass(frozen, eq, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Grid {
     pub(crate) inner: grid::Grid,
 }
 
-/// How many yaws, or which.
+/// The number of yaws, or their angles.
 #[derive(FromPyObject)]
 enum YawsArgument {
     Count(usize),
@@ -47,13 +49,14 @@ impl Grid {
         let container = container_m.map_or(usual.container, size);
         let cell_m = cell_m.unwrap_or(usual.cell_m);
         let height_unit_m = height_unit_m.unwrap_or(usual.height_unit_m);
-        let resolution =
-            Resolution::new(cell_m, height_unit_m, yaws.or_value_error()?).or_value_error()?;
+        let yaws = yaws.or_value_error()?;
+        let resolution = Resolution::new(cell_m, height_unit_m, yaws).or_value_error()?;
         let inner = grid::Grid::new(container, resolution).or_value_error()?;
         Ok(Self { inner })
     }
 
-    /// The paper's grid: 32 x 32 cells of 1 cm, 150 units of 2 mm, yaws of 0, 45, 90 and 135 degrees.
+    /// The paper's grid: 32 x 32 cells of 1 cm, 150 units of 2 mm, yaws of 0, 45, 90 and 135
+    /// degrees.
     #[staticmethod]
     fn reference() -> Self {
         let inner = grid::Grid::reference();
@@ -117,12 +120,13 @@ impl Grid {
         (yaws, self.inner.nx(), self.inner.ny())
     }
 
-    /// The heightmap of an empty container: int16 [nx, ny], zeros.
+    /// Gives the heightmap of an empty container: int16 [nx, ny], zeros.
     fn empty<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i16>> {
         PyArray2::zeros(py, [self.inner.nx(), self.inner.ny()], false)
     }
 
-    /// Heights in metres, float64 of any two dimensions, as units, rounded up: int16 of the same shape.
+    /// Converts heights in metres, float64 of any two dimensions, to units, rounded up: int16 of
+    /// the same shape.
     fn units<'py>(
         &self,
         py: Python<'py>,
@@ -135,7 +139,8 @@ impl Grid {
         array(py, shape.into(), units.collect())
     }
 
-    /// Heights in units, int16 of any two dimensions, in metres: float64 of the same shape.
+    /// Converts heights in units, int16 of any two dimensions, to metres: float64 of the same
+    /// shape.
     fn metres<'py>(
         &self,
         py: Python<'py>,
@@ -148,15 +153,12 @@ impl Grid {
         array(py, shape.into(), metres.collect())
     }
 
-    /// What an equal one is made of, so that it can be copied and sent to other processes.
+    /// Gives the arguments that make an equal one, so that it can be copied and sent to other
+    /// processes.
     fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>) {
         let yaws_rad = self.inner.resolution().yaws().radians().to_vec();
-        (
-            self.container_m(),
-            self.cell_m(),
-            self.height_unit_m(),
-            yaws_rad,
-        )
+        let (cell_m, height_unit_m) = (self.cell_m(), self.height_unit_m());
+        (self.container_m(), cell_m, height_unit_m, yaws_rad)
     }
 
     fn __repr__(&self) -> String {

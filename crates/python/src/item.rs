@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Point3;
-use numpy::{PyArray2, PyReadonlyArray2};
+use numpy::{Element, PyArray2, PyReadonlyArray2};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mass::DEFAULT_DENSITY_KG_M3;
 use ppnpack_catalogue::mesh::Mesh;
@@ -19,11 +19,12 @@ use crate::arrays::{array, frozen, values};
 use crate::error::OrRaise;
 use crate::grid::Grid;
 
-/// An item that can be packed, in one pose: for each yaw of a grid, its upper and lower surface over its footprint.
+/// An item that can be packed, in one pose: for each yaw of a grid, its upper and lower surface
+/// over its footprint.
 ///
-/// Made by a Catalogue, or of surfaces that are given. Item(name, tops, bottoms): for each yaw an int16 array [w, d] of the upper
-/// surface, and one of the lower, in units from the item's lowest point; -1 below where a cell has no material. Of such an item no mass
-/// and no solid is known.
+/// Made by a Catalogue, or of surfaces that are given. Item(name, tops, bottoms): for each yaw an
+/// int16 array [w, d] of the upper surface, and one of the lower, in units from the item's lowest
+/// point; -1 below where a cell has no material. Of such an item no mass and no solid is known.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Item {
     /// All that is known of it; its place in a sequence is that of the step that it takes part in.
@@ -35,7 +36,8 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    /// A candidate of a step, whose own model, in the pose in which the catalogue has it, is known or not.
+    /// Makes it of a candidate of a step, whose own model, in the pose in which the catalogue has
+    /// it, is known or not.
     pub(crate) fn of(candidate: Candidate, own: Option<Arc<Model>>) -> Self {
         Self {
             candidate,
@@ -44,7 +46,7 @@ impl Item {
         }
     }
 
-    /// Its heightmaps.
+    /// Gives its heightmaps.
     pub(crate) fn item(&self) -> &Arc<item::Item> {
         &self.candidate.item
     }
@@ -57,7 +59,7 @@ impl Item {
         })
     }
 
-    /// One of the two surfaces at a yaw, as the same array each time.
+    /// Gives one of the two surfaces at a yaw, as the same array each time.
     fn surface(&self, py: Python<'_>, yaw: usize, which: usize) -> PyResult<Py<PyArray2<i16>>> {
         self.view(yaw)?;
         let all = self.surfaces.get_or_try_init(py, || {
@@ -104,10 +106,11 @@ impl Item {
         Ok(Self::of(candidate, None))
     }
 
-    /// An item of a closed triangle mesh, in the pose in which it is given, z up.
+    /// Makes an item of a closed triangle mesh, in the pose in which it is given, z up.
     ///
-    /// vertices: float64 [n, 3], in metres. triangles: uint32 [m, 3], indices of vertices, counter-clockwise seen from outside. Its mass is
-    /// mass_kg, else that of its volume at density_kg_m3.
+    /// vertices: float64 [n, 3], in metres. triangles: uint32 [m, 3], indices of vertices,
+    /// counter-clockwise seen from outside. Its mass is mass_kg, else that of its volume at
+    /// density_kg_m3.
     #[staticmethod]
     #[pyo3(signature = (grid, name, vertices, triangles, *, mass_kg = None, density_kg_m3 = DEFAULT_DENSITY_KG_M3))]
     fn from_mesh(
@@ -119,17 +122,10 @@ impl Item {
         mass_kg: Option<f64>,
         density_kg_m3: f64,
     ) -> PyResult<Self> {
+        let vertices = triples(&vertices, "vertices")?.into_iter();
         let mesh = Mesh {
-            vertices: triples(&values(&vertices), vertices.as_array().ncols(), "vertices")?
-                .map(|at| Point3::from(*at))
-                .collect(),
-            triangles: triples(
-                &values(&triangles),
-                triangles.as_array().ncols(),
-                "triangles",
-            )?
-            .copied()
-            .collect(),
+            vertices: vertices.map(Point3::from).collect(),
+            triangles: triples(&triangles, "triangles")?,
         };
         let settings = ModelSettings {
             mass_kg,
@@ -152,13 +148,13 @@ impl Item {
         self.item().name().to_string()
     }
 
-    /// Which of the object's poses it is in: 0 is that of the catalogue.
+    /// The number of the object's pose: 0 is that of the catalogue.
     #[getter]
     fn pose(&self) -> usize {
         self.candidate.pose
     }
 
-    /// At how many yaws it may be placed.
+    /// The number of yaws at which it may be placed.
     #[getter]
     fn yaws(&self) -> usize {
         self.item().views().len()
@@ -182,25 +178,27 @@ impl Item {
         self.own.is_some()
     }
 
-    /// Its upper surface at a yaw, in units from its lowest point; 0 where a cell has no material: int16 [w, d], not to be written to.
+    /// Gives its upper surface at a yaw, in units from its lowest point; 0 where a cell has no
+    /// material: int16 [w, d], not to be written to.
     #[pyo3(signature = (yaw = 0))]
     fn top(&self, py: Python<'_>, yaw: usize) -> PyResult<Py<PyArray2<i16>>> {
         self.surface(py, yaw, 0)
     }
 
-    /// Its lower surface at a yaw, in units from its lowest point; -1 where a cell has no material: int16 [w, d], not to be written to.
+    /// Gives its lower surface at a yaw, in units from its lowest point; -1 where a cell has no
+    /// material: int16 [w, d], not to be written to.
     #[pyo3(signature = (yaw = 0))]
     fn bottom(&self, py: Python<'_>, yaw: usize) -> PyResult<Py<PyArray2<i16>>> {
         self.surface(py, yaw, 1)
     }
 
-    /// Its height from the lowest to the highest point at a yaw, in units.
+    /// Gives its height from the lowest to the highest point at a yaw, in units.
     #[pyo3(signature = (yaw = 0))]
     fn height(&self, yaw: usize) -> PyResult<i16> {
         Ok(self.view(yaw)?.height())
     }
 
-    /// How many voxels (cell times unit) it fills at a yaw.
+    /// Counts the voxels (cell times unit) that it fills at a yaw.
     #[pyo3(signature = (yaw = 0))]
     fn voxel_count(&self, yaw: usize) -> PyResult<u64> {
         Ok(self.view(yaw)?.voxel_count())
@@ -217,16 +215,15 @@ impl Item {
     }
 }
 
-/// The rows of an array of three columns.
-fn triples<'a, T>(
-    values: &'a [T],
-    columns: usize,
+/// Gives the rows of an array of three columns.
+fn triples<T: Element + Copy>(
+    array: &PyReadonlyArray2<'_, T>,
     what: &str,
-) -> PyResult<std::slice::Iter<'a, [T; 3]>> {
-    if columns == 3 {
-        return Ok(values.as_chunks::<3>().0.iter());
+) -> PyResult<Vec<[T; 3]>> {
+    match array.as_array().ncols() {
+        3 => Ok(values(array).as_chunks::<3>().0.to_vec()),
+        columns => Err(PyValueError::new_err(format!(
+            "{what} need 3 columns, not {columns}"
+        ))),
     }
-    Err(PyValueError::new_err(format!(
-        "{what} need 3 columns, not {columns}"
-    )))
 }

@@ -1,4 +1,5 @@
-//! One packing, step by step: a container, a sequence of items seen through a buffer, and which placements are possible.
+//! One packing, step by step: a container, a sequence of items seen through a buffer, and which
+//! placements are possible.
 
 use std::sync::Arc;
 
@@ -20,15 +21,15 @@ use crate::cell::scanned;
 use crate::evaluation::{OUTSIDE, write_everywhere};
 use crate::placement::lay;
 
-/// What packings of a kind have in common.
+/// The settings that packings of a kind share.
 pub(crate) struct Setup {
     pub(crate) grid: Grid,
     pub(crate) objects: Vec<CatalogueObject>,
-    /// Of each object.
-    maps: Vec<PaddedMaps>,
-    /// How many items a step may choose from.
+    /// The surfaces of each object as observed.
+    pub(crate) maps: Vec<PaddedMaps>,
+    /// The number of items that a step may choose from.
     pub(crate) buffer: usize,
-    /// How many items arrive in all.
+    /// The number of items that arrive in all.
     pub(crate) items: usize,
     /// Whether what the published stability test refuses is not possible.
     pub(crate) is_tested: bool,
@@ -38,15 +39,15 @@ pub(crate) struct Setup {
     pub(crate) camera: Option<CameraSettings>,
 }
 
-/// An item's surfaces as observed: padded to the grid, one after another per yaw; without material 0 above and -1 below. What does not
-/// fit on the grid is cut off.
-struct PaddedMaps {
+/// An item's surfaces as observed: padded to the grid, one after another per yaw; without material
+/// 0 above and -1 below. What does not fit on the grid is cut off.
+pub(crate) struct PaddedMaps {
     top: Vec<Units>,
     bottom: Vec<Units>,
 }
 
 impl PaddedMaps {
-    fn of(grid: &Grid, item: &Item) -> Self {
+    pub(crate) fn of(grid: &Grid, item: &Item) -> Self {
         let cells = grid.nx() * grid.ny();
         let mut maps = Self {
             top: vec![0; item.views().len() * cells],
@@ -67,44 +68,25 @@ impl PaddedMaps {
 }
 
 impl Setup {
-    pub(crate) fn new(
-        grid: Grid,
-        objects: Vec<CatalogueObject>,
-        buffer: usize,
-        items: usize,
-        is_tested: bool,
-        cell: Option<CellSettings>,
-        camera: Option<CameraSettings>,
-    ) -> Self {
-        let maps = objects
-            .iter()
-            .map(|object| PaddedMaps::of(&grid, &object.item));
-        Self {
-            maps: maps.collect(),
-            grid,
-            objects,
-            buffer,
-            items,
-            is_tested,
-            cell,
-            camera,
-        }
-    }
-
-    /// Yaws, and cells along x and y.
+    /// Gives the numbers of yaws, and of cells along x and y.
     pub(crate) fn shape(&self) -> [usize; 3] {
         let yaws = self.grid.resolution().yaws().count();
         [yaws, self.grid.nx(), self.grid.ny()]
     }
 
-    /// Cells of the container.
+    /// Counts the cells of the container.
     pub(crate) fn cells(&self) -> usize {
         self.grid.nx() * self.grid.ny()
     }
 
-    /// How many actions there are: one per slot of the buffer, yaw and cell.
+    /// Counts the actions of a slot of the buffer: one per yaw and cell.
+    pub(crate) fn per_slot(&self) -> usize {
+        self.shape().iter().product()
+    }
+
+    /// Counts the actions.
     pub(crate) fn actions(&self) -> usize {
-        self.buffer * self.shape().iter().product::<usize>()
+        self.buffer * self.per_slot()
     }
 
     fn volume_m3(&self) -> f64 {
@@ -127,10 +109,10 @@ pub(crate) struct Observed<Heights, Mask> {
     pub(crate) mask: Mask,
 }
 
-/// Of one packing, in the arrays of all.
+/// The observation of one packing, in the arrays of all.
 pub(crate) type ObservedIn<'a> = Observed<&'a mut [Units], &'a mut [i8]>;
 
-/// What a step led to.
+/// The outcome of a step.
 #[derive(Default, Clone, Copy)]
 pub(crate) struct Stepped {
     /// The change of the packed share of the container's volume.
@@ -154,9 +136,9 @@ pub(crate) struct Packing {
     view: Option<CameraView>,
     resting: RestingHeights,
     stability: PublishedStability,
-    /// Of each action the height at which the item would come to rest.
+    /// The height at which the item would come to rest, by action.
     heights: Vec<Units>,
-    /// Of each action whether it is possible.
+    /// 1 where an action is possible, else 0.
     mask: Vec<i8>,
     packed_m3: f64,
     packed: usize,
@@ -164,7 +146,7 @@ pub(crate) struct Packing {
 }
 
 impl Packing {
-    /// An empty container; nothing arrives before the first reset.
+    /// Makes an empty container; nothing arrives before the first reset.
     pub(crate) fn new(setup: Arc<Setup>, seed: u64) -> Result<Self, PhysicsError> {
         let cell = setup.cell.clone().map(SimulatedCell::new).transpose()?;
         let camera = setup.camera.filter(|_| cell.is_some());
@@ -196,9 +178,8 @@ impl Packing {
         if let Some(seed) = seed {
             self.random = ChaCha8Rng::seed_from_u64(seed);
         }
-        let (objects, items) = (self.setup.objects.len(), self.setup.items);
-        let random = &mut self.random;
-        let drawn = (0..items).map(|_| random.random_range(0..objects));
+        let objects = self.setup.objects.len();
+        let drawn = (0..self.setup.items).map(|_| self.random.random_range(0..objects));
         let drawn: Vec<usize> = drawn.collect();
         self.begin(&drawn);
     }
@@ -217,17 +198,17 @@ impl Packing {
         self.refresh();
     }
 
-    /// Whether it is over, so that a reset is next.
+    /// Says whether it is over, so that a reset is next.
     pub(crate) fn is_over(&self) -> bool {
         self.is_over
     }
 
-    /// How many items lie in the container.
+    /// Counts the items in the container.
     pub(crate) fn packed(&self) -> usize {
         self.packed
     }
 
-    /// The share of the container's volume that they fill.
+    /// Gives the share of the container's volume that they fill.
     pub(crate) fn volume_share(&self) -> f64 {
         self.packed_m3 / self.setup.volume_m3()
     }
@@ -248,26 +229,19 @@ impl Packing {
         })
     }
 
-    /// Whether the action was possible, and the item is placed.
+    /// Places the item of an action; says whether the action was possible.
     fn place(&mut self, action: i64) -> Result<bool, PhysicsError> {
         let setup = Arc::clone(&self.setup);
-        let Some((slot, placement)) = self.possible(action) else {
+        let possible = self.possible(action).and_then(|(slot, at)| {
+            let object = setup
+                .objects
+                .get(self.slots.get(slot).copied().flatten()?)?;
+            let view = object.item.views().get(at.placement.yaw)?;
+            let pose = object.item.container_from_item(&setup.grid, &at)?;
+            Some((slot, at, object, view, pose))
+        });
+        let Some((slot, at, object, view, pose)) = possible else {
             return Ok(false);
-        };
-        let object = self.slots.get(slot).copied().flatten();
-        let Some(object) = object.and_then(|index| setup.objects.get(index)) else {
-            return Ok(false);
-        };
-        let Placement { yaw, x, y } = placement;
-        let view = object.item.views().get(yaw);
-        let Some((view, resting_height)) =
-            view.and_then(|view| Some((view, self.resting.at(view, x, y)?)))
-        else {
-            return Ok(false);
-        };
-        let at = RestingPlacement {
-            placement,
-            resting_height,
         };
         match &mut self.cell {
             None => {
@@ -276,9 +250,6 @@ impl Packing {
                 self.packed_m3 += object.model.volume_m3;
             }
             Some(cell) => {
-                let Some(pose) = object.item.container_from_item(&setup.grid, &at) else {
-                    return Ok(false);
-                };
                 cell.place(&object.model, &pose)?;
                 let scene = scanned(cell, self.view.as_mut(), &setup.grid)?;
                 self.heightmap = scene.heightmap().clone();
@@ -293,8 +264,8 @@ impl Packing {
         Ok(true)
     }
 
-    /// The slot and the placement of an action that is possible.
-    fn possible(&self, action: i64) -> Option<(usize, Placement)> {
+    /// Gives the slot and the placement of an action that is possible.
+    fn possible(&self, action: i64) -> Option<(usize, RestingPlacement)> {
         let action = usize::try_from(action).ok()?;
         self.mask.get(action).filter(|possible| **possible == 1)?;
         let [yaws, nx, ny] = self.setup.shape();
@@ -303,35 +274,41 @@ impl Packing {
             x: action / ny % nx,
             y: action % ny,
         };
-        Some((action / (yaws * nx * ny), placement))
+        let at = RestingPlacement {
+            placement,
+            resting_height: *self.heights.get(action)?,
+        };
+        Some((action / self.setup.per_slot(), at))
     }
 
-    /// Finds out what is possible now.
+    /// Finds out how high the items of the buffer would come to rest, and what is possible now.
     fn refresh(&mut self) {
-        self.find_heights();
-        self.mask.fill(0);
         let Self {
             setup,
             slots,
             heightmap,
             stability,
+            resting,
             heights,
             mask,
             ..
         } = self;
         let (grid, cells) = (&setup.grid, setup.cells());
-        let per_slot = setup.actions() / setup.buffer;
-        let per_slot = mask
-            .chunks_exact_mut(per_slot)
-            .zip(heights.chunks_exact(per_slot));
-        for ((mask, heights), slot) in per_slot.zip(slots.iter()) {
-            let Some(object) = slot.and_then(|index| setup.objects.get(index)) else {
+        let object = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
+        let buffer = slots.iter().filter_map(object).map(|it| &*it.item);
+        resting.update(heightmap, buffer);
+        mask.fill(0);
+        heights.fill(OUTSIDE);
+        let masks = mask.chunks_exact_mut(setup.per_slot());
+        let slots = slots.iter().zip(heights.chunks_exact_mut(setup.per_slot()));
+        for (mask, (slot, heights)) in masks.zip(slots) {
+            let Some(object) = object(slot) else {
                 continue;
             };
-            let per_yaw = mask
-                .chunks_exact_mut(cells)
-                .zip(heights.chunks_exact(cells));
-            for (yaw, ((mask, heights), view)) in per_yaw.zip(object.item.views()).enumerate() {
+            write_everywhere(grid, &object.item, resting, heights);
+            let views = object.item.views().iter().zip(heights.chunks_exact(cells));
+            let views = mask.chunks_exact_mut(cells).zip(views);
+            for (yaw, (mask, (view, heights))) in views.enumerate() {
                 let highest = grid.rim() - view.height();
                 for (possible, height) in mask.iter_mut().zip(heights) {
                     *possible = i8::from((0..=highest).contains(height));
@@ -346,38 +323,13 @@ impl Packing {
         self.is_over = !self.mask.contains(&1);
     }
 
-    /// Finds out how high the items of the buffer would come to rest.
-    fn find_heights(&mut self) {
-        let Self {
-            setup,
-            slots,
-            heightmap,
-            resting,
-            heights,
-            ..
-        } = self;
-        let item = |slot: &Option<usize>| slot.and_then(|index| setup.objects.get(index));
-        let buffer = slots.iter().filter_map(item).map(|object| &*object.item);
-        resting.update(heightmap, buffer);
-        for (heights, slot) in heights
-            .chunks_exact_mut(setup.actions() / setup.buffer)
-            .zip(slots.iter())
-        {
-            match item(slot) {
-                Some(object) => write_everywhere(&setup.grid, &object.item, resting, heights),
-                None => heights.fill(OUTSIDE),
-            }
-        }
-    }
-
     /// Writes down all that is observed.
     pub(crate) fn observe(&self, into: ObservedIn<'_>) {
         into.heightmap.copy_from_slice(self.heightmap.heights());
         into.mask.copy_from_slice(&self.mask);
         into.resting.copy_from_slice(&self.heights);
-        let per_slot = self.setup.actions() / self.setup.buffer;
-        let tops = into.top.chunks_exact_mut(per_slot);
-        let bottoms = into.bottom.chunks_exact_mut(per_slot);
+        let tops = into.top.chunks_exact_mut(self.setup.per_slot());
+        let bottoms = into.bottom.chunks_exact_mut(self.setup.per_slot());
         for ((top, bottom), slot) in tops.zip(bottoms).zip(&self.slots) {
             match slot.and_then(|index| self.setup.maps.get(index)) {
                 Some(maps) => {
@@ -392,13 +344,10 @@ impl Packing {
         }
     }
 
-    /// The objects in the buffer, by slot; -1 where there is none.
+    /// Gives the objects in the buffer, by slot; -1 where there is none.
     pub(crate) fn objects(&self) -> impl Iterator<Item = i64> {
         let slots = self.slots.iter();
-        slots.map(|slot| {
-            slot.and_then(|index| i64::try_from(index).ok())
-                .unwrap_or(-1)
-        })
+        slots.map(|slot| slot.map_or(-1, |index| index as i64))
     }
 }
 

@@ -16,24 +16,26 @@ use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
 use crate::error::{OrRaise, unused};
 use crate::grid::Grid;
-use crate::packing::{Observed, ObservedIn, Packing, Setup, Stepped as One};
+use crate::packing::{Observed, ObservedIn, Packing, PaddedMaps, Setup, Stepped as One};
 
-/// The most packings that are stepped together.
+/// Maximum of packings that are stepped together.
 const MAX_COUNT: usize = 65_536;
 
-/// The most items that a step may choose from.
+/// Maximum of items that a step may choose from.
 const MAX_BUFFER: usize = 256;
 
-/// The most items that arrive.
+/// Maximum of items that arrive.
 const MAX_ITEMS: usize = 1_000_000;
 
 /// Packings that are stepped together: what ppnpack.envs is made of.
 ///
-/// Each has an empty container, in which items of a catalogue are packed: `items` arrive in random order, `buffer` of which may be chosen
-/// from. Action ((slot * yaws + yaw) * nx + x) * ny + y places the item of a slot. The next item that arrives takes that slot. A placement is
-/// possible where the item fits below the rim; with stability="published", where the paper's test accepts it too. physics: whether items are
-/// released in a simulated cell, whose settings are those of `cell` over those of "twin" (see SimulatedCell); else they stay where
-/// they come to rest. threads: how many step at the same time; as many as the machine has cores where it is not given.
+/// Each has an empty container, in which items of a catalogue are packed: `items` arrive in random
+/// order, `buffer` of which may be chosen from. Action ((slot * yaws + yaw) * nx + x) * ny + y
+/// places the item of a slot. The next item that arrives takes that slot. A placement is possible
+/// where the item fits below the rim; with stability="published", where the paper's test accepts it
+/// too. physics: whether items are released in a simulated cell, whose settings are those of `cell`
+/// over those of "twin" (see SimulatedCell); else they stay where they come to rest. threads: how
+/// many step at the same time; as many as the machine has cores where it is not given.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Packings {
     setup: Arc<Setup>,
@@ -42,11 +44,12 @@ pub(crate) struct Packings {
     pool: Option<rayon::ThreadPool>,
 }
 
-/// What is observed of n packings, in arrays that are the caller's own.
+/// The observation of n packings, in arrays that are the caller's own.
 ///
-/// heightmap: int16 [n, nx, ny], in units. item_top, item_bottom: int16 [n, slot, yaw, nx, ny], the surfaces of the buffer's items from their
-/// lowest points, from the footprint's corner on; 0 and -1 where there is no material. action_mask: int8 [n, actions], 1 where an action is
-/// possible. objects: int64 [n, slot], indices in the catalogue, -1 in an empty slot.
+/// heightmap: int16 [n, nx, ny], in units. item_top, item_bottom: int16 [n, slot, yaw, nx, ny], the
+/// surfaces of the buffer's items from their lowest points, from the footprint's corner on; 0 and
+/// -1 where there is no material. action_mask: int8 [n, actions], 1 where an action is possible.
+/// objects: int64 [n, slot], indices in the catalogue, -1 in an empty slot.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct Observation {
     heightmap: Py<PyArray<i16, Dim<[usize; 3]>>>,
@@ -57,11 +60,12 @@ pub(crate) struct Observation {
     objects: Py<PyArray<i64, Dim<[usize; 2]>>>,
 }
 
-/// What a step of n packings led to.
+/// The outcome of a step of n packings.
 ///
-/// reward: float64 [n], by how much the packed share of the container's volume changed. is_over: bool [n], whether nothing can be placed any
-/// more or the action was not possible. is_valid: bool [n], whether it was. volume_share: float64 [n]. packed: int64 [n], items in the
-/// container. was_reset: bool [n], whether the packing was over before, and began anew in place of a step.
+/// reward: float64 [n], by how much the packed share of the container's volume changed. is_over:
+/// bool [n], whether nothing can be placed any more or the action was not possible. is_valid: bool
+/// [n], whether it was. volume_share: float64 [n]. packed: int64 [n], items in the container.
+/// was_reset: bool [n], whether the packing was over before, and began anew in place of a step.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct Stepped {
     reward: Py<PyArray1<f64>>,
@@ -117,13 +121,21 @@ impl Packings {
         let settings = cell_settings(grid, "twin", cell)?;
         let settings = physics.then_some(settings);
         let camera = camera_settings(camera)?;
-        let objects = catalogue.objects().to_vec();
-        let grid = grid.clone();
+        let objects = catalogue.objects();
         py.detach(|| {
-            let setup = Setup::new(grid, objects, buffer, items, is_tested, settings, camera);
-            let setup = Arc::new(setup);
-            let packings = (0..count as u64)
-                .map(|number| Packing::new(Arc::clone(&setup), seed.wrapping_add(number)));
+            let maps = objects.iter().map(|it| PaddedMaps::of(grid, &it.item));
+            let setup = Arc::new(Setup {
+                grid: grid.clone(),
+                objects: objects.to_vec(),
+                maps: maps.collect(),
+                buffer,
+                items,
+                is_tested,
+                cell: settings,
+                camera,
+            });
+            let seeds = (0..count as u64).map(|number| seed.wrapping_add(number));
+            let packings = seeds.map(|seed| Packing::new(Arc::clone(&setup), seed));
             let packings = packings.collect::<Result<_, _>>().or_value_error()?;
             Ok(Self {
                 packings: Mutex::new(packings),
@@ -133,19 +145,20 @@ impl Packings {
         })
     }
 
-    /// How many packings there are.
+    /// Counts the packings.
     fn __len__(&self) -> PyResult<usize> {
         Ok(self.lock()?.len())
     }
 
-    /// How many actions there are.
+    /// The number of actions.
     #[getter]
     fn actions(&self) -> usize {
         self.setup.actions()
     }
 
-    /// Begins all packings anew. seeds: of each packing a number, or None to go on with its random numbers. objects: of each packing the
-    /// objects that arrive, by their indices in the catalogue, in place of random ones.
+    /// Begins all packings anew. seeds: of each packing a number, or None to go on with its random
+    /// numbers. objects: of each packing the objects that arrive, by their indices in the
+    /// catalogue, in place of random ones.
     #[pyo3(signature = (seeds = None, objects = None))]
     fn reset(
         &self,
@@ -162,15 +175,11 @@ impl Packings {
                 same_count("sequences of objects", objects.len(), count)?;
                 self.check(objects)?;
             }
-            let begin = |number: usize, packing: &mut Packing| match objects
-                .as_ref()
-                .and_then(|all| all.get(number))
-            {
-                Some(objects) => packing.begin(objects),
-                None => packing.reset(seeds.get(number).copied().flatten()),
-            };
             let (_, buffers) = self.all(&mut packings, |number, packing| {
-                begin(number, packing);
+                match objects.as_ref().and_then(|all| all.get(number)) {
+                    Some(objects) => packing.begin(objects),
+                    None => packing.reset(seeds.get(number).copied().flatten()),
+                }
                 Ok(())
             })?;
             PyResult::Ok((buffers, objects_of(&packings)))
@@ -179,7 +188,8 @@ impl Packings {
         self.observation(py, buffers, objects)
     }
 
-    /// Takes one action in each packing: int64 [n]. With autoreset those that are over begin anew in place of a step.
+    /// Takes one action in each packing: int64 [n]. With autoreset those that are over begin anew
+    /// in place of a step.
     #[pyo3(signature = (actions, *, autoreset = false))]
     fn step(
         &self,
@@ -191,12 +201,10 @@ impl Packings {
         let stepped = py.detach(|| {
             let mut packings = self.lock()?;
             same_count("actions", actions.len(), packings.len())?;
-            let over = packings.iter().map(Packing::is_over);
-            let over: Vec<bool> = over.collect();
+            let over: Vec<bool> = packings.iter().map(Packing::is_over).collect();
             if !autoreset && over.contains(&true) {
-                return Err(PyValueError::new_err(
-                    "a packing is over: reset it before the next step",
-                ));
+                let why = "a packing is over: reset it before the next step";
+                return Err(PyValueError::new_err(why));
             }
             let (steps, buffers) = self.all(&mut packings, |number, packing| {
                 if packing.is_over() {
@@ -208,10 +216,8 @@ impl Packings {
                 }
                 packing.step(actions.get(number).copied().unwrap_or(-1))
             })?;
-            let outcomes = packings
-                .iter()
-                .map(|packing| (packing.volume_share(), packing.packed() as i64));
-            let outcomes: (Vec<f64>, Vec<i64>) = outcomes.unzip();
+            let outcome = |packing: &Packing| (packing.volume_share(), packing.packed() as i64);
+            let outcomes: (Vec<f64>, Vec<i64>) = packings.iter().map(outcome).unzip();
             Ok((steps, buffers, objects_of(&packings), outcomes, over))
         });
         let (steps, buffers, objects, (volume_share, packed), was_reset) = stepped?;
@@ -322,12 +328,13 @@ impl Buffers {
     }
 }
 
-/// The objects in the buffers of all packings.
+/// Gives the objects in the buffers of all packings.
 fn objects_of(packings: &[Packing]) -> Vec<i64> {
     packings.iter().flat_map(Packing::objects).collect()
 }
 
-/// Threads to step `count` packings with; None where there is no use for more than the caller's.
+/// Starts threads to step `count` packings with; None where there is no use for more than the
+/// caller's.
 fn pool(threads: Option<usize>, count: usize) -> PyResult<Option<rayon::ThreadPool>> {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let threads = threads.unwrap_or_else(cores).min(count);

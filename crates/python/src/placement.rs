@@ -11,12 +11,13 @@ use crate::arrays::{array, values};
 use crate::error::OrRaise;
 use crate::item::Item;
 
-/// Where on the grid an item goes.
+/// The place of an item on the grid.
 ///
-/// yaw: index of a yaw of the grid. x, y: cell of the footprint's corner with the lowest indices. resting_height: of the item's lowest
-/// point above the floor, in units. Of a plan also slot, the item's index in the buffer, pose, which of the poses that were given of it,
-/// value, that of the objective (lower is better), and lowered_m, how far below its place the item touches what lies there, in metres (0
-/// where it was not tried): a cell places it there.
+/// yaw: index of a yaw of the grid. x, y: cell of the footprint's corner with the lowest indices.
+/// resting_height: of the item's lowest point above the floor, in units. Of a plan also slot, the
+/// item's index in the buffer, pose, which of the poses that were given of it, value, that of the
+/// objective (lower is better), and lowered_m, how far below its place the item touches what lies
+/// there, in metres (0 where it was not tried): a cell places it there.
 #[pyclass(frozen, eq, get_all, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Placement {
@@ -31,7 +32,7 @@ pub(crate) struct Placement {
 }
 
 impl Placement {
-    /// As the engine has it.
+    /// Converts it to the engine's.
     pub(crate) fn resting(&self) -> RestingPlacement {
         let Self { yaw, x, y, .. } = *self;
         RestingPlacement {
@@ -67,22 +68,16 @@ impl Placement {
     }
 
     fn __repr__(&self) -> String {
-        let Self {
-            yaw,
-            x,
-            y,
-            resting_height,
-            slot,
-            pose,
-            ..
-        } = self;
+        let Self { yaw, x, y, .. } = self;
+        let (slot, pose, height) = (self.slot, self.pose, self.resting_height);
         format!(
-            "<ppnpack.Placement slot {slot}, pose {pose}, yaw {yaw}, cell ({x}, {y}), {resting_height} units high>"
+            "<ppnpack.Placement slot {slot}, pose {pose}, yaw {yaw}, cell ({x}, {y}), {height} units high>"
         )
     }
 }
 
-/// The heightmap once an item lies where it was placed, and stays there: a new int16 [nx, ny].
+/// Gives the heightmap once an item lies where it was placed, and stays there: a new int16 [nx,
+/// ny].
 #[pyfunction]
 pub(crate) fn place<'py>(
     py: Python<'py>,
@@ -94,9 +89,8 @@ pub(crate) fn place<'py>(
     let mut placed = Heightmap::from_units(nx, ny, values(&heightmap)).or_value_error()?;
     let view = item.item().views().get(placement.yaw);
     let inside = |view: &&ItemView| {
-        let ends = |at: usize, cells: usize| at.checked_add(cells);
-        ends(placement.x, view.nx()).is_some_and(|end| end <= nx)
-            && ends(placement.y, view.ny()).is_some_and(|end| end <= ny)
+        placement.x.saturating_add(view.nx()) <= nx
+            && placement.y.saturating_add(view.ny()) <= ny
             && placement.resting_height >= 0
     };
     let view = view.filter(inside).ok_or_else(|| {

@@ -1,4 +1,4 @@
-//! What a step came to.
+//! Plans of steps.
 
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::plan;
@@ -9,11 +9,12 @@ use crate::placement::Placement;
 
 /// The outcome of planning one step.
 ///
-/// choice: the best valid placement, None where no item of the buffer has one. alternatives: the next best ones, as many as were asked
-/// for. reasons: per item of the buffer why no placement was valid in its first pose, None where one was or that is not known.
-/// degraded: why the step was not planned as was asked for, where it was not. is_widened: whether no proposal was valid, so
-/// that all placements were searched. is_cut: whether the time was over before everything was looked at. took_s: how long it took, in
-/// seconds, by stage.
+/// choice: the best valid placement, None where no item of the buffer has one. alternatives: the
+/// next best ones, as many as were asked for. reasons: per item of the buffer why no placement was
+/// valid in its first pose, None where one was or that is not known. degraded: why the step was not
+/// planned as was asked for, where it was not. is_widened: whether no proposal was valid, so that
+/// all placements were searched. is_cut: whether the time was over before everything was looked at.
+/// took_s: how long it took, in seconds, by stage.
 #[pyclass(frozen, get_all, module = "ppnpack")]
 pub(crate) struct Plan {
     choice: Option<Placement>,
@@ -34,7 +35,7 @@ struct Took {
 }
 
 impl Plan {
-    /// What Python is told of a plan for these candidates.
+    /// Converts a plan for these candidates.
     pub(crate) fn of(plan: &plan::Plan, candidates: &[Candidate]) -> Self {
         let placement = |found: &Evaluated, lowered_m: f64| {
             let held = candidates.get(found.candidate)?;
@@ -53,16 +54,16 @@ impl Plan {
         let lowered_m = plan.evidence().map_or(0.0, |evidence| evidence.lowered_m);
         let first_poses = candidates.iter().zip(plan.candidates());
         let first_poses = first_poses.filter(|(held, _)| held.pose == 0);
-        let reason =
-            |report: &plan::CandidateReport| report.reason.as_ref().map(ToString::to_string);
+        let reasons = first_poses.map(|(_, report)| report.reason.as_ref());
+        let alternatives = plan.alternatives();
+        let alternatives = alternatives.filter_map(|found| placement(found, 0.0));
         let timings = plan.timings();
         Self {
             choice: plan.choice().and_then(|found| placement(&found, lowered_m)),
-            alternatives: plan
-                .alternatives()
-                .filter_map(|found| placement(found, 0.0))
+            alternatives: alternatives.collect(),
+            reasons: reasons
+                .map(|reason| reason.map(ToString::to_string))
                 .collect(),
-            reasons: first_poses.map(|(_, report)| reason(report)).collect(),
             degraded: plan.degraded().to_vec(),
             is_widened: plan.is_widened(),
             is_cut: plan.is_cut(),
@@ -78,11 +79,9 @@ impl Plan {
 #[pymethods]
 impl Plan {
     fn __repr__(&self) -> String {
+        let others = self.alternatives.len();
         match &self.choice {
-            Some(_) => format!(
-                "<ppnpack.Plan with a choice and {} alternatives>",
-                self.alternatives.len()
-            ),
+            Some(_) => format!("<ppnpack.Plan with a choice and {others} alternatives>"),
             None => "<ppnpack.Plan without a choice>".to_owned(),
         }
     }

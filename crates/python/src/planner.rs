@@ -9,7 +9,6 @@ use ppnpack_packing::leaving::Sequence;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::plan::{self, PlanError};
 use ppnpack_packing::step::StepInput;
-use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
@@ -24,17 +23,21 @@ use crate::plan::Plan;
 use crate::scene::SceneArgument;
 use crate::settings::settings;
 
-/// Plans steps by Algorithm 1: propose placements of the buffer's items, rank them by a heuristic, take the best one that is valid.
+/// Plans steps by Algorithm 1: propose placements of the buffer's items, rank them by a heuristic,
+/// take the best one that is valid.
 ///
-/// How is said by a method, a dictionary as in the JSON of the experiments, and by keyword arguments that win over it: heuristic, order,
-/// proposals, stability, trial, loads, weights, scene_value, buffer, seed. What is left out is as in `ppnpack_packing`'s Method:
-/// every placement is looked at, and the best are tried in a simulation where the scene knows what lies there.
+/// How is said by a method, a dictionary as in the JSON of the experiments, and by keyword
+/// arguments that win over it: heuristic, order, proposals, stability, trial, loads, weights,
+/// scene_value, buffer, seed. What is left out is as in `ppnpack_packing`'s Method: every placement
+/// is looked at, and the best are tried in a simulation where the scene knows what lies there.
 ///
-/// evaluator: a heuristic of one's own in place of the method's: called as evaluator(heightmap, item, resting_height, fits) with int16
-/// [nx, ny], an Item, int16 [yaw, x, y] and bool [yaw, x, y], it gives the value of each placement, float64 [yaw, x, y], lower is better;
-/// those that are inf or nan are left out. threads: how many a step may use.
+/// evaluator: a heuristic of one's own in place of the method's: called as evaluator(heightmap,
+/// item, resting_height, fits) with int16 [nx, ny], an Item, int16 [yaw, x, y] and bool [yaw, x,
+/// y], it gives the value of each placement, float64 [yaw, x, y], lower is better; those that are
+/// inf or nan are left out. threads: how many a step may use.
 ///
-/// A planner keeps what it knows of the buffer's items from step to step, and plans one step at a time: have one for each thread.
+/// A planner keeps what it knows of the buffer's items from step to step, and plans one step at a
+/// time: have one for each thread.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Planner {
     grid: grid::Grid,
@@ -77,7 +80,7 @@ impl Planner {
         })
     }
 
-    /// How it plans, as a dictionary.
+    /// Its method, as a dictionary.
     #[getter]
     fn method<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let text = serde_json::to_string(&self.method).or_runtime_error()?;
@@ -86,9 +89,10 @@ impl Planner {
 
     /// Plans one step.
     ///
-    /// scene: a Scene, or an int16 heightmap [nx, ny]. buffer: the items to choose from; a list in place of one is an item in
-    /// several poses. step: its number, which what is random depends on. alternatives: how many placements are wanted beside the best.
-    /// deadline_s: seconds from now after which it takes what it has.
+    /// scene: a Scene, or an int16 heightmap [nx, ny]. buffer: the items to choose from; a list in
+    /// place of one is an item in several poses. step: its number, which what is random depends on.
+    /// alternatives: how many placements are wanted beside the best. deadline_s: seconds from now
+    /// after which it takes what it has.
     #[pyo3(signature = (scene, buffer, *, step = 0, alternatives = 0, deadline_s = None))]
     fn plan(
         &self,
@@ -103,17 +107,13 @@ impl Planner {
         let poses = poses(buffer)?;
         let deadline = deadline_s.map(Duration::try_from_secs_f64).transpose();
         let deadline = deadline.or_value_error()?;
-        let known = poses.iter().map(|(_, _, item)| {
-            let shape = item.get().item().shape();
-            (shape, item.clone_ref(py))
-        });
+        let items = poses.iter();
+        let known = items.map(|(_, _, it)| (it.get().item().shape(), it.clone_ref(py)));
         let known: Vec<_> = known.collect();
         let candidates: Vec<Candidate> = poses.iter().map(candidate).collect();
         let planned = py.detach(|| {
-            let mut planner = unused(
-                &self.planner,
-                "the planner is planning another step: have one for each thread",
-            )?;
+            let busy = "the planner is planning another step: have one for each thread";
+            let mut planner = unused(&self.planner, busy)?;
             *self.known.lock().unwrap_or_else(PoisonError::into_inner) = known;
             let input = StepInput {
                 step,
@@ -140,32 +140,26 @@ fn build(
     threads: u32,
 ) -> PyResult<plan::Planner> {
     let pool = trial::pool(threads as usize).or_runtime_error()?;
-    let cell = CellSettings {
-        container: grid.container(),
-        ..CellSettings::robot()
-    };
-    let twin = TwinSettings::of(&cell);
+    let mut twin = TwinSettings::default();
+    twin.cell.container = grid.container();
     let trial = trial::check(method.trial, &method.loads, twin, pool).or_value_error()?;
     let proposer = method.proposer(grid, None).or_value_error()?;
-    let planner = match evaluator {
-        None => method
-            .build_with(grid, proposer, trial, threads)
-            .or_value_error()?,
-        Some(evaluator) => {
-            let mut checks = method.stability.checks();
-            checks.extend(method.loads.checks());
-            checks.push(Box::new(Sequence));
-            checks.extend(trial);
-            plan::Planner::new(
-                proposer,
-                Box::new(evaluator),
-                checks,
-                method.order,
-                method.seed,
-            )
-        }
+    let Some(evaluator) = evaluator else {
+        let planner = method.build_with(grid, proposer, trial, threads);
+        return planner.or_value_error();
     };
-    Ok(planner)
+    let mut checks = method.stability.checks();
+    checks.extend(method.loads.checks());
+    checks.push(Box::new(Sequence));
+    checks.extend(trial);
+    let (evaluator, order) = (Box::new(evaluator), method.order);
+    Ok(plan::Planner::new(
+        proposer,
+        evaluator,
+        checks,
+        order,
+        method.seed,
+    ))
 }
 
 /// An item of the buffer: its slot, which of the poses that were given of it, and the item.

@@ -10,11 +10,12 @@ use crate::arrays::{array, frozen, values};
 use crate::error::OrRaise;
 use crate::grid::Grid;
 
-/// What a placement is planned on: the container's heightmap, its surface in metres, and the solids that lie in it, as far as
-/// these are known.
+/// The scene that a placement is planned on: the container's heightmap, its surface in metres, and
+/// the solids that lie in it, as far as these are known.
 ///
-/// A simulated cell's scan knows all of it. Scene(grid, heightmap, surface_m) knows no solids, and no surface where none is given:
-/// float32 [nx * s, ny * s] in metres, s samples per cell along each side. Where a scene is asked for, a heightmap alone does, too.
+/// A simulated cell's scan knows all of it. Scene(grid, heightmap, surface_m) knows no solids, and
+/// no surface where none is given: float32 [nx * s, ny * s] in metres, s samples per cell along
+/// each side. Where a scene is asked for, a heightmap alone does, too.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Scene {
     pub(crate) inner: heightmap::Scene,
@@ -71,7 +72,7 @@ impl Scene {
         surface.transpose()
     }
 
-    /// How many solids are known to lie there; None where nothing is known of them.
+    /// The number of solids that are known to lie there; None where nothing is known of them.
     #[getter]
     fn solids(&self) -> Option<usize> {
         let content = self.inner.content();
@@ -92,7 +93,7 @@ pub(crate) enum SceneArgument {
 }
 
 impl SceneArgument {
-    /// A scene, or an int16 heightmap of the grid.
+    /// Reads a scene, or an int16 heightmap of the grid.
     pub(crate) fn read(grid: &grid::Grid, argument: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(scene) = argument.cast::<Scene>() {
             return Ok(Self::Given(scene.clone().unbind()));
@@ -110,7 +111,7 @@ impl SceneArgument {
     }
 }
 
-/// A heightmap from its array: a copy, as the engine keeps it.
+/// Copies a heightmap from its array, as the engine keeps it.
 pub(crate) fn read(heightmap: &PyReadonlyArray2<'_, i16>) -> PyResult<Heightmap> {
     let (nx, ny) = heightmap.as_array().dim();
     Heightmap::from_units(nx, ny, values(heightmap)).or_value_error()

@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// A Python value of dictionaries, lists, strings, numbers, booleans and `None` as JSON.
+/// Converts a Python value of dictionaries, lists, strings, numbers, booleans and `None` to JSON.
 pub(crate) fn json(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     let dumps = value.py().import("json")?.getattr("dumps")?;
     let options = PyDict::new(value.py());
@@ -15,7 +15,7 @@ pub(crate) fn json(value: &Bound<'_, PyAny>) -> PyResult<Value> {
     serde_json::from_str(&text).map_err(|error| PyValueError::new_err(error.to_string()))
 }
 
-/// Settings from a dictionary, and keyword arguments that win over it.
+/// Reads settings from a dictionary, and keyword arguments that win over it.
 pub(crate) fn settings<T: DeserializeOwned>(
     what: &str,
     base: Option<&Bound<'_, PyDict>>,
