@@ -1,5 +1,6 @@
-//! A cell controller: announces items, asks for placements, has them executed and reports. It keeps nothing that
-//! matters: it, the planner and the bridge may be restarted at any time, and it goes on with the same session.
+//! A cell controller: announces items, asks for placements, has them executed and reports. It keeps
+//! nothing that matters: it, the planner and the bridge may be restarted at any time, and it goes
+//! on with the same session.
 
 use std::time::{Duration, Instant};
 
@@ -126,7 +127,8 @@ impl Controller {
                     std::thread::sleep(HELD_PAUSE);
                     continue;
                 }
-                // The container is in another state than it was planned on: the placement was never begun.
+                // The container is in another state than it was planned on: the placement was never
+                // begun.
                 Some(Status::Stale) => OutcomeKind::NotPlaced,
                 // The bridge lost what it knew: the placement may have been carried out.
                 Some(Status::Forgotten) => OutcomeKind::Unknown,
