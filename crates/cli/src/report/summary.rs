@@ -144,7 +144,8 @@ impl Spread {
         seconds.sort_by(f64::total_cmp);
         let count = seconds.len().max(1) as f64;
         Self {
-            mean: seconds.iter().sum::<f64>() / count,
+            // The sum of nothing is -0.0.
+            mean: (0.0 + seconds.iter().sum::<f64>()) / count,
             median: seconds.get(seconds.len() / 2).copied().unwrap_or(0.0),
             max: seconds.last().copied().unwrap_or(0.0),
         }
@@ -287,6 +288,12 @@ mod tests {
             let line = format!("Height │ {told}");
             assert!(figures.lines().any(|of| of == line), "{figures}");
         }
+    }
+
+    #[test]
+    fn a_packing_of_nothing_took_no_time() {
+        let none = Spread::of(std::iter::empty());
+        assert_eq!(format!("{} {}", none.mean, none.median), "0 0");
     }
 
     #[test]
