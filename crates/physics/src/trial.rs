@@ -503,7 +503,7 @@ impl ValidityCheck for TrialCheck {
     fn last_resort(&self) -> Option<LastResort> {
         let rolling = self.settings.limits.of_rolling();
         let severity = |refused: &Refused| refused.tried.settling.severity(&rolling);
-        let mut resorts = self.resorts();
+        let resorts = self.resorts();
         let least = resorts.min_by(|a, b| severity(a).total_cmp(&severity(b)));
         least.map(|refused| LastResort {
             arrival: refused.place.arrival,
