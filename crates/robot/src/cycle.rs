@@ -158,16 +158,10 @@ impl AsRef<[Point3<f64>]> for Route {
 }
 
 impl Route {
-    fn lift(&self) -> RangeInclusive<usize> {
-        0..=self.lifted
-    }
-
-    fn transfer(&self) -> RangeInclusive<usize> {
-        self.lifted..=self.carried
-    }
-
-    fn insert(&self) -> RangeInclusive<usize> {
-        self.carried..=self.lips.len() - 1
+    /// Gives the waypoints of lift, transfer and insert.
+    fn legs(&self) -> [RangeInclusive<usize>; 3] {
+        let (lifted, carried) = (self.lifted, self.carried);
+        [0..=lifted, lifted..=carried, carried..=self.lips.len() - 1]
     }
 
     /// Gives the share of the transfer's turn at a waypoint, from 0 to 1.
@@ -310,13 +304,14 @@ impl PlacePlanner {
             }
         }
         let (_, turned, grasp_yaw_rad) = least.ok_or(Refusal::JointLimit { joint: Joint::J6 })?;
-        let part = |range: RangeInclusive<usize>| {
-            JointPath::new(turned.get(range).unwrap_or_default().to_vec())
-        };
+        let legs = route
+            .legs()
+            .map(|range| turned.get(range).unwrap_or_default().to_vec());
+        let [lift, transfer, insert] = legs.map(JointPath::new);
         Ok(Carry {
-            lift: part(route.lift()),
-            transfer: part(route.transfer()),
-            insert: part(route.insert()),
+            lift,
+            transfer,
+            insert,
             grasp_yaw_rad,
         })
     }
@@ -328,7 +323,7 @@ impl PlacePlanner {
         route: &Route,
         carry: &Carry,
     ) -> Result<(), Refusal> {
-        let (lift, transfer) = (route.lift(), route.transfer());
+        let [lift, transfer, insert] = route.legs();
         let legs = [
             (&carry.lift, lift, true),
             (&carry.transfer, transfer, false),
@@ -350,7 +345,7 @@ impl PlacePlanner {
             }
             sweep.links(path, &deviations_m)?;
         }
-        let lips = route.lips.get(route.insert()).unwrap_or(&[]);
+        let lips = route.lips.get(insert).unwrap_or(&[]);
         self.check_links(surroundings, target, lips, &carry.insert)
     }
 
