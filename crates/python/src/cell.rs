@@ -188,7 +188,8 @@ impl SimulatedCell {
     ) -> PyResult<PlacedReport> {
         let report = py.detach(|| {
             let (model, pose) = planned(&self.grid, item, placement)?;
-            release(&mut self.lock()?, model, &pose).or_value_error()
+            let mut cell = self.lock()?;
+            release(&mut cell, model, &pose).or_value_error()
         });
         PlacedReport::of(py, report?)
     }
