@@ -1,7 +1,7 @@
 //! Proposing with the shipped network: a step's candidates on one container, their features cached.
 //!
-//! Objects are the built-in household set, or those of the folder in `PPNPACK_BENCH_OBJECTS`. The container is half
-//! full, packed by SDFM; another one at each iteration.
+//! Objects are the built-in household set, or those of the folder in `PPNPACK_BENCH_OBJECTS`. The
+//! container is half full, packed by SDFM; another one at each iteration.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -57,16 +57,8 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
     let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
     let mut planner = Planner::new(Box::new(ProposeAll), search, checks, Order::Balance, 0);
     let mut recorder = Recorder::default();
-    let mut cell = IdealCell::new(grid);
-    play(
-        grid,
-        &mut planner,
-        &mut cell,
-        sequence,
-        Play::with_buffer(buffer),
-        &mut recorder,
-    )
-    .unwrap();
+    let (mut cell, how) = (IdealCell::new(grid), Play::with_buffer(buffer));
+    play(grid, &mut planner, &mut cell, sequence, how, &mut recorder).unwrap();
     recorder.0
 }
 

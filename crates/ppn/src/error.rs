@@ -1,4 +1,4 @@
-//! What can go wrong with a network.
+//! Faults of a network.
 
 use std::path::PathBuf;
 
@@ -7,20 +7,21 @@ use ppnpack_files::WriteError;
 use ppnpack_model::architecture::ArchitectureError;
 use tch::TchError;
 
-/// Why a network could not be made, trained or run.
+/// A network that could not be made, trained or run. Faults of weights come with their origin,
+/// those of a checkpoint with its path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
-    /// libtorch refused an operation.
+    /// An operation that libtorch refused.
     #[error("libtorch: {0}")]
     Torch(#[from] TchError),
-    /// Tensors cannot be written in the safetensors format.
+    /// Tensors that cannot be written in the safetensors format.
     #[error("safetensors: {0}")]
     Format(#[from] safetensors::SafeTensorError),
-    /// The architecture cannot be built.
+    /// An architecture that cannot be built.
     #[error(transparent)]
     Architecture(#[from] ArchitectureError),
-    /// The data cannot be used.
+    /// Data that cannot be used.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// CUDA was asked for and is not there.
@@ -29,43 +30,30 @@ pub enum NetworkError {
          PPNPACK_TORCH"
     )]
     NoCuda,
-    /// A tensor that the architecture has is not in the weights.
-    #[error("{origin}: the weights have no tensor {tensor}; they belong to another architecture")]
-    MissingTensor {
-        /// Where the weights are from.
-        origin: String,
-        /// The tensor.
-        tensor: String,
-    },
-    /// A tensor has another shape than the architecture's.
+    /// A tensor of the architecture, by name, that is not in the weights.
+    #[error("{0}: the weights have no tensor {1}; they belong to another architecture")]
+    MissingTensor(String, String),
+    /// A tensor of another shape than the architecture's.
     #[error(
         "{origin}: tensor {tensor} has shape {found:?}, but the architecture needs {expected:?}"
     )]
     Shape {
-        /// Where the weights are from.
+        /// The origin of the weights.
         origin: String,
-        /// The tensor.
+        /// The tensor's name.
         tensor: String,
         /// The architecture's shape.
         expected: Vec<i64>,
         /// The weights' shape.
         found: Vec<i64>,
     },
-    /// The weights have a tensor that the architecture does not.
-    #[error("{origin}: the architecture has no tensor {tensor}; the weights belong to another one")]
-    UnknownTensor {
-        /// Where the weights are from.
-        origin: String,
-        /// The tensor.
-        tensor: String,
-    },
-    /// A score is not a number.
-    #[error("the network's scores for item {item} are not finite")]
-    NotFinite {
-        /// The item's name.
-        item: String,
-    },
-    /// A loss is not a number.
+    /// A tensor of the weights, by name, that the architecture does not have.
+    #[error("{0}: the architecture has no tensor {1}; the weights belong to another one")]
+    UnknownTensor(String, String),
+    /// An item, by name, with a score that is no number.
+    #[error("the network's scores for item {0} are not finite")]
+    NotFinite(String),
+    /// A loss that is no number.
     #[error(
         "the loss of batch {batch} of epoch {epoch} is not finite; the batch is kept in {}: try a lower --learning-rate",
         kept.display()
@@ -75,55 +63,34 @@ pub enum NetworkError {
         epoch: usize,
         /// The batch, from 0.
         batch: usize,
-        /// Where the batch's tensors are.
+        /// The file of the batch's tensors.
         kept: PathBuf,
     },
-    /// A file cannot be written.
+    /// A file that cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A file cannot be read.
-    #[error("{} cannot be read: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        source: std::io::Error,
-    },
-    /// The folder has the checkpoint of another training.
+    /// A file that cannot be read.
+    #[error("{} cannot be read: {1}", .0.display())]
+    Read(PathBuf, #[source] std::io::Error),
+    /// A checkpoint of another training, with the settings that differ.
     #[error(
-        "{} is the checkpoint of another training ({difference}): choose another --out, or give the same settings",
-        path.display()
+        "{} is the checkpoint of another training ({1}): choose another --out, or give the same settings",
+        .0.display()
     )]
-    OtherTraining {
-        /// The checkpoint.
-        path: PathBuf,
-        /// What differs.
-        difference: String,
-    },
-    /// The folder has a checkpoint, but the training was not asked to go on from it.
-    #[error(
-        "{} is the checkpoint of a training: go on with --resume, or choose another --out",
-        path.display()
-    )]
-    Unfinished {
-        /// The checkpoint.
-        path: PathBuf,
-    },
-    /// A checkpoint is damaged.
-    #[error("{} is damaged: {what}; delete it to train anew", path.display())]
-    Checkpoint {
-        /// The checkpoint.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
-    /// The data has nothing to train on.
+    OtherTraining(PathBuf, String),
+    /// A checkpoint in the folder of a training that was not asked to go on from it.
+    #[error("{} is the checkpoint of a training: go on with --resume, or choose another --out", .0.display())]
+    Unfinished(PathBuf),
+    /// A damaged checkpoint, with the fault.
+    #[error("{} is damaged: {1}; delete it to train anew", .0.display())]
+    Checkpoint(PathBuf, String),
+    /// Data with nothing to train on.
     #[error("the dataset has no {0} with a valid placement")]
     NoData(&'static str),
-    /// Regression needs values that the data does not have.
+    /// Data without the values that regression needs.
     #[error("--loss mse needs a dataset with values: make it with `ppnpack dataset --values`")]
     NoValues,
-    /// The thread that prepares batches stopped.
+    /// A thread that prepares batches and stopped.
     #[error("the thread that prepares batches stopped")]
     Loader,
 }

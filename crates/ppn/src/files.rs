@@ -8,7 +8,7 @@ use tch::{Device, Kind, TchError, Tensor};
 use crate::error::NetworkError;
 use crate::network::Network;
 
-/// A tensor's values in plain memory.
+/// Copies a tensor's values to plain memory.
 fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
     let flat = tensor
         .f_detach()?
@@ -22,7 +22,7 @@ fn to_plain(tensor: &Tensor) -> Result<WeightTensor, TchError> {
     })
 }
 
-/// Named tensors in plain memory.
+/// Copies named tensors to plain memory.
 pub(crate) fn all_to_plain<'a, Name: Into<String>>(
     tensors: impl IntoIterator<Item = (Name, &'a Tensor)>,
 ) -> Result<BTreeMap<String, WeightTensor>, TchError> {
@@ -30,26 +30,18 @@ pub(crate) fn all_to_plain<'a, Name: Into<String>>(
     tensors.into_iter().map(plain).collect()
 }
 
-/// The network of a model, whose weights must be those of its architecture.
+/// Makes the network of a model, whose weights must be those of its architecture.
 pub(crate) fn network_of(model: &Model, device: Device) -> Result<Network, NetworkError> {
     let (network, parameters) = Network::new(&model.card().architecture, device)?;
     let (origin, given) = (model.origin(), model.tensors());
-    let named = |tensor: &String| (origin.to_owned(), tensor.clone());
     for (name, tensor) in parameters.tensors() {
-        let values = given.get(name).ok_or_else(|| {
-            let (origin, tensor) = named(name);
-            NetworkError::MissingTensor { origin, tensor }
-        })?;
-        copy_into(origin, name, values, tensor)?;
+        let missing = || NetworkError::MissingTensor(origin.to_owned(), name.clone());
+        copy_into(origin, name, given.get(name).ok_or_else(missing)?, tensor)?;
     }
     let is_unknown = |name: &&String| !parameters.tensors().contains_key(*name);
-    match given.keys().find(is_unknown) {
-        Some(name) => {
-            let (origin, tensor) = named(name);
-            Err(NetworkError::UnknownTensor { origin, tensor })
-        }
-        None => Ok(network),
-    }
+    let unknown = |name: &String| NetworkError::UnknownTensor(origin.to_owned(), name.clone());
+    let unknown = given.keys().find(is_unknown).map(unknown);
+    unknown.map_or(Ok(network), Err)
 }
 
 /// Takes values over into a tensor of the network; they must have its shape.

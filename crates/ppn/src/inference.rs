@@ -16,11 +16,12 @@ use tch::{TchError, Tensor};
 use crate::error::NetworkError;
 use crate::files::network_of;
 use crate::maps::{Layout, limit, lowest};
-use crate::network::{CONTAINER_CHANNELS, Network, RESTING_CHANNELS, VIEW_CHANNELS, ViewFeatures};
+use crate::network::{CONTAINER_CHANNELS, Features, Network, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::runtime;
 use crate::symmetry::Symmetry;
 
-/// Items whose features are kept: some thirty megabytes of items of up to 32 cells a side with four yaws.
+/// Maximum number of items whose features are kept: some thirty megabytes of items of up to 32
+/// cells a side with four yaws.
 const KEPT_ITEMS: usize = 512;
 
 /// A network ready to score placements on one grid.
@@ -35,15 +36,16 @@ pub(crate) struct Inference {
     uses: u64,
 }
 
-/// What is kept of an item: its features do not depend on the container.
+/// Features of an item, which do not depend on the container.
 #[derive(Debug)]
 struct ItemFeatures {
     /// On a canvas that holds the item's largest view.
-    views: ViewFeatures,
+    views: Features,
     last_used: u64,
 }
 
-/// The scores of a step's candidates. Maps are by candidate and yaw, cells as the layout orders them.
+/// The scores of a step's candidates. Maps are by candidate and yaw, cells as the layout orders
+/// them.
 #[derive(Debug)]
 pub(crate) struct Scores {
     scores: Vec<f32>,
@@ -122,24 +124,15 @@ impl Inference {
         tch::no_grad(|| prepare.try_for_each(|item| self.remember(item)))
     }
 
-    /// Per item, its best-scored placements: `share` of all placements, best first; equal scores by yaw, then cell.
+    /// Gives the best-scored placements per item: `share` of all placements, best first; equal
+    /// scores by yaw, then cell.
     pub(crate) fn best(
         &mut self,
         heightmap: &Heightmap,
         items: &[&Item],
         share: Percent,
     ) -> Result<Vec<Vec<Placement>>, NetworkError> {
-        let scores = self.score(heightmap, items)?;
-        self.best_of(&scores, items, share)
-    }
-
-    /// As [`Self::best`], of items that were scored.
-    pub(crate) fn best_of(
-        &self,
-        scores: &Scores,
-        items: &[&Item],
-        share: Percent,
-    ) -> Result<Vec<Vec<Placement>>, NetworkError> {
+        let Scores { scores, fits } = self.score(heightmap, items)?;
         let cells = self.layout.cells();
         let mut first = 0;
         let mut best = Vec::with_capacity(items.len());
@@ -147,19 +140,17 @@ impl Inference {
             let maps = item.views().len();
             let range = first * cells..(first + maps) * cells;
             first += maps;
-            let scores_of = scores.scores.get(range.clone()).unwrap_or(&[]);
-            let fits = scores.fits.get(range).unwrap_or(&[]);
-            let mut ranked: Vec<Ranked> = Vec::with_capacity(scores_of.len());
-            for (index, (score, fits)) in scores_of.iter().zip(fits).enumerate() {
+            let scores = scores.get(range.clone()).unwrap_or(&[]);
+            let fits = fits.get(range).unwrap_or(&[]);
+            let mut ranked: Vec<Ranked> = Vec::with_capacity(scores.len());
+            for (index, (score, fits)) in scores.iter().zip(fits).enumerate() {
                 if *fits {
                     ranked.push(Ranked::new(*score, index));
                 }
             }
-            let mut scored = scores_of.iter().zip(fits);
+            let mut scored = scores.iter().zip(fits);
             if !scored.all(|(score, fits)| !fits || score.is_finite()) {
-                return Err(NetworkError::NotFinite {
-                    item: item.name().to_string(),
-                });
+                return Err(NetworkError::NotFinite(item.name().to_string()));
             }
             let all = (maps * self.grid.nx() * self.grid.ny()) as u64;
             let wanted = share.of(all) as usize;
@@ -178,7 +169,7 @@ impl Inference {
         Ok(best)
     }
 
-    /// The scores of all items' placements, and where they fit.
+    /// Scores all items' placements, and says where they fit.
     pub(crate) fn score(
         &mut self,
         heightmap: &Heightmap,
@@ -290,7 +281,8 @@ impl Inference {
     }
 }
 
-/// Features `[R, C, K, K]` of several items, with zeros around those on smaller canvases than the greatest.
+/// Features `[R, C, K, K]` of several items, with zeros around those on smaller canvases than the
+/// greatest.
 fn on_one_canvas(features: &[&Tensor]) -> Result<Vec<Tensor>, TchError> {
     let sides = features.iter().map(|features| Ok(features.size4()?.3));
     let sides: Vec<i64> = sides.collect::<Result<_, TchError>>()?;

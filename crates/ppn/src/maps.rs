@@ -7,12 +7,13 @@ use ppnpack_packing::resting::RestingMap;
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::{Cells, Symmetry};
 
-/// Heights are given in decimetres, of the order of 1 for household objects.
+/// Scale of the network's heights: decimetres, of the order of 1 for household objects.
 const DECIMETRES_PER_METRE: f64 = 10.0;
-/// What the resting height above the item's lowest is cut off at, in decimetres: further up it does not matter.
+/// Maximum of the resting height above the item's lowest, in decimetres: further up it does not
+/// matter.
 const GREATEST_ABOVE_LOWEST: f32 = 0.5;
 
-/// How a grid's maps are laid out for the network.
+/// The layout of a grid's maps for the network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Layout {
     /// The container's cells, as the symmetry shows them.
@@ -41,7 +42,7 @@ impl Layout {
         }
     }
 
-    /// Cells of a padded map.
+    /// Counts the cells of a padded map.
     pub(crate) fn cells(&self) -> usize {
         self.padded.nx * self.padded.ny
     }
@@ -65,10 +66,11 @@ impl Layout {
         }
     }
 
-    /// The channels of views, `[views, VIEW_CHANNELS, side, side]`, and the side of the canvas that holds all that the
-    /// network has a place for; those of others are zeros.
+    /// Gives the channels of views, `[views, VIEW_CHANNELS, side, side]`, and the side of the
+    /// canvas that holds all that the network has a place for; those of others are zeros.
     ///
-    /// The side is a multiple of twice the stride: the footprint's centre is between the same cells at any resolution.
+    /// The side is a multiple of twice the stride: the footprint's centre is between the same cells
+    /// at any resolution.
     pub(crate) fn write_views(&self, views: &[&ItemView], stride: usize) -> (Vec<f32>, usize) {
         let admitted = views.iter().filter(|view| self.admits(view));
         let longest = admitted.map(|view| view.nx().max(view.ny())).max();
@@ -83,7 +85,8 @@ impl Layout {
         (out, side)
     }
 
-    /// Writes a view's channels, `[VIEW_CHANNELS, side, side]`, over zeros; the footprint's centre is at `side / 2`.
+    /// Writes a view's channels, `[VIEW_CHANNELS, side, side]`, over zeros; the footprint's centre
+    /// is at `side / 2`.
     fn write_view(&self, view: &ItemView, side: usize, out: &mut [f32]) {
         debug_assert_eq!(out.len(), VIEW_CHANNELS as usize * side * side);
         let footprint = footprint(view);
@@ -115,9 +118,10 @@ impl Layout {
         }
     }
 
-    /// The cell that stands for a placement: where the footprint's centre lies.
+    /// Gives the cell that stands for a placement: where the footprint's centre lies.
     ///
-    /// The index is by phase: the cells with even x and even y first, then those with odd y, then odd x, then both.
+    /// The index is by phase: the cells with even x and even y first, then those with odd y, then
+    /// odd x, then both.
     pub(crate) fn cell_of(&self, corner: (usize, usize), view: &ItemView) -> usize {
         let footprint = footprint(view);
         let (x, y) = self.symmetry.corner(corner, footprint, self.original);
@@ -125,13 +129,13 @@ impl Layout {
         self.index(x + image.nx / 2, y + image.ny / 2)
     }
 
-    /// The index of a cell of the padded map, by phase.
+    /// Gives the index of a cell of the padded map, by phase.
     fn index(&self, x: usize, y: usize) -> usize {
         let phase = 2 * (x % 2) + y % 2;
         (phase * self.padded.nx / 2 + x / 2) * (self.padded.ny / 2) + y / 2
     }
 
-    /// The cell of the padded map that has an index; the inverse of [`Self::index`].
+    /// Gives the cell of the padded map that has an index; the inverse of [`Self::index`].
     pub(crate) fn position_of(&self, index: usize) -> (usize, usize) {
         let (half_x, half_y) = (self.padded.nx / 2, self.padded.ny / 2);
         let (phase, at) = (index / (half_x * half_y), index % (half_x * half_y));
@@ -140,20 +144,16 @@ impl Layout {
         (x, y)
     }
 
-    /// Per cell, indexed as by [`Self::cell_of`], whether it is one of the container's and no padding.
+    /// Says per cell, indexed as by [`Self::cell_of`], whether it is one of the container's and no
+    /// padding.
     pub(crate) fn inside(&self) -> Vec<bool> {
-        let mut inside = vec![false; self.cells()];
-        for x in 0..self.container.nx {
-            for y in 0..self.container.ny {
-                if let Some(entry) = inside.get_mut(self.index(x, y)) {
-                    *entry = true;
-                }
-            }
-        }
-        inside
+        let Cells { nx, ny } = self.container;
+        let places = (0..self.cells()).map(|index| self.position_of(index));
+        places.map(|(x, y)| x < nx && y < ny).collect()
     }
 
-    /// The placement that a cell stands for, where there is one; the inverse of [`Self::cell_of`] without a symmetry.
+    /// Gives the placement that a cell stands for, where there is one; the inverse of
+    /// [`Self::cell_of`] without a symmetry.
     pub(crate) fn corner_of(&self, cell: usize, view: &ItemView) -> Option<(usize, usize)> {
         let (x, y) = self.position_of(cell);
         let corner = (x.checked_sub(view.nx() / 2)?, y.checked_sub(view.ny() / 2)?);
@@ -162,13 +162,14 @@ impl Layout {
         is_inside.then_some(corner)
     }
 
-    /// Whether the network has a place for a view at all.
+    /// Says whether the network has a place for a view at all.
     pub(crate) fn admits(&self, view: &ItemView) -> bool {
         view.nx() <= self.original.nx && view.ny() <= self.original.ny
     }
 
-    /// Writes, for a view, the resting channels `[RESTING_CHANNELS, X, Y]` over zeros, and into `fits` (`[X, Y]`,
-    /// over `false`) where it stays at or below the rim. `lowest` is the item's lowest resting height over all yaws.
+    /// Writes, for a view, the resting channels `[RESTING_CHANNELS, X, Y]` over zeros, and into
+    /// `fits` (`[X, Y]`, over `false`) where it stays at or below the rim. `lowest` is the item's
+    /// lowest resting height over all yaws.
     pub(crate) fn write_resting(
         &self,
         view: &ItemView,
@@ -212,12 +213,14 @@ fn footprint(view: &ItemView) -> Cells {
     }
 }
 
-/// The greatest resting height at which a view stays at or below the rim; negative where it is taller.
+/// Gives the greatest resting height at which a view stays at or below the rim; negative where it
+/// is taller.
 pub(crate) fn limit(grid: &Grid, view: &ItemView) -> Units {
     grid.rim() - view.height()
 }
 
-/// The lowest resting height of an item that fits below the rim, over all yaws; 0 where none does.
+/// Gives the lowest resting height of an item that fits below the rim, over all yaws; 0 where none
+/// does.
 pub(crate) fn lowest<'a>(
     grid: &Grid,
     item: &Item,

@@ -14,11 +14,12 @@ use ppnpack_packing::step::{StageError, StepInput};
 use crate::error::NetworkError;
 use crate::inference::Inference;
 
-/// Proposes the placements that a network scores best: `K` % of all placements `|P|` of a candidate, its yaws times
-/// the container's cells, among those that stay below the rim.
+/// Proposes the placements that a network scores best: `K` % of all placements `|P|` of a
+/// candidate, its yaws times the container's cells, among those that stay below the rim.
 ///
-/// It owns the model and runs it on the thread that asks, which on the processor is the only one: handing a step over
-/// to another thread was measured to cost 0.2 ms and more. Proposals are sorted by increasing score.
+/// It owns the model and runs it on the thread that asks, which on the processor is the only one:
+/// handing a step over to another thread was measured to cost 0.2 ms and more. Proposals are sorted
+/// by increasing score.
 #[derive(Debug)]
 pub struct NetworkProposer {
     inference: Inference,
@@ -26,7 +27,8 @@ pub struct NetworkProposer {
 }
 
 impl NetworkProposer {
-    /// Loads a model for a grid and warms it up. Features of `items` are computed at once; others when first seen.
+    /// Loads a model for a grid and warms it up. Features of `items` are computed at once; others
+    /// when first seen.
     ///
     /// # Errors
     /// [`NetworkError`] where the weights do not fit their architecture or the device is not there.
@@ -42,7 +44,8 @@ impl NetworkProposer {
         Ok(Self { inference, share })
     }
 
-    /// The best-scored placements of some items, best first: `share` of all placements of each.
+    /// Gives the best-scored placements of some items, best first: `share` of all placements of
+    /// each.
     ///
     /// # Errors
     /// [`NetworkError`] where the network fails or its scores are not finite.

@@ -4,10 +4,10 @@ use ppnpack_model::settings::Device;
 
 use crate::error::NetworkError;
 
-/// The version of libtorch that this is built for.
+/// Version of libtorch that this is built for.
 pub const LIBTORCH_VERSION: &str = "2.11.0";
 
-/// The device asked for.
+/// Gives the device asked for.
 pub(crate) fn device(device: Device) -> Result<tch::Device, NetworkError> {
     match device {
         Device::Cpu => Ok(tch::Device::Cpu),
@@ -16,7 +16,8 @@ pub(crate) fn device(device: Device) -> Result<tch::Device, NetworkError> {
     }
 }
 
-/// Keeps libtorch to one thread in what the calling thread asks of it: two on busy cores stall each other.
+/// Keeps libtorch to one thread in what the calling thread asks of it: two on busy cores stall each
+/// other.
 pub(crate) fn use_one_thread() {
     tch::set_num_threads(1);
 }

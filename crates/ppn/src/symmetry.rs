@@ -1,4 +1,5 @@
-//! The symmetries of a packing problem: a mirrored container and mirrored items have mirrored solutions.
+//! The symmetries of a packing problem: a mirrored container and mirrored items have mirrored
+//! solutions.
 
 /// A mirror image, perhaps turned by a quarter: eight in all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -16,10 +17,10 @@ pub(crate) struct Cells {
 }
 
 impl Symmetry {
-    /// How many there are.
+    /// Number of symmetries.
     pub(crate) const COUNT: usize = 8;
 
-    /// The symmetry of a number; 0 changes nothing.
+    /// Gives the symmetry of a number; 0 changes nothing.
     pub(crate) fn of(number: usize) -> Self {
         Self {
             mirror_x: number & 1 != 0,
@@ -28,7 +29,7 @@ impl Symmetry {
         }
     }
 
-    /// The size of what has this size.
+    /// Gives the size of the image of a map of this size.
     pub(crate) fn size(self, Cells { nx, ny }: Cells) -> Cells {
         if self.swap {
             Cells { nx: ny, ny: nx }
@@ -37,27 +38,24 @@ impl Symmetry {
         }
     }
 
-    /// Where a cell of a map of `size` lies in the map's image.
+    /// Gives the place of a cell of a map of `size` in the map's image.
     pub(crate) fn cell(self, (x, y): (usize, usize), size: Cells) -> (usize, usize) {
         self.corner((x, y), Cells { nx: 1, ny: 1 }, size)
     }
 
-    /// Where the lowest corner of a footprint lies in the image of a map of `size`.
+    /// Gives the lowest corner of a footprint in the image of a map of `size`.
     pub(crate) fn corner(
         self,
-        (x, y): (usize, usize),
+        (mut x, mut y): (usize, usize),
         footprint: Cells,
         size: Cells,
     ) -> (usize, usize) {
-        let mirror = |is_mirrored: bool, at: usize, footprint: usize, cells: usize| {
-            if is_mirrored {
-                cells.saturating_sub(footprint + at)
-            } else {
-                at
-            }
-        };
-        let x = mirror(self.mirror_x, x, footprint.nx, size.nx);
-        let y = mirror(self.mirror_y, y, footprint.ny, size.ny);
+        if self.mirror_x {
+            x = size.nx.saturating_sub(footprint.nx + x);
+        }
+        if self.mirror_y {
+            y = size.ny.saturating_sub(footprint.ny + y);
+        }
         if self.swap { (y, x) } else { (x, y) }
     }
 }
@@ -72,14 +70,15 @@ mod tests {
         for number in 0..Symmetry::COUNT {
             let symmetry = Symmetry::of(number);
             let image = symmetry.size(size);
-            let mut seen = std::collections::BTreeSet::new();
-            for x in 0..size.nx {
-                for y in 0..size.ny {
-                    let (x, y) = symmetry.cell((x, y), size);
-                    assert!(x < image.nx && y < image.ny);
-                    assert!(seen.insert((x, y)));
-                }
-            }
+            let cells = (0..size.nx).flat_map(|x| (0..size.ny).map(move |y| (x, y)));
+            let images = cells.map(|cell| symmetry.cell(cell, size));
+            let all = (0..image.nx).flat_map(|x| (0..image.ny).map(move |y| (x, y)));
+            assert!(
+                images
+                    .collect::<std::collections::BTreeSet<_>>()
+                    .into_iter()
+                    .eq(all)
+            );
         }
     }
 

@@ -1,5 +1,5 @@
-//! What the shipped weights are worth, on steps that the test makes itself: how often the optimum of the exhaustive
-//! search is among the network's best-scored placements.
+//! What the shipped weights are worth, on steps that the test makes itself: how often the optimum
+//! of the exhaustive search is among the network's best-scored placements.
 
 #![allow(
     clippy::unwrap_used,
@@ -10,7 +10,6 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::{Model, WeightTensor, to_bytes};
 use ppnpack_packing::check::BoxedCheck;
@@ -68,7 +67,8 @@ const SOLIDS: [(&str, Solid); 10] = [
     }),
 ];
 
-/// A solid on the grid at one yaw: per cell the lowest and the highest of some points, rounded outwards.
+/// A solid on the grid at one yaw: per cell the lowest and the highest of some points, rounded
+/// outwards.
 fn view(grid: &Grid, solid: Solid, yaw_rad: f64) -> ViewSurfaces {
     const POINTS: usize = 5;
     let (cell_m, unit_m) = (
@@ -100,15 +100,8 @@ fn view(grid: &Grid, solid: Solid, yaw_rad: f64) -> ViewSurfaces {
     let all = (first_x..=last_x).flat_map(|x| (first_y..=last_y).map(move |y| (x, y)));
     let found = all.map(|cell| cells.get(&cell).copied().unwrap_or((ABSENT, ABSENT)));
     let (bottom, top) = found.unzip();
-    ViewSurfaces {
-        nx: last_x + 1 - first_x,
-        ny: last_y + 1 - first_y,
-        top,
-        bottom,
-        underside: None,
-        origin_from_corner_m: Vector3::zeros(),
-        centre_of_mass_m: None,
-    }
+    let (nx, ny) = (last_x + 1 - first_x, last_y + 1 - first_y);
+    ViewSurfaces::of_cells(nx, ny, top, bottom)
 }
 
 fn items(grid: &Grid) -> Vec<Arc<Item>> {
@@ -141,7 +134,8 @@ impl Observer for Recorder {
     }
 }
 
-/// Every candidate of every step of some packings, each by itself, with the container it was looked at for.
+/// Every candidate of every step of some packings, each by itself, with the container it was looked
+/// at for.
 fn cases(grid: &Grid) -> Vec<(Scene, Candidate)> {
     let items = items(grid);
     let mut cases = Vec::new();
@@ -152,28 +146,26 @@ fn cases(grid: &Grid) -> Vec<(Scene, Candidate)> {
         let mut recorder = Recorder::default();
         let mut exhaustive = planner(grid, Box::new(ProposeAll));
         let mut cell = IdealCell::new(grid);
+        let (arrivals, how) = (Candidate::sequence(arrivals), Play::with_buffer(BUFFER));
         play(
             grid,
             &mut exhaustive,
             &mut cell,
-            Candidate::sequence(arrivals),
-            Play::with_buffer(BUFFER),
+            arrivals,
+            how,
             &mut recorder,
         )
         .unwrap();
         for (scene, candidates) in recorder.0 {
-            cases.extend(
-                candidates
-                    .into_iter()
-                    .map(|candidate| (scene.clone(), candidate)),
-            );
+            let each = candidates.into_iter();
+            cases.extend(each.map(|candidate| (scene.clone(), candidate)));
         }
     }
     cases
 }
 
-/// Of the candidates that have a valid placement: how many there are, for how many the optimum is among the network's
-/// proposals, and for how many no proposal was valid.
+/// Of the candidates that have a valid placement: how many there are, for how many the optimum is
+/// among the network's proposals, and for how many no proposal was valid.
 #[derive(Debug, Default)]
 struct Accuracy {
     candidates: usize,

@@ -1,9 +1,10 @@
-use nalgebra::Vector3;
+use std::collections::BTreeSet;
+
 use ppnpack_model::architecture::Architecture;
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::settings::TrainingSettings;
 use ppnpack_model::weights::to_bytes;
-use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
+use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::item::ViewSurfaces;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -64,15 +65,8 @@ fn items(count: u64) -> Vec<Item> {
             let top = bottom
                 .iter()
                 .map(|bottom| bottom + random.random_range(1..40));
-            ViewSurfaces {
-                nx,
-                ny,
-                top: top.collect(),
-                bottom,
-                underside: None,
-                origin_from_corner_m: Vector3::zeros(),
-                centre_of_mass_m: None,
-            }
+            let top = top.collect();
+            ViewSurfaces::of_cells(nx, ny, top, bottom)
         });
         Item::new(&format!("item {seed}"), views.collect(), 1e-4).unwrap()
     };
@@ -94,16 +88,15 @@ fn close(a: &[f32], b: &[f32]) {
 
 #[test]
 fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
-    let long = ContainerSize {
-        x_m: 0.64,
-        y_m: 0.23,
-        z_m: 0.3,
-    };
-    let resolution = Grid::reference().resolution().clone();
     // The second admits items that need a larger canvas than others do.
-    for grid in [Grid::reference(), Grid::new(long, resolution).unwrap()] {
+    for grid in [Grid::reference(), grid([0.64, 0.23, 0.3])] {
         a_batch_gives_what_single_runs_give(&grid);
     }
+}
+
+fn grid([x_m, y_m, z_m]: [f64; 3]) -> Grid {
+    let resolution = Grid::reference().resolution().clone();
+    Grid::new(ContainerSize { x_m, y_m, z_m }, resolution).unwrap()
 }
 
 fn a_batch_gives_what_single_runs_give(grid: &Grid) {
@@ -167,23 +160,20 @@ fn every_proposal_fits_and_no_placement_is_proposed_twice() {
         let share = Percent::new(percent).unwrap();
         let best = inference.best(&scene, &all, share).unwrap();
         for (item, proposed) in items.iter().zip(best) {
-            let fitting: std::collections::BTreeSet<Placement> = resting
-                .of(item)
-                .zip(item.views())
-                .enumerate()
-                .flat_map(|(yaw, (map, view))| {
-                    let limit = grid.rim() - view.height();
-                    let rows = map.rows().enumerate();
-                    let fitting = rows.flat_map(move |(x, row)| {
-                        let fits = row.iter().enumerate().filter(move |(_, k)| **k <= limit);
-                        fits.map(move |(y, _)| Placement { yaw, x, y })
-                    });
-                    fitting.collect::<Vec<_>>()
-                })
-                .collect();
+            let mut fitting = BTreeSet::new();
+            for (yaw, (map, view)) in resting.of(item).zip(item.views()).enumerate() {
+                let limit = grid.rim() - view.height();
+                for (x, row) in map.rows().enumerate() {
+                    let fits = row
+                        .iter()
+                        .enumerate()
+                        .filter(|(_, height)| **height <= limit);
+                    fitting.extend(fits.map(|(y, _)| Placement { yaw, x, y }));
+                }
+            }
             let wanted = share.of(4 * 32 * 32) as usize;
             assert_eq!(proposed.len(), wanted.min(fitting.len()), "{}", item.name());
-            let distinct: std::collections::BTreeSet<_> = proposed.iter().copied().collect();
+            let distinct: BTreeSet<_> = proposed.iter().copied().collect();
             assert_eq!(distinct.len(), proposed.len());
             assert!(distinct.is_subset(&fitting));
         }
@@ -204,12 +194,12 @@ fn cells_and_placements_are_one_to_one() {
     let grid = Grid::reference();
     let layout = Layout::new(&grid, 16, Symmetry::default());
     let positions = (0..layout.cells()).map(|cell| layout.position_of(cell));
-    let distinct: std::collections::BTreeSet<(usize, usize)> = positions.collect();
+    let distinct: BTreeSet<(usize, usize)> = positions.collect();
     let all = (0..layout.padded.nx).flat_map(|x| (0..layout.padded.ny).map(move |y| (x, y)));
     assert!(distinct.into_iter().eq(all));
     for item in items(4) {
         for view in item.views().iter().filter(|view| layout.admits(view)) {
-            let mut seen = std::collections::BTreeSet::new();
+            let mut seen = BTreeSet::new();
             for x in 0..=grid.nx() - view.nx() {
                 for y in 0..=grid.ny() - view.ny() {
                     let cell = layout.cell_of((x, y), view);
@@ -217,25 +207,15 @@ fn cells_and_placements_are_one_to_one() {
                     assert_eq!(layout.corner_of(cell, view), Some((x, y)));
                 }
             }
-            let others = (0..layout.cells()).filter(|cell| !seen.contains(cell));
-            assert!(
-                others
-                    .into_iter()
-                    .all(|cell| layout.corner_of(cell, view).is_none())
-            );
+            let mut others = (0..layout.cells()).filter(|cell| !seen.contains(cell));
+            assert!(others.all(|cell| layout.corner_of(cell, view).is_none()));
         }
     }
 }
 
 /// A grid whose sides are no multiples of what a network halves.
 fn uneven() -> Grid {
-    let size = ContainerSize {
-        x_m: 0.41,
-        y_m: 0.23,
-        z_m: 0.2,
-    };
-    let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(4).unwrap()).unwrap();
-    Grid::new(size, resolution).unwrap()
+    grid([0.41, 0.23, 0.2])
 }
 
 #[test]
@@ -298,15 +278,9 @@ fn weights_of_another_architecture_are_refused() {
     let error = open(narrow.clone(), wide).unwrap_err();
     assert!(matches!(error, NetworkError::Shape { .. }), "{error}");
     let error = open(narrow.clone(), without.clone()).unwrap_err();
-    assert!(
-        matches!(error, NetworkError::MissingTensor { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, NetworkError::MissingTensor(..)), "{error}");
     let error = open(without, narrow).unwrap_err();
-    assert!(
-        matches!(error, NetworkError::UnknownTensor { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, NetworkError::UnknownTensor(..)), "{error}");
 }
 
 #[test]
@@ -327,7 +301,7 @@ fn scores_that_are_no_numbers_are_refused() {
     let error = inference
         .best(&heightmap(&grid, 6), &[&items[0]], share)
         .unwrap_err();
-    assert!(matches!(error, NetworkError::NotFinite { .. }), "{error}");
+    assert!(matches!(error, NetworkError::NotFinite(_)), "{error}");
 }
 
 #[test]

@@ -8,15 +8,17 @@ use super::fusion::fused_width;
 use super::layers::Mixing;
 use super::parameters::Parameters;
 
-/// Channels that the resting heights give to the head: above the floor, and above the item's lowest.
+/// Channels that the resting heights give to the head: above the floor, and above the item's
+/// lowest.
 pub(crate) const RESTING_CHANNELS: i64 = 2;
 
-/// Blocks of a normalisation, a 2 x 2 de-convolution of stride 2 and the concatenation with the next finer features,
-/// from the coarsest; then a hidden layer and the score.
+/// Blocks of a normalisation, a 2 x 2 de-convolution of stride 2 and the concatenation with the
+/// next finer features, from the coarsest; then a hidden layer and the score.
 ///
-/// Each output cell of such a de-convolution has one input cell, so it is a [`Mixing`] to four times the channels,
-/// spread over the four output cells. At the container's resolution nothing mixes neighbours any more, so the four
-/// are left apart as *phases*: cell `(2 x + dx, 2 y + dy)` is cell `(x, y)` of phase `2 dx + dy`.
+/// Each output cell of such a de-convolution has one input cell, so it is a [`Mixing`] to four
+/// times the channels, spread over the four output cells. At the container's resolution nothing
+/// mixes neighbours any more, so the four are left apart as *phases*: cell `(2 x + dx, 2 y + dy)`
+/// is cell `(x, y)` of phase `2 dx + dy`.
 #[derive(Debug)]
 pub(super) struct Decoder {
     blocks: Vec<Mixing>,
@@ -59,8 +61,8 @@ impl Decoder {
         })
     }
 
-    /// `fused` from the finest, `[C_i, N, X_i, Y_i]`, and `resting`, `[4, RESTING_CHANNELS, N X Y / 4]`
-    /// where the network has it, to `[4, N X Y / 4]`: the scores by phase.
+    /// `fused` from the finest, `[C_i, N, X_i, Y_i]`, and `resting`, `[4, RESTING_CHANNELS, N X Y /
+    /// 4]` where the network has it, to `[4, N X Y / 4]`: the scores by phase.
     pub(super) fn forward(
         &self,
         fused: &[Tensor],

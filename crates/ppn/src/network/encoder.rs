@@ -34,8 +34,9 @@ impl Encoder {
         Ok(Self { blocks })
     }
 
-    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block. Where a mask `[N, 1, X, Y]` is given, features
-    /// outside of it are 0 at every layer, so that they do not depend on the canvas around it.
+    /// `[N, inputs, X, Y]` to `[N, widths[i], X / 2^(i+1), Y / 2^(i+1)]` per block. Where a mask
+    /// `[N, 1, X, Y]` is given, features outside of it are 0 at every layer, so that they do not
+    /// depend on the canvas around it.
     pub(super) fn forward(
         &self,
         input: &Tensor,

@@ -1,4 +1,4 @@
-//! How the features of the container and of the items meet.
+//! Fusion of the features of the container and of the items.
 
 use tch::{TchError, Tensor};
 
@@ -6,8 +6,8 @@ use ppnpack_model::architecture::Fusion;
 
 /// Brings features of one resolution together.
 ///
-/// `container` is `[S, C, X, Y]`, `items` is `[S, V, C, K, K]` with the footprint's centre at `K / 2`; the result is
-/// `[C', S V, X, Y]`, where a cell stands for the footprint's centre.
+/// `container` is `[S, C, X, Y]`, `items` is `[S, V, C, K, K]` with the footprint's centre at `K /
+/// 2`; the result is `[C', S V, X, Y]`, where a cell stands for the footprint's centre.
 pub(crate) fn fuse(fusion: Fusion, container: &Tensor, items: &Tensor) -> Result<Tensor, TchError> {
     match fusion {
         Fusion::Correlation => correlate(container, items),
@@ -15,7 +15,7 @@ pub(crate) fn fuse(fusion: Fusion, container: &Tensor, items: &Tensor) -> Result
     }
 }
 
-/// Channels that fusing `width` channels gives.
+/// Counts the channels that fusing `width` channels gives.
 pub(super) fn fused_width(fusion: Fusion, width: i64) -> i64 {
     match fusion {
         Fusion::Correlation => width,
@@ -29,7 +29,8 @@ fn correlate(container: &Tensor, items: &Tensor) -> Result<Tensor, TchError> {
     let (_, views, _, side, _) = items.size5()?;
     let (before, after) = (side / 2, side - 1 - side / 2);
     let padded = container.f_constant_pad_nd([before, after, before, after])?;
-    // All windows that the kernels look through; a strided copy, several times as fast as libtorch's im2col.
+    // All windows that the kernels look through; a strided copy, several times as fast as
+    // libtorch's im2col.
     let windows = padded.f_unfold(2, side, 1)?.f_unfold(3, side, 1)?;
     let windows = windows.f_permute([0, 1, 4, 5, 2, 3])?;
     let windows = windows.f_reshape([steps * channels, side * side, nx * ny])?;

@@ -17,7 +17,7 @@ pub(super) struct BatchNorm {
 }
 
 impl BatchNorm {
-    /// The normalisation of the layer of this name.
+    /// Makes the normalisation of the layer of this name.
     fn of(parameters: &mut Parameters, layer: &str, channels: i64) -> Result<Self, TchError> {
         let name = |tensor: &str| format!("{layer}.normalisation.{tensor}");
         Ok(Self {
@@ -41,7 +41,8 @@ impl BatchNorm {
         )
     }
 
-    /// The same as `factor * input + offset` per channel, with the running statistics.
+    /// Gives the factor and the offset of `factor * input + offset`, the same function per channel
+    /// with the running statistics.
     fn affine(&self) -> Result<(Tensor, Tensor), TchError> {
         let deviation = self.variance.f_add_scalar(EPSILON)?;
         let factor = self.scale.f_mul(&deviation.f_rsqrt()?)?;

@@ -18,13 +18,13 @@ pub(crate) use parameters::Parameters;
 
 /// Channels of a container: height in decimetres, and 1 inside.
 pub(crate) const CONTAINER_CHANNELS: i64 = 2;
-/// Channels of a view: upper surface and lower surface in decimetres, and 1 where there is material.
+/// Channels of a view: upper surface and lower surface in decimetres, and 1 where there is
+/// material.
 pub(crate) const VIEW_CHANNELS: i64 = 3;
 
-/// Features of containers, from the finest resolution: `[S, C_i, X_i, Y_i]` with `X_i = X / 2^(i+1)`.
-pub(crate) type ContainerFeatures = Vec<Tensor>;
-/// Features of views, from the finest resolution: `[V, C_i, K_i, K_i]`, with `K_i` of `K` likewise.
-pub(crate) type ViewFeatures = Vec<Tensor>;
+/// Features from the finest resolution: `[S, C_i, X_i, Y_i]` of containers, with `X_i = X /
+/// 2^(i+1)`; `[V, C_i, K_i, K_i]` of views, with `K_i` of `K` likewise.
+pub(crate) type Features = Vec<Tensor>;
 
 /// The network's layers.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ pub(crate) struct Network {
 }
 
 impl Network {
-    /// A network with random weights, ready to be trained, and its named tensors.
+    /// Makes a network with random weights, ready to be trained, and its named tensors.
     pub(crate) fn new(
         architecture: &Architecture,
         device: Device,
@@ -54,12 +54,12 @@ impl Network {
         Ok((network, parameters))
     }
 
-    /// Whether normalisation uses the batch's statistics, and updates the running ones.
+    /// Sets whether normalisation uses the batch's statistics, and updates the running ones.
     pub(crate) fn set_training(&mut self, is_training: bool) {
         self.is_training = is_training;
     }
 
-    /// The same function for inference: normalisation is folded into the convolutions.
+    /// Gives the same function for inference: normalisation is folded into the convolutions.
     pub(crate) fn folded(&self) -> Result<Self, TchError> {
         Ok(Self {
             architecture: self.architecture.clone(),
@@ -70,15 +70,18 @@ impl Network {
         })
     }
 
-    /// `maps` is `[S, CONTAINER_CHANNELS, X, Y]`, sides a multiple of [`Architecture::stride`].
-    pub(crate) fn encode_containers(&self, maps: &Tensor) -> Result<ContainerFeatures, TchError> {
+    /// Encodes `maps`, `[S, CONTAINER_CHANNELS, X, Y]`, sides a multiple of
+    /// [`Architecture::stride`].
+    pub(crate) fn encode_containers(&self, maps: &Tensor) -> Result<Features, TchError> {
         self.container.forward(maps, None, self.is_training)
     }
 
-    /// `views` is `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of twice the stride, the footprint's centre at `K / 2`.
+    /// Encodes `views`, `[V, VIEW_CHANNELS, K, K]`, `K` a multiple of twice the stride, the
+    /// footprint's centre at `K / 2`.
     ///
-    /// Features are limited to the footprint and divided by its cells: neither canvas nor size scales a correlation.
-    pub(crate) fn encode_views(&self, views: &Tensor) -> Result<ViewFeatures, TchError> {
+    /// Features are limited to the footprint and divided by its cells: neither canvas nor size
+    /// scales a correlation.
+    pub(crate) fn encode_views(&self, views: &Tensor) -> Result<Features, TchError> {
         let mut mask = views.f_narrow(1, VIEW_CHANNELS - 1, 1)?;
         let features = self.item.forward(views, Some(&mask), self.is_training)?;
         let divided = features.into_iter().map(|features| {
@@ -89,8 +92,8 @@ impl Network {
         divided.collect()
     }
 
-    /// Brings the features of `V` views and of each of `S` containers together: `views` is `[S, V, C_i, K_i, K_i]` per
-    /// resolution, the result `[C'_i, S V, X_i, Y_i]`.
+    /// Brings the features of `V` views and of each of `S` containers together: `views` is `[S, V,
+    /// C_i, K_i, K_i]` per resolution, the result `[C'_i, S V, X_i, Y_i]`.
     pub(crate) fn fuse(
         &self,
         containers: &[Tensor],
@@ -101,9 +104,9 @@ impl Network {
             .collect()
     }
 
-    /// Scores of `N` maps from their fused features, and from `resting`, `[N, RESTING_CHANNELS, L]`, where the network
-    /// takes it: `[N, L]`, lower is better. The `L = X Y` cells of a map are in the order of
-    /// [`Layout::cell_of`](crate::maps::Layout::cell_of): by phase.
+    /// Scores `N` maps by their fused features, and by `resting`, `[N, RESTING_CHANNELS, L]`, where
+    /// the network takes it: `[N, L]`, lower is better. The `L = X Y` cells of a map are in the
+    /// order of [`Layout::cell_of`](crate::maps::Layout::cell_of): by phase.
     pub(crate) fn score(
         &self,
         fused: &[Tensor],
@@ -116,17 +119,15 @@ impl Network {
             phases.f_reshape([4, channels, maps * cells / 4])
         });
         let by_phase = by_phase.transpose()?;
-        let maps = match fused.first() {
-            Some(fused) => fused.size4()?.1,
-            None => 0,
-        };
+        let sizes = fused.first().map(Tensor::size4).transpose()?;
+        let maps = sizes.map_or(0, |(_, maps, ..)| maps);
         let (by_phase, is_training) = (by_phase.as_ref(), self.is_training);
         let scores = self.decoder.forward(fused, by_phase, is_training)?;
         let by_map = scores.f_view([4, maps, -1])?;
         by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
     }
 
-    /// What the network looks like.
+    /// Gives the network's architecture.
     pub(crate) fn architecture(&self) -> &Architecture {
         &self.architecture
     }

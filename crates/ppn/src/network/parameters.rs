@@ -19,7 +19,8 @@ impl Parameters {
         }
     }
 
-    /// Adds a weight with uniformly distributed values for layers of `inputs` inputs (He et al., 2015).
+    /// Adds a weight with uniformly distributed values for layers of `inputs` inputs (He et al.,
+    /// 2015).
     pub(super) fn weight(
         &mut self,
         name: &str,
@@ -59,15 +60,14 @@ impl Parameters {
         tensor
     }
 
-    /// All tensors by name.
+    /// Gives all tensors by name.
     pub(crate) fn tensors(&self) -> &BTreeMap<String, Tensor> {
         &self.tensors
     }
 
-    /// The tensors that gradients change, by name.
+    /// Gives the tensors that gradients change, by name.
     pub(crate) fn trained(&self) -> impl Iterator<Item = (&String, &Tensor)> {
-        self.tensors
-            .iter()
-            .filter(|(_, tensor)| tensor.requires_grad())
+        let tensors = self.tensors.iter();
+        tensors.filter(|(_, tensor)| tensor.requires_grad())
     }
 }

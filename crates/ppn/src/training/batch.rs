@@ -14,7 +14,8 @@ use crate::maps::{Layout, limit, lowest};
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::Symmetry;
 
-/// A batch of `S` steps with up to `B` candidates of `R` yaws each, in plain memory; `N = S B`, `L = X Y`.
+/// A batch of `S` steps with up to `B` candidates of `R` yaws each, in plain memory; `N = S B`, `L
+/// = X Y`.
 #[derive(Debug)]
 pub(crate) struct Batch {
     steps: i64,
@@ -24,7 +25,7 @@ pub(crate) struct Batch {
     side: i64,
     possible: u64,
     /// `[S]`: the steps' sequences.
-    sequences: Vec<u32>,
+    pub(super) sequences: Vec<u32>,
     /// `[S, CONTAINER_CHANNELS, X, Y]`.
     containers: Vec<f32>,
     /// `[U, VIEW_CHANNELS, side, side]`: the views that occur.
@@ -41,7 +42,8 @@ pub(crate) struct Batch {
     optimal: Vec<bool>,
     /// `[S B R, L]`: the optima over all yaws.
     best: Vec<bool>,
-    /// `[S B R, L]`: what regression approximates, scaled and cut off; empty where it is not asked for.
+    /// `[S B R, L]`: what regression approximates, scaled and cut off; empty where it is not asked
+    /// for.
     values: Vec<f32>,
 }
 
@@ -57,7 +59,7 @@ pub(crate) struct BatchTensors {
     pub(crate) shape: (i64, i64),
 }
 
-/// What a batch's scores are judged by; the tensors are `[N, R, L]`.
+/// Labels that a batch's scores are judged by; the tensors are `[N, R, L]`.
 #[derive(Debug)]
 pub(crate) struct Labels {
     /// `[1, 1, L]`: the cells that stand for a placement, whether it fits or not.
@@ -70,7 +72,7 @@ pub(crate) struct Labels {
     pub(crate) possible: u64,
 }
 
-/// What a regression's scores approximate.
+/// Targets that a regression's scores approximate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Regression {
     /// In units of the objective; what is not valid has this target.
@@ -78,11 +80,12 @@ pub(crate) struct Regression {
 }
 
 impl Regression {
-    /// The target of what is not valid or is cut off: near what an untrained network says.
+    /// Target of what is not valid or is cut off: near what an untrained network says.
     const CUT_OFF: f32 = 0.0;
 
-    /// The target of a placement whose value exceeds the candidate's least by `above`: from -1 up to [`Self::CUT_OFF`]. Within the
-    /// scores that a network begins with, none of its training goes into reaching them.
+    /// Gives the target of a placement whose value exceeds the candidate's least by `above`: from
+    /// -1 up to [`Self::CUT_OFF`]. These are scores that a network begins with, so no training goes
+    /// into reaching them.
     fn of(self, above: f32) -> f32 {
         above.min(self.cut_off) / self.cut_off - 1.0
     }
@@ -115,7 +118,7 @@ impl BatchMaker {
         }
     }
 
-    /// A batch of these steps, as the symmetry shows them.
+    /// Makes a batch of these steps, as the symmetry shows them.
     pub(crate) fn make(&mut self, steps: &[&StepRecord], symmetry: Symmetry) -> Batch {
         let layout = Layout::new(&self.grid, self.stride, symmetry);
         let yaws = self.grid.resolution().yaws().count();
@@ -156,7 +159,7 @@ impl BatchMaker {
         batch
     }
 
-    /// Per object that occurs, the index of its first view.
+    /// Gives the index of the first view of each object that occurs.
     fn number_objects(&self, steps: &[&StepRecord]) -> BTreeMap<usize, usize> {
         let candidates = steps.iter().flat_map(|step| &step.candidates);
         let mut slots: BTreeMap<usize, usize> = candidates
@@ -170,7 +173,7 @@ impl BatchMaker {
         slots
     }
 
-    /// The views of the objects that occur, in the order of their slots.
+    /// Gives the views of the objects that occur, in the order of their slots.
     fn views(&self, first_slots: &BTreeMap<usize, usize>) -> Vec<&ItemView> {
         let objects = first_slots.keys();
         let items = objects.filter_map(|object| self.items.get(*object));
@@ -263,18 +266,12 @@ fn mark(
 }
 
 impl Batch {
-    /// How many steps the batch has.
+    /// Counts the batch's steps.
     pub(crate) fn len(&self) -> usize {
         self.steps as usize
     }
 
-    /// The sequences of its steps.
-    #[cfg(test)]
-    pub(super) fn sequences(&self) -> &[u32] {
-        &self.sequences
-    }
-
-    /// The sequence of a candidate, by its index among all of the batch.
+    /// Gives the sequence of a candidate, by its index among all of the batch.
     pub(crate) fn sequence_of(&self, candidate: usize) -> Option<u32> {
         let step = candidate.checked_div(self.candidates as usize)?;
         self.sequences.get(step).copied()
@@ -316,7 +313,7 @@ impl Batch {
 }
 
 impl BatchTensors {
-    /// The named tensors, to look at a batch that went wrong.
+    /// Gives the named tensors, to look at a batch that went wrong.
     pub(crate) fn named(&self) -> Result<Vec<(&'static str, Tensor)>, TchError> {
         Ok(vec![
             ("containers", self.containers.shallow_clone()),

@@ -18,10 +18,10 @@ use crate::network::Parameters;
 
 const STATE: &str = "state";
 
-/// The file of a training's checkpoint.
+/// Name of the file of a training's checkpoint.
 pub const CHECKPOINT_FILE: &str = "checkpoint.safetensors";
 
-/// Where a training is.
+/// The state of a training.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
     pub(crate) settings: TrainingSettings,
@@ -37,25 +37,20 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// The epoch that does best on the validation split by the question that the network is trained for, the first of
-    /// equals; none without such a split.
+    /// Gives the epoch that does best on the validation split by the question that the network is
+    /// trained for, the first of equals; none without such a split.
     pub(crate) fn best_epoch(&self) -> Option<usize> {
         let question = Question::of_loss(self.settings.loss_over);
-        let mut best: Option<(usize, f64)> = None;
-        for report in &self.epochs {
-            let Some(validation) = &report.validation else {
-                continue;
-            };
-            let found = validation.accuracies.decisive(question);
-            if best.is_none_or(|(_, most)| found > most) {
-                best = Some((report.epoch, found));
-            }
-        }
+        let found = self.epochs.iter().filter_map(|report| {
+            let accuracies = &report.validation.as_ref()?.accuracies;
+            Some((report.epoch, accuracies.decisive(question)))
+        });
+        let best = found.reduce(|best, next| if next.1 > best.1 { next } else { best });
         best.map(|(epoch, _)| epoch)
     }
 }
 
-/// A tensor's name among a checkpoint's, by what it is part of.
+/// Prefixes of tensors' names in a checkpoint, by what they are part of.
 const WEIGHT: &str = "weight/";
 const BEST: &str = "best/";
 
@@ -63,7 +58,8 @@ pub(crate) fn path(folder: &Path) -> PathBuf {
     folder.join(CHECKPOINT_FILE)
 }
 
-/// Writes a checkpoint in place of the last; `best` has the weights of the best epoch, if there is one.
+/// Writes a checkpoint in place of the last; `best` has the weights of the best epoch, if there is
+/// one.
 pub(crate) fn save(
     folder: &Path,
     state: &State,
@@ -86,7 +82,8 @@ pub(crate) fn save(
     Ok(write_whole(&path, &bytes)?)
 }
 
-/// Takes a checkpoint's tensors over; gives its state and the weights of its best epoch, if it has one.
+/// Takes a checkpoint's tensors over; gives its state and the weights of its best epoch, if it has
+/// one.
 pub(crate) fn load(
     folder: &Path,
     expected: &State,
@@ -94,17 +91,14 @@ pub(crate) fn load(
     optimiser: &mut AdamW,
 ) -> Result<(State, Option<BTreeMap<String, WeightTensor>>), NetworkError> {
     let path = path(folder);
-    let bytes = std::fs::read(&path).map_err(|source| NetworkError::Read {
-        path: path.clone(),
-        source,
-    })?;
+    let bytes = std::fs::read(&path).map_err(|error| NetworkError::Read(path.clone(), error))?;
     let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|error| damaged(&path, &error))?;
     let texts = header.metadata().as_ref();
     let text = texts.and_then(|texts| texts.get(STATE));
     let text = text.ok_or_else(|| damaged(&path, &"it has no state"))?;
     let state: State = serde_json::from_str(text).map_err(|error| damaged(&path, &error))?;
     if let Some(difference) = difference(&state, expected) {
-        return Err(NetworkError::OtherTraining { path, difference });
+        return Err(NetworkError::OtherTraining(path, difference));
     }
     let origin = path.display().to_string();
     let kept = tensors(&origin, &bytes).map_err(|error| damaged(&path, &error))?;
@@ -132,7 +126,7 @@ pub(crate) fn load(
     Ok((state, is_whole.then_some(best)))
 }
 
-/// What keeps one training's checkpoint from being another's.
+/// Says what keeps one training's checkpoint from being another's.
 fn difference(found: &State, expected: &State) -> Option<String> {
     if found.data_hash != expected.data_hash {
         return Some("the data differ".to_owned());
@@ -147,10 +141,7 @@ fn difference(found: &State, expected: &State) -> Option<String> {
 }
 
 pub(super) fn damaged(path: &Path, what: &dyn std::fmt::Display) -> NetworkError {
-    NetworkError::Checkpoint {
-        path: path.to_owned(),
-        what: what.to_string(),
-    }
+    NetworkError::Checkpoint(path.to_owned(), what.to_string())
 }
 
 #[cfg(test)]
@@ -161,7 +152,8 @@ mod tests {
 
     use super::*;
 
-    /// An epoch after which the optimum has these placements before it, all of them fitting or none.
+    /// An epoch after which the optimum has these placements before it, all of them fitting or
+    /// none.
     fn report(epoch: usize, ranks: Option<(u64, u64)>) -> EpochReport {
         let validation = ranks.map(|(before, fitting_before)| {
             let mut tally = Tally::default();

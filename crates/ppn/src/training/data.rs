@@ -10,11 +10,11 @@ use crate::error::NetworkError;
 
 /// The steps of each split; no sequence is in two of them.
 pub(crate) struct Data {
-    /// What is learnt from.
+    /// Steps to learn from.
     pub(crate) training: Vec<StepRecord>,
-    /// What chooses: the epoch here, settings between trainings.
+    /// Steps that choose: the epoch here, settings between trainings.
     pub(crate) validation: Vec<StepRecord>,
-    /// What is looked at once, at the end.
+    /// Steps that are looked at once, at the end.
     pub(crate) test: Vec<StepRecord>,
 }
 
@@ -62,12 +62,11 @@ fn keep_first(steps: &mut Vec<StepRecord>, sequences: usize) {
     }
 }
 
-/// Candidates with a valid placement.
+/// Counts the candidates with a valid placement.
 pub(crate) fn count(steps: &[StepRecord]) -> u64 {
     let candidates = steps.iter().flat_map(|step| &step.candidates);
-    candidates
-        .filter(|candidate| candidate.best_value().is_finite())
-        .count() as u64
+    let valid = candidates.filter(|candidate| candidate.best_value().is_finite());
+    valid.count() as u64
 }
 
 #[cfg(test)]

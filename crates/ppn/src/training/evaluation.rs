@@ -1,4 +1,4 @@
-//! How a network does on steps that it was not trained on.
+//! Evaluation of a network on steps that it was not trained on.
 
 use ppnpack_dataset::StepRecord;
 use ppnpack_model::accuracy::Tally;
@@ -13,10 +13,10 @@ use super::loss::{loss, ranks};
 use crate::error::NetworkError;
 use crate::network::Network;
 
-/// How many steps are looked at together.
+/// Number of steps that are looked at together.
 const EVALUATION_BATCH: usize = 64;
 
-/// The network's loss and accuracy on these steps.
+/// Gives the network's loss and accuracy on these steps.
 pub(crate) fn evaluate(
     network: &mut Network,
     device: tch::Device,

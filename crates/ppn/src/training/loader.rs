@@ -15,44 +15,44 @@ use super::batch::{Batch, BatchMaker};
 use crate::error::NetworkError;
 use crate::symmetry::Symmetry;
 
-/// Batches of each thread that wait to be used, at most.
+/// Maximum number of batches of each thread that wait to be used.
 const AHEAD: usize = 2;
 
-/// Which steps make up a batch, and how they are shown.
+/// The steps that make up a batch, and the symmetry in which they are shown.
 #[derive(Debug, Clone)]
 pub(crate) struct BatchPlan {
     pub(crate) steps: Vec<usize>,
     pub(crate) symmetry: Symmetry,
 }
 
-/// The batches of an epoch: a random order that the seed and the epoch decide.
+/// Plans the batches of an epoch: a random order that the seed and the epoch decide.
 pub(crate) fn shuffled(steps: usize, settings: &TrainingSettings, epoch: usize) -> Vec<BatchPlan> {
     let mut random = ChaCha8Rng::seed_from_u64(settings.seed);
     random.set_stream(epoch as u64 + 1);
     let mut order: Vec<usize> = (0..steps).collect();
     order.shuffle(&mut random);
-    let plans = order.chunks(settings.batch.max(1)).map(|steps| BatchPlan {
-        steps: steps.to_vec(),
-        symmetry: if settings.augment {
-            Symmetry::of(random.random_range(0..Symmetry::COUNT))
-        } else {
-            Symmetry::default()
-        },
-    });
-    plans.collect()
+    let mut symmetry = || match settings.augment {
+        true => Symmetry::of(random.random_range(0..Symmetry::COUNT)),
+        false => Symmetry::default(),
+    };
+    plans(&order, settings.batch, &mut symmetry)
 }
 
-/// The batches of a pass in order, as the data has it.
+/// Plans the batches of a pass in order, as the data has it.
 pub(crate) fn in_order(steps: usize, batch: usize) -> Vec<BatchPlan> {
     let order: Vec<usize> = (0..steps).collect();
+    plans(&order, batch, &mut Symmetry::default)
+}
+
+fn plans(order: &[usize], batch: usize, symmetry: &mut dyn FnMut() -> Symmetry) -> Vec<BatchPlan> {
     let plans = order.chunks(batch.max(1)).map(|steps| BatchPlan {
         steps: steps.to_vec(),
-        symmetry: Symmetry::default(),
+        symmetry: symmetry(),
     });
     plans.collect()
 }
 
-/// Who prepares batches.
+/// The maker of batches, and its threads.
 #[derive(Debug, Clone)]
 pub(crate) struct Preparation {
     pub(crate) maker: BatchMaker,
@@ -60,8 +60,8 @@ pub(crate) struct Preparation {
 }
 
 impl Preparation {
-    /// On one thread where the processor computes the network as well; on all `threads` where a device does, which takes
-    /// batches faster than one thread makes them.
+    /// Prepares on one thread where the processor computes the network as well; on all `threads`
+    /// where a device does, which takes batches faster than one thread makes them.
     pub(crate) fn new(maker: BatchMaker, device: tch::Device, threads: usize) -> Self {
         let threads = match device {
             tch::Device::Cuda(_) => threads.max(1),
@@ -74,9 +74,9 @@ impl Preparation {
 /// Batches as they become ready, in the order of their plans.
 #[derive(Debug)]
 pub(crate) struct Loader {
-    /// Of each thread; they take turns.
+    /// Batches of each thread; they take turns.
     batches: Vec<Receiver<Batch>>,
-    /// Batches given.
+    /// Number of batches given.
     given: usize,
     waited: Duration,
 }
@@ -113,7 +113,7 @@ impl Loader {
         }
     }
 
-    /// The next batch.
+    /// Gives the next batch.
     pub(crate) fn next(&mut self) -> Result<Batch, NetworkError> {
         let started = Instant::now();
         let turn = self.given % self.batches.len().max(1);
@@ -124,7 +124,7 @@ impl Loader {
         Ok(batch)
     }
 
-    /// Time spent on waiting for batches.
+    /// Gives the time spent on waiting for batches.
     pub(crate) fn waited(&self) -> Duration {
         self.waited
     }
@@ -146,8 +146,14 @@ mod tests {
             candidates: Vec::new(),
         };
         let steps: Vec<StepRecord> = (0..23).map(step).collect();
-        let plans = shuffled(steps.len(), &settings(), 0);
-        let expected: Vec<Vec<usize>> = plans.iter().map(|plan| plan.steps.clone()).collect();
+        let settings = TrainingSettings {
+            batch: 4,
+            ..TrainingSettings::default()
+        };
+        let plans = shuffled(steps.len(), &settings, 0);
+        // The steps have no candidates: the sequence of each stands for it.
+        let of_plan = |plan: &BatchPlan| plan.steps.iter().map(|step| *step as u32).collect();
+        let expected: Vec<Vec<u32>> = plans.iter().map(of_plan).collect();
         for (device, threads, used) in [
             (tch::Device::Cpu, 5, 1),
             (tch::Device::Cuda(0), 0, 1),
@@ -160,25 +166,9 @@ mod tests {
             let given = std::thread::scope(|scope| {
                 let mut loader = Loader::start(scope, &preparation, &steps, &plans);
                 let batches = plans.iter().map(|_| loader.next().unwrap());
-                batches.map(|batch| sequences(&batch)).collect::<Vec<_>>()
+                batches.map(|batch| batch.sequences).collect::<Vec<_>>()
             });
             assert_eq!(given, expected, "{threads} threads");
         }
-    }
-
-    fn settings() -> TrainingSettings {
-        TrainingSettings {
-            batch: 4,
-            ..TrainingSettings::default()
-        }
-    }
-
-    /// The sequences of a batch's steps, which have no candidates: each stands for one.
-    fn sequences(batch: &Batch) -> Vec<usize> {
-        batch
-            .sequences()
-            .iter()
-            .map(|sequence| *sequence as usize)
-            .collect()
     }
 }

@@ -1,4 +1,4 @@
-//! What training minimises, and how good scores are.
+//! Losses, which training minimises, and ranks of scores.
 
 use tch::{Kind, Reduction, TchError, Tensor};
 
@@ -10,7 +10,7 @@ use super::batch::Labels;
 /// Stands for minus infinity where a difference is still formed.
 const LOWEST: f64 = -1e9;
 
-/// The loss of `scores`, `[N, R, L]`, as a number on their device.
+/// Gives the loss of `scores`, `[N, R, L]`, as a number on their device.
 pub(crate) fn loss(
     scores: &Tensor,
     labels: &Labels,
@@ -23,7 +23,7 @@ pub(crate) fn loss(
     }
 }
 
-/// How much each placement counts, `[N, R, L]`.
+/// Gives the weight of each placement, `[N, R, L]`.
 fn weights(labels: &Labels, settings: &TrainingSettings) -> Result<Tensor, TchError> {
     let fits = labels.fits.f_to_kind(Kind::Float)?;
     match settings.loss_over {
@@ -36,8 +36,8 @@ fn weights(labels: &Labels, settings: &TrainingSettings) -> Result<Tensor, TchEr
     }
 }
 
-/// `(sum_r L_loc(r) + L_glo) / |P|`, the mean over the candidates that have an optimum; where several placements are
-/// optimal, all of them are to rank above the rest.
+/// Gives `(sum_r L_loc(r) + L_glo) / |P|`, the mean over the candidates that have an optimum; where
+/// several placements are optimal, all of them are to rank above the rest.
 fn ranking(
     scores: &Tensor,
     labels: &Labels,
@@ -53,8 +53,9 @@ fn ranking(
     mean.f_div_scalar(labels.possible as f64)
 }
 
-/// `sum w(p) max(0, margin - (M(p) - M(p*)))` over the placements that are not optimal, by their weights; `p*` is the
-/// worst-scored optimum among those over which `group` runs. Groups without an optimum do not count.
+/// Gives `sum w(p) max(0, margin - (M(p) - M(p*)))` over the placements that are not optimal, by
+/// their weights; `p*` is the worst-scored optimum among those over which `group` runs. Groups
+/// without an optimum do not count.
 fn hinge(
     scores: &Tensor,
     weights: &Tensor,
@@ -70,8 +71,8 @@ fn hinge(
     violation.f_mul(&others)?.f_sum(Kind::Float)
 }
 
-/// The mean squared difference to what regression approximates, over the placements by their weights; those that do not fit
-/// have the target at which all are cut off.
+/// Gives the mean squared difference to the targets, over the placements by their weights; those
+/// that do not fit have the target at which all are cut off.
 fn regression(scores: &Tensor, labels: &Labels, weights: &Tensor) -> Result<Tensor, TchError> {
     let Some(values) = &labels.values else {
         let what = "the data has no values to regress to".to_owned();
@@ -84,12 +85,12 @@ fn regression(scores: &Tensor, labels: &Labels, weights: &Tensor) -> Result<Tens
     sum.f_div(&counted.f_sum(Kind::Float)?.f_clamp_min(1.0)?)
 }
 
-/// `[N]`: whether a candidate has a valid placement.
+/// Says whether a candidate has a valid placement, `[N]`.
 fn has_optimum(labels: &Labels) -> Result<Tensor, TchError> {
     labels.best.f_flatten(1, -1)?.f_any_dim(1, false)
 }
 
-/// For each candidate, where its best-scored optimum stands; none where it has no optimum.
+/// Gives the rank of each candidate's best-scored optimum; none where it has no optimum.
 pub(crate) fn ranks(scores: &Tensor, labels: &Labels) -> Result<Vec<Option<Rank>>, TchError> {
     let scores = scores.f_flatten(1, -1)?;
     let is_best = labels.best.f_flatten(1, -1)?;
@@ -124,8 +125,8 @@ pub(crate) fn ranks(scores: &Tensor, labels: &Labels) -> Result<Vec<Option<Rank>
 mod tests {
     use super::*;
 
-    /// One candidate, two yaws, three cells and one of padding; the optima are yaw 0 cell 0 and yaw 1 cell 2, the first
-    /// one best. At yaw 0, cell 2 does not fit.
+    /// One candidate, two yaws, three cells and one of padding; the optima are yaw 0 cell 0 and yaw
+    /// 1 cell 2, the first one best. At yaw 0, cell 2 does not fit.
     fn labels() -> Labels {
         Labels {
             inside: Tensor::from_slice(&[true, true, true, false]).view([1, 1, 4]),
@@ -201,12 +202,14 @@ mod tests {
     fn the_ranking_loss_is_that_of_the_paper() {
         let scores = scores([0.0, 0.5, -9.0, -9.0, 1.5, 0.75, 1.0, -9.0]);
         let loss = |over| of(&scores, &labels(), Loss::Ranking, over);
-        // Yaw 0: cell 1 is 0.5 above, 0.5 short; cell 2 does not fit. Yaw 1: 0.5 short and 1.25 short.
+        // Yaw 0: cell 1 is 0.5 above, 0.5 short; cell 2 does not fit. Yaw 1: 0.5 short and 1.25
+        // short.
         let local = 0.5 + (0.5 + 1.25);
         // All: margins of 2 against the best.
         let global = 1.5 + 0.5 + 1.25 + 1.0;
         assert!((loss(LossOver::Fitting) - (local + global) / 6.0).abs() < 1e-6);
-        // Over all, what does not fit is to rank behind as well: it is 9 below, so 10 and 11 short. Padding never counts.
+        // Over all, what does not fit is to rank behind as well: it is 9 below, so 10 and 11 short.
+        // Padding never counts.
         assert!((loss(LossOver::All) - (local + global + 10.0 + 11.0) / 6.0).abs() < 1e-6);
     }
 

@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use ppnpack_dataset::Dataset;
+use ppnpack_dataset::{Dataset, StepRecord};
 use ppnpack_files::write_whole;
-use ppnpack_model::accuracy::{Accuracies, Question};
+use ppnpack_model::accuracy::Question;
 use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
 use ppnpack_model::report::{EpochReport, Evaluation, TrainingEvent};
 use ppnpack_model::settings::{Loss, TrainingRequest};
@@ -34,14 +34,15 @@ use loader::{Loader, Preparation, shuffled};
 use loss::loss;
 use optimiser::{AdamW, learning_rate};
 
-/// The names of a training's results in its folder.
+/// Name of the model that a training leaves in its folder.
 pub const MODEL_FILE: &str = "model.safetensors";
 
-/// How often a checkpoint is written.
+/// Time between checkpoints.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(60);
 
-/// Trains a network, or goes on training; leaves the model, its card and a checkpoint in the request's folder. Where there
-/// is a validation split, the model has the weights of the epoch that does best there; else those of the last.
+/// Trains a network, or goes on training; leaves the model, its card and a checkpoint in the
+/// request's folder. Where there is a validation split, the model has the weights of the epoch that
+/// does best there; else those of the last.
 ///
 /// # Errors
 /// [`NetworkError`] where the data or the checkpoint cannot be used, or the loss is no number.
@@ -108,7 +109,7 @@ impl<'a> Training<'a> {
         let path = checkpoint::path(&request.folder);
         if path.exists() {
             if !request.resume {
-                return Err(NetworkError::Unfinished { path });
+                return Err(NetworkError::Unfinished(path));
             }
             let found = checkpoint::load(&request.folder, &state, &parameters, &mut optimiser)?;
             (state, best) = found;
@@ -175,7 +176,8 @@ impl<'a> Training<'a> {
         })?;
         let training_loss = self.state.loss_sum / (per_epoch as f64).max(1.0);
         let spent = began.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
-        let validation = self.validate()?;
+        let held_out = &self.data.validation;
+        let validation = self.evaluate(!held_out.is_empty(), held_out)?;
         self.state.epoch += 1;
         self.state.batch = 0;
         self.state.loss_sum = 0.0;
@@ -230,10 +232,13 @@ impl<'a> Training<'a> {
         checkpoint::save(folder, &self.state, &self.parameters, &self.optimiser, best)
     }
 
-    /// How the network does on the validation split, where there is one.
-    fn validate(&mut self) -> Result<Option<Evaluation>, NetworkError> {
-        let steps = &self.data.validation;
-        if steps.is_empty() {
+    /// Evaluates the network on these steps, where they are wanted.
+    fn evaluate(
+        &mut self,
+        is_wanted: bool,
+        steps: &[StepRecord],
+    ) -> Result<Option<Evaluation>, NetworkError> {
+        if !is_wanted {
             return Ok(None);
         }
         let (settings, preparation) = (&self.request.settings, self.preparation());
@@ -241,38 +246,19 @@ impl<'a> Training<'a> {
         evaluate(network, self.device, settings, &preparation, steps).map(Some)
     }
 
-    /// How the network does on the test split, where the request looks at it.
-    fn test(&mut self) -> Result<Option<Accuracies>, NetworkError> {
-        if !self.request.look_at_test {
-            return Ok(None);
-        }
-        let (settings, preparation) = (&self.request.settings, self.preparation());
-        let (network, steps) = (&mut self.network, &self.data.test);
-        let found = evaluate(network, self.device, settings, &preparation, steps)?;
-        Ok(Some(found.accuracies))
-    }
-
-    /// Gives the network the weights of the best epoch, where there is one.
-    fn take_best(&self) -> Result<(), NetworkError> {
-        let Some(best) = &self.best else {
-            return Ok(());
-        };
-        for (name, tensor) in self.parameters.tensors() {
-            if let Some(values) = best.get(name) {
+    /// Writes the model, with the weights of the best epoch where there is one, and its card.
+    fn finish(mut self) -> Result<ModelCard, NetworkError> {
+        for (name, values) in self.best.iter().flatten() {
+            if let Some(tensor) = self.parameters.tensors().get(name) {
                 copy_into("the best epoch", name, values, tensor)?;
             }
         }
-        Ok(())
-    }
-
-    /// Writes the model and its card.
-    fn finish(mut self) -> Result<ModelCard, NetworkError> {
-        self.take_best()?;
         let epoch = self.state.best_epoch().unwrap_or(self.state.epoch);
-        let chosen = self.state.epochs.iter();
-        let chosen = chosen.filter(|report| report.epoch == epoch);
-        let validation = chosen.filter_map(|report| report.validation.clone()).next();
-        let test = self.test()?;
+        let mut reports = self.state.epochs.iter();
+        let chosen = reports.find(|report| report.epoch == epoch);
+        let validation = chosen.and_then(|report| report.validation.clone());
+        let test = self.evaluate(self.request.look_at_test, &self.data.test)?;
+        let test = test.map(|test| test.accuracies);
         let proposed = test.as_ref().map(|test| test.of(Question::Proposed));
         let bytes = to_bytes(&all_to_plain(self.parameters.tensors())?, None)?;
         let data = self.dataset.settings();
@@ -318,7 +304,7 @@ fn write_card(path: &Path, card: &ModelCard) -> Result<(), NetworkError> {
     Ok(write_whole(path, &text)?)
 }
 
-/// Scores of a batch, `[N, R, L]`.
+/// Scores a batch, `[N, R, L]`.
 fn forward(network: &Network, batch: &BatchTensors) -> Result<Tensor, NetworkError> {
     let (steps, maps) = batch.shape;
     let containers = network.encode_containers(&batch.containers)?;

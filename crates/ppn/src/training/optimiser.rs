@@ -11,12 +11,12 @@ use crate::network::Parameters;
 const DECAY_OF_MEAN: f64 = 0.9;
 const DECAY_OF_SQUARE: f64 = 0.999;
 const EPSILON: f64 = 1e-8;
-/// The part of all batches in which the learning rate rises.
+/// Share of all batches in which the learning rate rises.
 const RISING_SHARE: f64 = 0.03;
 
-/// AdamW (Loshchilov and Hutter, 2019); its state is plain, so that a checkpoint can hold it;
-/// the optimisers of `tch` do not give theirs away. All parameters are changed as one long vector: a step of one operation
-/// per parameter is most of a small network's time on a graphics processor.
+/// AdamW (Loshchilov and Hutter, 2019); its state is plain, so that a checkpoint can hold it; the
+/// optimisers of `tch` do not give theirs away. All parameters are changed as one long vector: a
+/// step of one operation per parameter is most of a small network's time on a graphics processor.
 #[derive(Debug)]
 pub(crate) struct AdamW {
     /// The state by the parameters' names: views of `all`.
@@ -24,9 +24,9 @@ pub(crate) struct AdamW {
     all: Moments,
     /// The decay of each weight; biases and normalisation are not decayed.
     decay: Tensor,
-    /// How many weights each parameter has, by the order of the names.
+    /// Number of weights of each parameter, by the order of the names.
     sizes: Vec<i64>,
-    /// How often it changed the parameters.
+    /// Number of changes of the parameters.
     pub(crate) updates: u64,
 }
 
@@ -93,7 +93,7 @@ impl AdamW {
         })
     }
 
-    /// What is subtracted from the weights for this gradient, beside their decay.
+    /// Gives the change that this gradient takes off the weights, beside their decay.
     fn change(&mut self, gradient: &Tensor, learning_rate: f64) -> Result<Tensor, TchError> {
         let count = self.updates as f64;
         let of_mean = 1.0 - DECAY_OF_MEAN.powf(count);
@@ -108,7 +108,7 @@ impl AdamW {
     }
 }
 
-/// The gradient of a parameter; zeros where nothing has depended on it.
+/// Gives the gradient of a parameter; zeros where nothing has depended on it.
 fn gradient(parameter: &&Tensor) -> Result<Tensor, TchError> {
     let gradient = parameter.f_grad()?;
     if gradient.defined() {
@@ -118,7 +118,7 @@ fn gradient(parameter: &&Tensor) -> Result<Tensor, TchError> {
     }
 }
 
-/// All values in one row.
+/// Joins all values in one row.
 fn as_vector<T: Borrow<Tensor>>(tensors: &[T]) -> Result<Tensor, TchError> {
     let rows = tensors
         .iter()
@@ -127,16 +127,11 @@ fn as_vector<T: Borrow<Tensor>>(tensors: &[T]) -> Result<Tensor, TchError> {
     Tensor::f_cat(&rows, 0)
 }
 
-/// The learning rate of a batch, counted from 0 over all epochs.
+/// Gives the learning rate of a batch, counted from 0 over all epochs.
 pub(crate) fn learning_rate(schedule: Schedule, peak: f64, batch: u64, batches: u64) -> f64 {
-    match schedule {
-        Schedule::Constant => peak,
-        Schedule::WarmUpAndCosine => warm_up_and_cosine(peak, batch, batches),
+    if schedule == Schedule::Constant {
+        return peak;
     }
-}
-
-/// It rises linearly to `peak`, then falls to 0 as a cosine.
-fn warm_up_and_cosine(peak: f64, batch: u64, batches: u64) -> f64 {
     let (at, all) = (batch as f64 + 1.0, batches.max(1) as f64);
     let rising = (all * RISING_SHARE).max(1.0);
     if at <= rising {
