@@ -1,4 +1,4 @@
-//! What became of clouds, counted.
+//! Counts of clouds by their fates.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -9,15 +9,16 @@ use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1;
 
-/// Lines about clouds that are refused come at most this often.
+/// Minimum time between lines about clouds that are refused.
 const LINE_PERIOD: Duration = Duration::from_secs(1);
 
-/// What became of a cloud.
+/// The fate of a cloud.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
     /// It became a heightmap.
     Mapped,
-    /// A newer one of its sensor came before it was looked at, or before all other sensors showed the same state.
+    /// A newer one of its sensor came before it was looked at, or before all other sensors showed
+    /// the same state.
     Replaced,
     /// Its layout, its pose or one of its fields is not possible.
     Malformed,
@@ -33,69 +34,54 @@ pub enum Fate {
     NoRoom,
 }
 
-impl Fate {
-    /// All of them.
-    pub const ALL: &[Self] = &[
-        Self::Mapped,
-        Self::Replaced,
-        Self::Malformed,
-        Self::Late,
-        Self::Repeated,
-        Self::Unserved,
-        Self::Failed,
-        Self::NoRoom,
-    ];
+/// Fates with their labels in the metric.
+const FATES: [(Fate, &str); 8] = [
+    (Fate::Mapped, "mapped"),
+    (Fate::Replaced, "replaced"),
+    (Fate::Malformed, "malformed"),
+    (Fate::Late, "late"),
+    (Fate::Repeated, "repeated"),
+    (Fate::Unserved, "unserved"),
+    (Fate::Failed, "failed"),
+    (Fate::NoRoom, "no_room"),
+];
 
-    /// As it stands in the label of the metric.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Mapped => "mapped",
-            Self::Replaced => "replaced",
-            Self::Malformed => "malformed",
-            Self::Late => "late",
-            Self::Repeated => "repeated",
-            Self::Unserved => "unserved",
-            Self::Failed => "failed",
-            Self::NoRoom => "no_room",
-        }
-    }
-}
-
-/// Counts clouds by what became of them.
+/// Counts clouds by their fates.
 pub(crate) struct Counts {
-    fates: Vec<(Fate, AtomicU64, ::metrics::Counter)>,
+    fates: Vec<(Fate, &'static str, AtomicU64, ::metrics::Counter)>,
     last_line: Mutex<Option<Instant>>,
 }
 
 impl Counts {
     pub(crate) fn new() -> Self {
-        let fate = |fate: &Fate| {
-            let labels = [("fate", fate.as_str())];
-            let counter = metrics::counter(Metric::CloudsTotal, &labels);
-            (*fate, AtomicU64::new(0), counter)
+        let count = |(fate, label)| {
+            let counter = metrics::counter(Metric::CloudsTotal, &[("fate", label)]);
+            (fate, label, AtomicU64::new(0), counter)
         };
         Self {
-            fates: Fate::ALL.iter().map(fate).collect(),
+            fates: FATES.map(count).into(),
             last_line: Mutex::new(None),
         }
     }
 
-    /// Counts a cloud.
-    pub(crate) fn count(&self, fate: Fate) {
-        if let Some((_, count, counter)) = self.fates.iter().find(|(own, ..)| *own == fate) {
+    /// Counts a cloud; gives the label of its fate.
+    pub(crate) fn count(&self, fate: Fate) -> &'static str {
+        let own = self.fates.iter().find(|(own, ..)| *own == fate);
+        own.map_or("", |(_, label, count, counter)| {
             count.fetch_add(1, Ordering::Relaxed);
             counter.increment(1);
-        }
+            label
+        })
     }
 
     /// Counts a cloud that was refused, and says why, not too often.
     pub(crate) fn refuse(&self, cell: &Cell, fate: Fate, reason: &dyn std::fmt::Display) {
-        self.count(fate);
+        let fate = self.count(fate);
         let now = Instant::now();
         let mut last = lock(&self.last_line);
         if last.is_none_or(|last| now - last >= LINE_PERIOD) {
             *last = Some(now);
-            tracing::warn!(%cell, fate = fate.as_str(), %reason, "cloud refused");
+            tracing::warn!(%cell, fate, %reason, "cloud refused");
         }
     }
 
@@ -108,9 +94,9 @@ impl Counts {
         }
     }
 
-    /// How many clouds there were.
+    /// Gives the number of clouds with a fate.
     pub(crate) fn of(&self, fate: Fate) -> u64 {
         let own = self.fates.iter().find(|(own, ..)| *own == fate);
-        own.map_or(0, |(_, count, _)| count.load(Ordering::Relaxed))
+        own.map_or(0, |(.., count, _)| count.load(Ordering::Relaxed))
     }
 }

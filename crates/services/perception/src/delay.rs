@@ -4,22 +4,23 @@ use std::time::Duration;
 
 use ppnpack_service::clock::Boottime;
 
-/// How much longer the way of a cloud may become in a second without being held up: clocks drift apart. NTP sets
-/// them by no more than 0.5 ms a second.
+/// Maximum growth of a cloud's way in a second that is no delay: clocks drift apart. NTP sets them
+/// by no more than 0.5 ms a second.
 const DRIFT_NS_PER_S: i128 = 500_000;
 
-/// Clouds that have to come as they were captured, one after another, before a delay is believed: what others put there may be no
-/// time at all.
+/// Minimum number of clouds in a row that come as they were captured, before a delay is believed:
+/// some sensors' times of capture are no times at all.
 const STEADY_CLOUDS: u32 = 8;
 
-/// How exactly these have to come as they were captured.
+/// Maximum growth of the way of clouds that come as they were captured.
 const STEADY_NS: i128 = 50_000_000;
 
 /// Tells when a cloud of a sensor would have come if nothing had held it up.
 ///
-/// What is held up, by a process that was stopped or a network that was away, comes long after it was captured. The clock of the
-/// sensor is another one, and may be set at any time: only how much more time passed between two clouds here than there counts,
-/// as long as the times of capture grow, and have grown with the time here.
+/// A cloud that is held up, by a process that was stopped or a network that was away, comes long
+/// after it was captured. The clock of the sensor is another one, and may be set at any time. So
+/// only the growth of the time from capture to arrival is used, while times of capture grow, and
+/// have grown with those here.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Delays {
     last: Option<Last>,
@@ -27,24 +28,26 @@ pub(crate) struct Delays {
 
 #[derive(Debug, Clone, Copy)]
 struct Last {
-    /// When the first cloud came.
+    /// The arrival of the first cloud.
     began: Boottime,
     captured_at_ns: i64,
-    /// When it came, since `began`.
+    /// The arrival, since `began`.
     since_ns: i128,
-    /// From the capture, by the sensor's clock, to the arrival since `began`, where nothing holds a cloud up.
+    /// The time from the capture, by the sensor's clock, to the arrival since `began`, where
+    /// nothing holds a cloud up.
     way_ns: i128,
-    /// How many clouds before came as they were captured.
+    /// Clouds before that came as they were captured.
     steady: u32,
 }
 
 impl Delays {
-    /// Whether enough clouds came as they were captured to tell when one is held up.
+    /// Says whether enough clouds came as they were captured to tell when one is held up.
     pub(crate) fn are_known(&self) -> bool {
         self.last.is_some_and(|last| last.steady > STEADY_CLOUDS)
     }
 
-    /// When a cloud would have come that came then. The clouds of a sensor come in their order.
+    /// Gives the time at which a cloud would have come if nothing had held it up. The clouds of a
+    /// sensor come in their order.
     pub(crate) fn undelayed(&mut self, captured_at_ns: i64, at: Boottime) -> Boottime {
         let began = self.last.map_or(at, |last| last.began);
         let since_ns = i128::try_from(at.saturating_duration_since(began).as_nanos());
@@ -117,13 +120,10 @@ mod tests {
 
     #[test]
     fn clouds_that_queued_while_the_process_was_stopped_are_as_old_as_they_are() {
-        let queued = [
-            (2_000, 7_000),
-            (2_100, 7_001),
-            (2_800, 7_002),
-            (7_000, 7_020),
-            (7_100, 7_120),
-        ];
+        let captured = [2_000, 2_100, 2_800, 7_000, 7_100];
+        let queued = captured
+            .into_iter()
+            .zip([7_000, 7_001, 7_002, 7_020, 7_120]);
         let found = delays_ms(steady().chain(queued)).split_off(20);
         for (found, expected) in found.iter().zip([4_980, 4_881, 4_182, 0, 0]) {
             assert!(found.abs_diff(expected) <= 50, "{found} is not {expected}");

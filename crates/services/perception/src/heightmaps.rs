@@ -1,4 +1,4 @@
-//! The actor that answers who asks for heightmaps, of all cells. It never waits for one of them.
+//! The actor that answers requests for heightmaps of all cells. It never waits for one of them.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,21 +12,18 @@ use ppnpack_wire::v1::{self, Status};
 
 use crate::router::Router;
 
-/// What the actor is told.
+/// A message to the actor.
 pub(crate) enum Message {
-    /// Somebody wants a heightmap.
+    /// A request for a heightmap.
     Request(Incoming<v1::HeightmapRequest>),
-    /// There is a new heightmap of a cell.
+    /// A new heightmap of a cell.
     New(Cell, v1::Heightmap),
 }
 
 /// A heightmap and when it was made.
-struct Made {
-    heightmap: v1::Heightmap,
-    at: Boottime,
-}
+type Made = (v1::Heightmap, Boottime);
 
-/// Answers who asks for heightmaps.
+/// Answers requests for heightmaps.
 pub(crate) struct Heightmaps {
     /// Knows when clouds came.
     router: Arc<Router>,
@@ -68,18 +65,15 @@ impl Heightmaps {
     fn answer_or_keep(&mut self, mut incoming: Incoming<v1::HeightmapRequest>) {
         incoming.start();
         match self.latest.get(incoming.cell()) {
-            Some(made) if is_enough(&made.heightmap, &incoming) => answer(incoming, made),
+            Some(made) if is_enough(made, &incoming) => answer(incoming, made),
             _ => self.pending.keep_or_refuse(incoming),
         }
     }
 
     fn take(&mut self, cell: Cell, heightmap: v1::Heightmap) {
-        let made = Made {
-            heightmap,
-            at: Boottime::now(),
-        };
+        let made = (heightmap, Boottime::now());
         let can_be_answered = |incoming: &Incoming<v1::HeightmapRequest>| {
-            *incoming.cell() == cell && is_enough(&made.heightmap, incoming)
+            *incoming.cell() == cell && is_enough(&made, incoming)
         };
         for incoming in self.pending.take(can_be_answered) {
             answer(incoming, &made);
@@ -93,31 +87,32 @@ impl Heightmaps {
         let wanted = incoming.message().least_state_number;
         let silence = self.router.silence(cell);
         let silence = silence.map_or_else(String::new, |silence| format!(": {silence}"));
-        match self.latest.get(cell) {
-            Some(made) => {
-                let message = format!(
-                    "the newest heightmap of cell {cell} shows its state {}, not {wanted} yet{silence}",
-                    made.heightmap.state_number
-                );
-                incoming.refuse(Status::TimedOut, message);
-            }
-            None => {
-                let message = format!("there is no heightmap of cell {cell} yet{silence}");
-                incoming.refuse(Status::Unavailable, message);
-            }
-        }
+        let newest = self.latest.get(cell).map(|(newest, _)| newest.state_number);
+        let (status, message) = match newest {
+            Some(newest) => (
+                Status::TimedOut,
+                format!(
+                    "the newest heightmap of cell {cell} shows its state {newest}, not {wanted} yet{silence}"
+                ),
+            ),
+            None => (
+                Status::Unavailable,
+                format!("there is no heightmap of cell {cell} yet{silence}"),
+            ),
+        };
+        incoming.refuse(status, message);
     }
 }
 
-fn is_enough(heightmap: &v1::Heightmap, incoming: &Incoming<v1::HeightmapRequest>) -> bool {
-    heightmap.state_number >= incoming.message().least_state_number
+fn is_enough((newest, _): &Made, incoming: &Incoming<v1::HeightmapRequest>) -> bool {
+    newest.state_number >= incoming.message().least_state_number
 }
 
-fn answer(incoming: Incoming<v1::HeightmapRequest>, made: &Made) {
+fn answer(incoming: Incoming<v1::HeightmapRequest>, (heightmap, made_at): &Made) {
     let reply = v1::HeightmapReply {
         header: None,
-        heightmap: Some(made.heightmap.clone()),
-        age_ns: u64::try_from(made.at.elapsed().as_nanos()).unwrap_or(u64::MAX),
+        heightmap: Some(heightmap.clone()),
+        age_ns: u64::try_from(made_at.elapsed().as_nanos()).unwrap_or(u64::MAX),
     };
     incoming.reply(reply, Done::default());
 }

@@ -19,13 +19,11 @@ use ppnpack_wire::v1::{self, InspectionKind, Status};
 use crate::objects::{Objects, PREPARING};
 use crate::room::Held;
 
-/// Requests that come and that are pending at most: each holds a heightmap, and a cell's planner makes one at a time.
+/// Maximum number of requests that come and that are pending: each holds a heightmap, and a cell's
+/// planner makes one at a time.
 pub(crate) const MOST_PENDING: usize = 16;
 
-/// What is said where nothing can be found.
-const NO_CATALOGUE: &str = "perception has no catalogue: set service.catalogue";
-
-/// What the actor is told.
+/// A message to the actor.
 pub(crate) type Message = Incoming<v1::InspectRequest>;
 
 /// The latest cloud of each container that a heightmap was made of. Of several sensors it is one's.
@@ -48,7 +46,10 @@ impl Actor for Inspections {
         incoming.start();
         match self.objects {
             Some(_) => self.pending.keep_or_refuse(incoming),
-            None => incoming.refuse(Status::NotFound, NO_CATALOGUE),
+            None => {
+                let message = "perception has no catalogue: set service.catalogue";
+                incoming.refuse(Status::NotFound, message);
+            }
         }
     }
 
@@ -85,7 +86,8 @@ impl Inspections {
         }
     }
 
-    /// Answers those who want no newer cloud than there is, once there are objects: every cloud has it look again.
+    /// Answers the requests for no newer cloud than there is, once there are objects. Every cloud
+    /// has it look again.
     fn answer(&mut self) {
         let Some(library) = self.objects.as_ref().and_then(Objects::get).cloned() else {
             return;
@@ -112,7 +114,10 @@ impl Inspections {
         let found = match objects.find(|known| known.model.name == *object) {
             Some(object) => self.inspect(incoming.message(), object, cloud),
             // What is not known cannot be found: others can.
-            None => Ok(unclear(format!("the catalogue has no object '{object}'"))),
+            None => {
+                let reason = format!("the catalogue has no object '{object}'");
+                Ok(without(InspectionKind::Unclear, reason))
+            }
         };
         match found {
             Ok(inspection) => {
@@ -139,10 +144,10 @@ impl Inspections {
             field: "before.surface",
         })?;
         let container_from_sensor = cloud.container_from_sensor();
-        let points_m: Vec<Point3<f64>> = cloud
+        let points_m = cloud
             .points()
-            .map(|point| container_from_sensor * point.cast::<f64>())
-            .collect();
+            .map(|point| container_from_sensor * point.cast());
+        let points_m: Vec<Point3<f64>> = points_m.collect();
         let after = ContainerCloud {
             points_m: &points_m,
             eye_m: container_from_sensor.translation.vector.into(),
@@ -153,7 +158,7 @@ impl Inspections {
     }
 }
 
-/// A finding as a message.
+/// Writes a finding as a message.
 fn write(found: &Inspection) -> v1::Inspection {
     let lying = |kind: InspectionKind, lying: &Lying| v1::Inspection {
         kind: kind.into(),
@@ -175,16 +180,11 @@ fn write(found: &Inspection) -> v1::Inspection {
             );
             without(InspectionKind::Missing, reason)
         }
-        Inspection::Unclear(found) => unclear(found.reason.to_string()),
+        Inspection::Unclear(found) => without(InspectionKind::Unclear, found.reason.to_string()),
     }
 }
 
-/// What is seen, or known, does not tell.
-fn unclear(reason: String) -> v1::Inspection {
-    without(InspectionKind::Unclear, reason)
-}
-
-/// An item of which no pose is found, and why.
+/// Writes that no pose of an item is found, and why.
 fn without(kind: InspectionKind, reason: String) -> v1::Inspection {
     v1::Inspection {
         kind: kind.into(),

@@ -1,9 +1,10 @@
-//! The perception service: takes the point clouds of cells, and gives the container heightmaps that placements are
-//! planned on.
+//! The perception service: takes the point clouds of cells, and gives the container heightmaps that
+//! placements are planned on.
 //!
-//! Each cell has an actor that takes the newest cloud of each of its sensors; those that came before it was ready are
-//! dropped and counted. It begins with the cell's first cloud. One more actor answers requests for heightmaps, one says
-//! what lies on the cells' trays, and one how items lie that were placed.
+//! Each cell has an actor that takes the newest cloud of each of its sensors; those that came
+//! before it was ready are dropped and counted. It begins with the cell's first cloud. One more
+//! actor answers requests for heightmaps, one says what lies on the cells' trays, and one how items
+//! lie that were placed.
 
 mod counts;
 mod delay;
@@ -66,7 +67,7 @@ struct Input {
     _cameras: Vec<Subscriber<()>>,
 }
 
-/// Who takes clouds and requests.
+/// Addresses of those who take clouds and requests.
 struct Actors {
     router: Arc<Router>,
     heightmaps: Address<heightmaps::Message>,
@@ -77,7 +78,8 @@ struct Actors {
 }
 
 /// Starts the service with the objects that can be recognised, which cells with trays need. Where
-/// another perception serves a cell this waits until that has ended; other cells are served meanwhile.
+/// another perception serves a cell this waits until that has ended; other cells are served
+/// meanwhile.
 ///
 /// # Errors
 /// [`ServiceError`] where a cell's name is impossible, or the session or a thread cannot be had.
@@ -141,20 +143,12 @@ fn start_actors(
     let answering = Heightmaps::new(Arc::clone(&router), most);
     let looking = Trays::new(known_trays, tray_clouds.clone(), most);
     let inspecting = Inspections::new(objects, settings.inspection, inspected);
+    let [of_heightmaps, of_trays, of_inspections] =
+        ["heightmaps", "trays", "inspections"].map(|name| format!("perception-{name}"));
     let threads = vec![
-        actor::spawn(
-            process,
-            "perception-heightmaps",
-            answering,
-            heightmaps_mailbox,
-        )?,
-        actor::spawn(process, "perception-trays", looking, trays_mailbox)?,
-        actor::spawn(
-            process,
-            "perception-inspections",
-            inspecting,
-            inspections_mailbox,
-        )?,
+        actor::spawn(process, &of_heightmaps, answering, heightmaps_mailbox)?,
+        actor::spawn(process, &of_trays, looking, trays_mailbox)?,
+        actor::spawn(process, &of_inspections, inspecting, inspections_mailbox)?,
     ];
     let actors = Actors {
         router,
@@ -167,7 +161,7 @@ fn start_actors(
     Ok((actors, threads))
 }
 
-/// The trays that are set.
+/// Gives the trays that are set.
 fn known_trays(
     settings: &Settings,
     objects: Option<&Objects>,
@@ -198,14 +192,11 @@ impl Input {
             ros::subscribe(process, camera, router, trays, &actors.counts)
         });
         let (router, tray_clouds) = (Arc::clone(&actors.router), actors.tray_clouds.clone());
+        let (heightmaps, inspections) = (&actors.heightmaps, &actors.inspections);
         let listeners = [
-            actors
-                .heightmaps
-                .listen(process, cell, heightmaps::Message::Request)?,
+            heightmaps.listen(process, cell, heightmaps::Message::Request)?,
             actors.trays.listen(process, cell, |incoming| incoming)?,
-            actors
-                .inspections
-                .listen(process, cell, |incoming| incoming)?,
+            inspections.listen(process, cell, |incoming| incoming)?,
         ];
         let clouds = [
             subscribe(process, cell, Stream::Cloud, &actors.router, {
@@ -244,12 +235,12 @@ fn subscribe(
 }
 
 impl Perception {
-    /// How many clouds had this fate since the service started.
+    /// Counts the clouds that had this fate since the service started.
     pub fn clouds(&self, fate: Fate) -> u64 {
         self.counts.of(fate)
     }
 
-    /// Nothing comes any more, and the actors of cells end.
+    /// Ends the inputs and the actors of cells.
     fn stop(&mut self) {
         self.inputs.clear();
         self.threads.extend(self.router.close());

@@ -21,20 +21,18 @@ fn main() -> ExitCode {
     })
 }
 
-/// The objects that can be recognised, where there are any.
+/// Gives the objects that can be recognised, where there are any.
 fn objects(process: &Process, settings: &Settings) -> Result<Option<Objects>> {
     let Some(name) = &settings.catalogue else {
         return Ok(None);
     };
     // Objects are recognised by their meshes: the resolution does not matter.
     let resolution = Resolution::reference();
-    let settings = catalogue::Settings::default();
-    let loaded = Catalogue::load(
-        &ppnpack_household::source(name),
-        &settings,
-        &resolution,
-        &|_, _| {},
+    let (source, settings) = (
+        ppnpack_household::source(name),
+        catalogue::Settings::default(),
     );
+    let loaded = Catalogue::load(&source, &settings, &resolution, &|_, _| {});
     let models = loaded.context("the catalogue cannot be loaded")?.models();
     let prepare = move || Library::new(&models, LibrarySettings::default());
     Ok(Some(Objects::preparing(process, prepare)?))

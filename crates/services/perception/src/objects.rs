@@ -1,6 +1,7 @@
 //! The objects that can be recognised.
 //!
-//! To compare them with each other takes seconds. Heightmaps do not wait for that: without them nothing is packed.
+//! To compare them with each other takes seconds. Heightmaps do not wait for that: without them
+//! nothing is packed.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,7 +10,7 @@ use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::thread;
 use ppnpack_service::{Process, ServiceError};
 
-/// What is said until they are there.
+/// Refusal of requests until the objects are there.
 pub(crate) const PREPARING: &str = "the objects that can be recognised are still being prepared; the health check `objects` says more";
 
 /// The objects that can be recognised, now or soon. Clones share them.
@@ -21,7 +22,7 @@ pub struct Objects {
 }
 
 impl Objects {
-    /// Objects that are there.
+    /// Gives objects that are there.
     pub fn of(library: Arc<Library>) -> Self {
         Self {
             library: Arc::new(OnceLock::from(library)),
@@ -29,7 +30,8 @@ impl Objects {
         }
     }
 
-    /// Objects that a thread prepares. The health check `objects` fails until they are there, and says why where they never are.
+    /// Has a thread prepare objects. The health check `objects` fails until they are there, and
+    /// says why where they never are.
     ///
     /// # Errors
     /// [`ServiceError::System`] where there can be no more threads.
@@ -53,7 +55,7 @@ impl Objects {
         Ok(objects)
     }
 
-    /// The objects, where they are there.
+    /// Gives the objects, where they are there.
     pub(crate) fn get(&self) -> Option<&Arc<Library>> {
         self.library.get()
     }

@@ -1,4 +1,4 @@
-//! Which clouds are news.
+//! The order of clouds: which are newer than those before.
 
 use std::time::Duration;
 
@@ -6,8 +6,8 @@ use ppnpack_service::clock::Boottime;
 
 /// Tells clouds that are newer than those before from those that are late.
 ///
-/// Within a state of the cell, the sensor's count decides. A sensor or a bridge that begins anew counts from the
-/// beginning; it is believed once nothing newer came for a while.
+/// Within a state of the cell, the sensor's count decides. A sensor or a bridge that begins anew
+/// counts from the beginning; it is believed once nothing newer came for a while.
 #[derive(Debug, Clone)]
 pub(crate) struct CloudOrder {
     restart_after: Duration,
@@ -29,7 +29,7 @@ impl CloudOrder {
         }
     }
 
-    /// Whether a cloud is news; it is then the last.
+    /// Says whether a cloud is news; it is then the last.
     pub(crate) fn accept(&mut self, state_number: u64, sequence: u64, at: Boottime) -> bool {
         let is_news = self.last.is_none_or(|last| {
             (state_number, sequence) > (last.state_number, last.sequence)

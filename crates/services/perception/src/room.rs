@@ -1,10 +1,11 @@
-//! How much memory the clouds may take that are held at once.
+//! The memory that clouds may take at once.
 
 use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A bound on the bytes of all clouds that the service holds: those that wait, are looked at or are kept. Clones share it.
+/// A bound on the bytes of all clouds that the service holds: those that wait, are looked at or are
+/// kept. Clones share it.
 #[derive(Debug, Clone)]
 pub(crate) struct Budget(Arc<Shared>);
 
@@ -29,7 +30,7 @@ pub(crate) struct Held<T> {
 }
 
 impl Budget {
-    /// For at most so many bytes.
+    /// Makes a bound of so many bytes.
     pub(crate) fn new(most_bytes: usize) -> Self {
         Self(Arc::new(Shared {
             most_bytes,
@@ -37,7 +38,7 @@ impl Budget {
         }))
     }
 
-    /// Room for so many bytes; `None` where the clouds that are held leave too little.
+    /// Takes room for so many bytes; `None` where the clouds that are held leave too little.
     pub(crate) fn room(&self, bytes: usize) -> Option<Room> {
         let Shared {
             most_bytes,
@@ -58,17 +59,14 @@ impl Drop for Room {
 }
 
 impl Room {
-    /// A cloud that takes it.
+    /// Gives a cloud the room.
     pub(crate) fn with<T>(self, cloud: T) -> Held<T> {
         Held { cloud, room: self }
     }
 }
 
 impl<T> Held<T> {
-    /// The same cloud read further, in the same room.
-    ///
-    /// # Errors
-    /// Why it cannot be read.
+    /// Reads the cloud further, in the same room.
     pub(crate) fn read<U, E>(self, read: impl FnOnce(T) -> Result<U, E>) -> Result<Held<U>, E> {
         let cloud = read(self.cloud)?;
         Ok(self.room.with(cloud))

@@ -13,10 +13,11 @@ impl<T> Round<T> {
         }
     }
 
-    /// Puts a cloud of a sensor in place of its last one, if that is of no complete round, and gives that one back.
+    /// Puts a cloud of a sensor in place of its last one, if that is of no complete round, and
+    /// gives that one back.
     ///
-    /// It may show a lower state than those before: where the bridge has lost its journal or had an older one restored, it
-    /// counts from there.
+    /// It may show a lower state than those before: where the bridge has lost its journal or had an
+    /// older one restored, it counts from there.
     pub(crate) fn put(&mut self, sensor: usize, state_number: u64, cloud: T) -> Option<T> {
         let slot = self.clouds.get_mut(sensor)?;
         slot.replace((state_number, cloud)).map(|(_, cloud)| cloud)

@@ -19,13 +19,14 @@ use crate::sensors::Sensors;
 use crate::settings::Settings;
 use crate::worker::Worker;
 
-/// The most cells that one process serves, those that are listed among them.
+/// Maximum number of cells that one process serves, those that are listed among them.
 pub(crate) const MAX_CELLS: usize = 64;
 
 /// The latest clouds of a cell, by the indices of their sensors.
 pub(crate) type Clouds = LatestValues<usize, Arrived<Held<v1::PointCloud>>>;
 
-/// Makes the actor of a cell, or says why it cannot be served. It may take long: each cell's thread calls it for itself.
+/// Makes the actor of a cell, or says why it cannot be served. It may take long: each cell's thread
+/// calls it for itself.
 type Build<A> = dyn Fn(&Cell, Clouds) -> Result<A, String> + Send + Sync;
 
 /// Gives clouds to the actors of their cells.
@@ -41,11 +42,11 @@ pub(crate) struct Router<A = Worker> {
 struct Open<A> {
     build: Arc<Build<A>>,
     routes: BTreeMap<Cell, Route>,
-    /// Of the actors of cells.
+    /// Threads of the actors of cells.
     threads: Vec<JoinHandle<()>>,
 }
 
-/// Where the clouds of a cell go.
+/// The way of the clouds of a cell.
 struct Route {
     sensors: Sensors,
     clouds: Clouds,
@@ -76,7 +77,8 @@ impl Actor for Unserved {
 }
 
 impl<A: Actor<Message = Infallible> + 'static> Router<A> {
-    /// The actors of cells are made with the first cloud of each, and told nothing but that there are clouds.
+    /// Makes a router. It makes the actors of cells with the first cloud of each, and tells them
+    /// nothing but that there are clouds.
     pub(crate) fn new(
         settings: &Settings,
         counts: Arc<Counts>,
@@ -96,7 +98,8 @@ impl<A: Actor<Message = Infallible> + 'static> Router<A> {
         }
     }
 
-    /// Room for a cloud of so many bytes, before memory is taken for it; one that has none is counted as dropped.
+    /// Takes room for a cloud of so many bytes, before there is memory for it; one that has none is
+    /// counted as dropped.
     pub(crate) fn room(&self, cell: &Cell, bytes: usize) -> Option<Room> {
         let room = self.budget.room(bytes);
         if room.is_none() {
@@ -109,8 +112,8 @@ impl<A: Actor<Message = Infallible> + 'static> Router<A> {
         room
     }
 
-    /// Takes a cloud. Runs on Zenoh's thread: it only puts the cloud where the cell's actor finds it, and waits for
-    /// nothing but a lock that is held as briefly.
+    /// Takes a cloud. Runs on Zenoh's thread: it only puts the cloud where the cell's actor finds
+    /// it, and waits for nothing but a lock that is held as briefly.
     pub(crate) fn route(&self, cell: &Cell, cloud: Held<v1::PointCloud>) {
         if !cloud.cell.is_empty() && cloud.cell != cell.as_str() {
             let reason = format!("it is of cell {}, and came as one of another", cloud.cell);
@@ -138,7 +141,7 @@ impl<A: Actor<Message = Infallible> + 'static> Router<A> {
         }
     }
 
-    /// Which sensors of a cell sent nothing for a while, for people.
+    /// Names the sensors of a cell that sent nothing for a while, for people.
     pub(crate) fn silence(&self, cell: &Cell) -> Option<String> {
         let patience = self.settings.sensor_restart_after();
         let sensors = self.settings.sensors_of(cell);
@@ -259,7 +262,8 @@ mod tests {
                 released.lock().unwrap().recv().ok();
             }
         });
-        // Nothing is released yet, so these return while the cells are being built: one does not wait for the other.
+        // Nothing is released yet, so these return while the cells are being built: one does not
+        // wait for the other.
         route(&router, "c1");
         route(&router, "c2");
         both_build.wait();

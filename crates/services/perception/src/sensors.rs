@@ -10,7 +10,7 @@ pub(crate) struct Sensors {
 }
 
 impl Sensors {
-    /// The sensors with these names; without any, there is one, whatever its name.
+    /// Makes sensors with these names; without any, there is one, whatever its name.
     pub(crate) fn new(names: &[String]) -> Self {
         let names = match names {
             [] => vec![String::new()],
@@ -23,13 +23,14 @@ impl Sensors {
         self.names.len()
     }
 
-    /// The index of the sensor of this name, where it belongs to the cell.
+    /// Gives the index of the sensor of this name, where it belongs to the cell.
     pub(crate) fn index_of(&self, name: &str) -> Option<usize> {
         let is_own = |own: &String| own.is_empty() || own == name;
         self.names.iter().position(is_own)
     }
 
-    /// Which sensors sent nothing for a while, for people; `None` where all sent something.
+    /// Names the sensors that sent nothing for a while, for people; `None` where all sent
+    /// something.
     ///
     /// `last` is when the last cloud of each came.
     pub(crate) fn silence(&self, last: &[Option<Instant>], patience: Duration) -> Option<String> {

@@ -1,8 +1,9 @@
-//! What can be set.
+//! Settings of the service.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use ppnpack_numbers::{SettingError, settings};
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_recognition::inspection::InspectionSettings;
@@ -10,76 +11,58 @@ use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
 use ppnpack_wire::keys::Cell;
-use serde::{Deserialize, Serialize};
 
 use crate::ros::settings::{self as ros, RosCamera};
 use crate::router::MAX_CELLS;
 use crate::sensors::Sensors;
 use crate::tray::settings::TraySettings;
 
-/// What a message of a heightmap holds beside heights, at most, in bytes.
+/// Maximum size of a heightmap's message beside heights, in bytes.
 const MESSAGE_OVERHEAD_BYTES: usize = 16 << 10;
 
-/// The most sensors of a cell: a cloud of each is kept.
+/// Maximum number of sensors of a cell: a cloud of each is kept.
 const MAX_SENSORS: usize = 8;
 
-/// The most bytes of a sensor's name.
+/// Maximum length of a sensor's name, in bytes.
 const MAX_SENSOR_NAME: usize = 64;
 
-/// Settings of the perception service.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The grids of cells, by the cells' names.
-    pub cells: BTreeMap<String, GridSettings>,
-    /// Whether cells that are not listed are served too, with the grid below.
-    pub has_unlisted_cells: bool,
-    /// The grid of cells that are not listed.
-    pub grid: GridSettings,
-    /// The names of the sensors whose clouds make one heightmap together, by cell; at most 8 each. A cell that is not
-    /// listed has one sensor, whatever its name.
-    pub sensors: BTreeMap<String, Vec<String>>,
-    /// How points become heights; the defaults are those for a sensor without noise.
-    pub mapper: MapperSettings,
-    /// A sensor that sent nothing for this long, in seconds, is said to be silent. What comes then may count anew: before,
-    /// a cloud that is older than the last one is refused.
-    pub sensor_restart_after_s: f64,
-    /// The memory that clouds may take which are held at once, in MiB: of all cells and trays, those that wait, are looked at
-    /// or are kept to be looked at again. One that has no room is dropped.
-    pub clouds_mib: usize,
-    /// Requests that wait for a heightmap at most; more are refused.
-    pub queue: usize,
-    /// Cameras whose drivers publish clouds as ROS 2 does.
-    pub ros: Vec<RosCamera>,
-    /// The objects that can be recognised: `builtin`, or a folder of meshes. Without, nothing is recognised.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub catalogue: Option<String>,
-    /// Where items wait to be packed, by cell.
-    pub trays: BTreeMap<String, TraySettings>,
-    /// How items that were placed are inspected.
-    pub inspection: InspectionSettings,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            cells: BTreeMap::new(),
-            has_unlisted_cells: true,
-            grid: GridSettings::default(),
-            sensors: BTreeMap::new(),
-            mapper: MapperSettings::default(),
-            sensor_restart_after_s: 2.0,
-            clouds_mib: 192,
-            queue: 256,
-            ros: Vec::new(),
-            catalogue: None,
-            trays: BTreeMap::new(),
-            inspection: InspectionSettings::default(),
-        }
+settings! {
+    /// Settings of the perception service.
+    pub struct Settings {
+        /// Grids of cells, by the cells' names.
+        pub cells: BTreeMap<String, GridSettings> = BTreeMap::new(),
+        /// Whether cells that are not listed are served too, with the grid below.
+        pub has_unlisted_cells: bool = true,
+        /// Grid of cells that are not listed.
+        pub grid: GridSettings = GridSettings::default(),
+        /// Names of the sensors whose clouds make one heightmap together, by cell; at most 8 each.
+        /// A cell that is not listed has one sensor, whatever its name.
+        pub sensors: BTreeMap<String, Vec<String>> = BTreeMap::new(),
+        /// Settings of the mapper; the defaults are those for a sensor without noise.
+        pub mapper: MapperSettings = MapperSettings::default(),
+        /// Time without a cloud, in seconds, after which a sensor is said to be silent. Clouds that
+        /// come then may count anew: before, one that is older than the last is refused.
+        pub sensor_restart_after_s: f64 = 2.0,
+        /// Maximum of the memory that clouds take at once, in MiB: of all cells and trays, those
+        /// that wait, are looked at or are kept to be looked at again. One that has no room is
+        /// dropped.
+        pub clouds_mib: usize = 192,
+        /// Maximum number of requests that wait for a heightmap; more are refused.
+        pub queue: usize = 256,
+        /// Cameras whose drivers publish clouds as ROS 2 does.
+        pub ros: Vec<RosCamera> = Vec::new(),
+        /// The objects that can be recognised: `builtin`, or a folder of meshes. Without, nothing
+        /// is recognised.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub catalogue: Option<String> = None,
+        /// Trays, where items wait to be packed, by cell.
+        pub trays: BTreeMap<String, TraySettings> = BTreeMap::new(),
+        /// Settings of the inspection of placed items.
+        pub inspection: InspectionSettings = InspectionSettings::default(),
     }
 }
 
-/// Whether a mapper with these settings can serve a grid.
+/// Refuses a grid that a mapper with these settings cannot serve.
 fn validate_grid(grid: &GridSettings, mapper: &MapperSettings) -> Result<(), String> {
     let grid = grid.build().map_err(|error| error.to_string())?;
     mapper
@@ -92,13 +75,12 @@ fn validate_grid(grid: &GridSettings, mapper: &MapperSettings) -> Result<(), Str
         // Heights, and which of them were seen.
         .saturating_mul(2 * 4)
         .saturating_add(2 * cells + MESSAGE_OVERHEAD_BYTES);
-    if bytes <= MAX_MESSAGE_BYTES {
-        Ok(())
-    } else {
-        Err(format!(
+    match bytes {
+        0..=MAX_MESSAGE_BYTES => Ok(()),
+        _ => Err(format!(
             "its heightmaps would take {bytes} bytes where messages have at most {MAX_MESSAGE_BYTES}: \
              choose larger cells"
-        ))
+        )),
     }
 }
 
@@ -107,13 +89,13 @@ impl Settings {
         Duration::try_from_secs_f64(self.sensor_restart_after_s).unwrap_or(Duration::MAX)
     }
 
-    /// The grid of a cell, where it is served.
+    /// Gives the grid of a cell, where it is served.
     pub(crate) fn grid_of(&self, cell: &Cell) -> Option<&GridSettings> {
         let listed = self.cells.get(cell.as_str());
         listed.or_else(|| self.has_unlisted_cells.then_some(&self.grid))
     }
 
-    /// A hash of what decides what the heightmaps of a cell say.
+    /// Hashes the settings that decide what the heightmaps of a cell say.
     pub(crate) fn fingerprint_of(&self, cell: &Cell) -> u64 {
         let cameras = self.ros.iter();
         let cameras = cameras.filter(|camera| camera.cell == cell.as_str() && !camera.is_tray);
@@ -130,7 +112,7 @@ impl Settings {
         first.map_or(0, |first| u64::from_le_bytes(*first))
     }
 
-    /// The sensors of a cell.
+    /// Gives the sensors of a cell.
     pub(crate) fn sensors_of(&self, cell: &Cell) -> Sensors {
         let names = self.sensors.get(cell.as_str());
         Sensors::new(names.map_or(&[], Vec::as_slice))
@@ -142,15 +124,21 @@ impl Settings {
             if self.grid_of(&cell).is_none() {
                 return Err(format!("trays.{name}: the cell is not served"));
             }
-            tray.validate()
-                .map_err(|error| format!("trays.{name}.{error}"))?;
+            let refused = |what, error: SettingError| format!("trays.{name}.{what}.{error}");
+            let (segmentation, recognition) = (tray.segmentation, tray.recognition);
+            segmentation
+                .validate()
+                .map_err(|error| refused("segmentation", error))?;
+            recognition
+                .validate()
+                .map_err(|error| refused("recognition", error))?;
         }
-        match self.catalogue {
-            None if !self.trays.is_empty() => {
-                Err("trays: say what lies there: catalogue, \"builtin\" or a folder".to_owned())
-            }
-            _ => Ok(()),
+        if self.catalogue.is_none() && !self.trays.is_empty() {
+            return Err(
+                "trays: say what lies there: catalogue, \"builtin\" or a folder".to_owned(),
+            );
         }
+        Ok(())
     }
 
     fn validate_sensors(&self) -> Result<(), String> {
@@ -183,9 +171,8 @@ impl ServiceSettings for Settings {
         validate_grid(&self.grid, &self.mapper).map_err(|error| format!("grid: {error}"))?;
         in_range("the number of cells", self.cells.len(), 0..=MAX_CELLS)?;
         if self.cells.is_empty() && !self.has_unlisted_cells {
-            return Err(
-                "no cell is served: list one in cells, or set has_unlisted_cells".to_owned(),
-            );
+            let reason = "no cell is served: list one in cells, or set has_unlisted_cells";
+            return Err(reason.to_owned());
         }
         self.validate_sensors()?;
         self.validate_trays()?;
@@ -197,10 +184,7 @@ impl ServiceSettings for Settings {
         in_range("clouds_mib", self.clouds_mib, 1..=65_536)?;
         in_range("queue", self.queue, 1..=65_536)?;
         ros::validate(&self.ros, |cell, is_tray| match is_tray {
-            true => self
-                .trays
-                .contains_key(cell.as_str())
-                .then(|| Sensors::new(&[])),
+            true => self.trays.get(cell.as_str()).map(|_| Sensors::new(&[])),
             false => self.grid_of(cell).map(|_| self.sensors_of(cell)),
         })
     }
@@ -262,12 +246,9 @@ mod tests {
         let wide = refused(|s| {
             s.mapper.point_radius_m = 0.002;
             // Wide for the samples of a small cell, narrow for those of the others.
-            let small = GridSettings {
-                cell_m: 0.002,
-                ..GridSettings::default()
-            };
+            s.grid.cell_m = 0.002;
+            s.cells.insert("small".to_owned(), s.grid);
             s.grid.cell_m = 0.02;
-            s.cells.insert("small".to_owned(), small);
         });
         assert!(wide.contains("cells.small") && wide.contains("point_radius_m"));
         let sensors = |cell: &str, names: &[&str]| {
@@ -289,9 +270,8 @@ mod tests {
         });
         assert!(named.contains("a b"));
         let many = refused(|s| {
-            let names = (0..=MAX_CELLS).map(|number| format!("c{number}"));
-            s.cells
-                .extend(names.map(|name| (name, GridSettings::default())));
+            let cells = 0..=MAX_CELLS;
+            s.cells = cells.map(|number| (format!("c{number}"), s.grid)).collect();
         });
         assert!(many.contains("the number of cells is 65"), "{many}");
         let hall = refused(|s| {

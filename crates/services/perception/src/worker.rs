@@ -25,10 +25,10 @@ use crate::round::Round;
 use crate::router::Clouds;
 use crate::settings::Settings;
 
-/// Silence is told after this long.
+/// Time without clouds after which silence is told.
 const SILENCE: Duration = Duration::from_secs(10);
 
-/// What is wrong with a sensor that repeats itself. No noise is twice the same.
+/// Refusal of a cloud of a sensor that repeats itself. No noise is twice the same.
 const REPEATED: &str = "its points are those of the cloud before, to the bit: the sensor or its driver is stuck; \
                         a simulated one without noise needs noise_m = 0";
 
@@ -37,9 +37,9 @@ pub(crate) struct Worker {
     cell: Cell,
     clouds: Clouds,
     mapper: Mapper,
-    /// Of each sensor.
+    /// The order of each sensor's clouds.
     orders: Vec<CloudOrder>,
-    /// Of each sensor.
+    /// The delays of each sensor's clouds.
     delays: Vec<Delays>,
     /// The digest of the last points of each sensor, where sensors have noise.
     digests: Option<Vec<Option<blake3::Hash>>>,
@@ -49,7 +49,7 @@ pub(crate) struct Worker {
     /// Drawn at random when the service starts.
     epoch: u64,
     sequence: u64,
-    /// Of the settings that decide what heightmaps say.
+    /// Hash of the settings that decide what heightmaps say.
     fingerprint: u64,
     heightmaps: Publisher<v1::Heightmap>,
     outputs: Outputs,
@@ -57,11 +57,11 @@ pub(crate) struct Worker {
     silent_at: Option<Instant>,
 }
 
-/// What is told of the clouds of all cells.
+/// Outputs of the workers of all cells.
 #[derive(Clone)]
 pub(crate) struct Outputs {
     pub(crate) heightmaps: Address<heightmaps::Message>,
-    /// Where items that were placed can be inspected.
+    /// Clouds for the inspection of placed items.
     pub(crate) inspected: Option<inspect::Clouds>,
     pub(crate) counts: Arc<Counts>,
 }
@@ -97,7 +97,8 @@ impl Actor for Worker {
 }
 
 impl Worker {
-    /// The actor of a cell; says why the cell cannot be served. Takes long where the grid is fine, and waits for Zenoh.
+    /// Makes the actor of a cell, or says why the cell cannot be served. Takes long where the grid
+    /// is fine, and waits for Zenoh.
     pub(crate) fn new(
         process: &Process,
         settings: &Settings,
@@ -152,11 +153,14 @@ impl Worker {
             Ok(mapped) => (self.write(&clouds, &mapped), mapped),
             Err(error) => return counts.refuse(&self.cell, Fate::Failed, &error),
         };
-        clouds.iter().for_each(|_| counts.count(Fate::Mapped));
+        for _ in &clouds {
+            counts.count(Fate::Mapped);
+        }
         if let Some(quality) = &heightmap.quality {
             counts.doubt(&self.cell, &quality.doubts);
         }
-        // There before the heightmap: who has seen that one can ask how an item lies. Not in a doubtful scene.
+        // There before the heightmap: who has seen that one can ask how an item lies. Not in a
+        // doubtful scene.
         let first = clouds.into_iter().next();
         let first = first.filter(|_| mapped.doubts.is_empty());
         if let (Some(inspected), Some(first)) = (&self.outputs.inspected, first) {
@@ -171,7 +175,8 @@ impl Worker {
         self.outputs.heightmaps.send(message).ok();
     }
 
-    /// A cloud that is well-formed and newer than those before of its sensor, as one that came when it should have.
+    /// Gives a cloud that is well-formed and newer than those before of its sensor, as one that
+    /// came when it should have.
     fn accept(&mut self, sensor: usize, arrived: Arrived<Held<v1::PointCloud>>) -> Option<News> {
         let counts = &self.outputs.counts;
         let news = arrived
@@ -204,7 +209,7 @@ impl Worker {
         Some(Arrived { at, ..news })
     }
 
-    /// What the clouds of a round show.
+    /// Maps the clouds of a round.
     fn map(&mut self, state_number: u64, clouds: &[News]) -> Result<Mapped, HeightmapError> {
         if state_number != self.state_number {
             self.state_number = state_number;

@@ -1,7 +1,9 @@
-//! Cameras whose drivers publish clouds as ROS 2 does: over `rmw_zenoh`, or through the bridge of ROS 2 over DDS.
+//! Cameras whose drivers publish clouds as ROS 2 does: over `rmw_zenoh`, or through the bridge of
+//! ROS 2 over DDS.
 //!
-//! A cloud is read on Zenoh's thread, as those of the workspace's own stream are: its points are copied once, and
-//! nothing is waited for. The attachment of `rmw_zenoh` (a count, a time, who published) is not read.
+//! A cloud is read on Zenoh's thread, as those of the workspace's own stream are: its points are
+//! copied once, and nothing is waited for. The attachment of `rmw_zenoh` (a count, a time, who
+//! published) is not read.
 
 pub(crate) mod settings;
 

@@ -1,4 +1,4 @@
-//! What can be set of cameras whose drivers publish clouds as ROS 2 does.
+//! Settings of cameras whose drivers publish clouds as ROS 2 does.
 
 use std::collections::BTreeSet;
 
@@ -16,8 +16,8 @@ use crate::sensors::Sensors;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RosCamera {
-    /// The key expression that its clouds come on: `<domain>/<topic>/**` over `rmw_zenoh`, the topic's name without its
-    /// first slash through the bridge of ROS 2 over DDS.
+    /// The key expression that its clouds come on: `<domain>/<topic>/**` over `rmw_zenoh`, the
+    /// topic's name without its first slash through the bridge of ROS 2 over DDS.
     pub key: String,
     /// The cell that it looks at.
     pub cell: String,
@@ -27,7 +27,7 @@ pub struct RosCamera {
     /// Whether it looks at the cell's tray.
     #[serde(default)]
     pub is_tray: bool,
-    /// Where it is: the pose of the frame that its coordinates are in.
+    /// The pose of the frame that its coordinates are in.
     pub container_from_sensor: Extrinsics,
     /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
     #[serde(rename = "type", default = "point_cloud2")]
@@ -71,7 +71,8 @@ impl RosCamera {
     }
 }
 
-/// Checks the cameras that are set, given the sensors of the cells that are served, or of their trays.
+/// Checks the cameras that are set, given the sensors of the cells that are served, or of their
+/// trays.
 pub(crate) fn validate(
     cameras: &[RosCamera],
     sensors_of: impl Fn(&Cell, bool) -> Option<Sensors>,

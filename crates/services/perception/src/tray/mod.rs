@@ -28,10 +28,10 @@ use crate::objects::{Objects, PREPARING};
 use crate::room::Held;
 use settings::TraySettings;
 
-/// The most items that one answer has.
+/// Maximum number of items of one answer.
 const MAX_ITEMS: usize = 64;
 
-/// What the actor is told.
+/// A message to the actor.
 pub(crate) type Message = Incoming<v1::ItemsRequest>;
 
 /// The latest cloud of each tray.
@@ -43,7 +43,7 @@ pub(crate) struct Clouds {
 }
 
 impl Clouds {
-    /// Clouds of these trays, which wake the actor at this address.
+    /// Makes clouds of these trays, which wake the actor at this address.
     pub(crate) fn new(
         trays: &BTreeMap<Cell, Tray>,
         actor: &Address<Message>,
@@ -56,7 +56,8 @@ impl Clouds {
         }
     }
 
-    /// Puts a cloud. Runs on Zenoh's thread, and waits for nothing but a lock that is held as briefly.
+    /// Puts a cloud. Runs on Zenoh's thread, and waits for nothing but a lock that is held as
+    /// briefly.
     pub(crate) fn put(&self, cell: &Cell, cloud: Held<v1::PointCloud>) {
         if !self.cells.contains(cell) {
             let reason = "the cell has no tray: set service.trays";
@@ -74,7 +75,7 @@ pub(crate) struct Tray {
     segmentation: SegmentationSettings,
     recognition: RecognitionSettings,
     objects: Objects,
-    /// That of the cell's grid.
+    /// The resolution of the cell's grid.
     resolution: Resolution,
     delays: Delays,
     newest: Option<Arrived<Held<CheckedCloud>>>,
@@ -92,13 +93,13 @@ impl Tray {
         }
     }
 
-    /// What a cloud shows.
+    /// Says which items a cloud shows.
     fn items(&self, library: &Arc<Library>, cloud: &Cloud<'_>) -> v1::ItemsReply {
         let recogniser = Recogniser::new(Arc::clone(library), self.recognition);
         let container_from_sensor = cloud.container_from_sensor();
         let points = cloud
             .points()
-            .map(|point| container_from_sensor * point.cast::<f64>());
+            .map(|point| container_from_sensor * point.cast());
         let eye = Point3::from(container_from_sensor.translation.vector);
         let found = segment(points, &eye, &self.segmentation);
         let clusters = found.clusters.iter().take(MAX_ITEMS);
@@ -180,15 +181,13 @@ impl Trays {
                     let at = tray.delays.undelayed(captured_at_ns, newest.at);
                     tray.newest = Some(Arrived { at, ..newest });
                 }
-                Err(error) => {
-                    let counts = &self.clouds.counts;
-                    counts.refuse(&cell, Fate::Malformed, &error);
-                }
+                Err(error) => self.clouds.counts.refuse(&cell, Fate::Malformed, &error),
             }
         }
     }
 
-    /// Answers all that the newest clouds serve; a cloud is looked at once for all that are pending.
+    /// Answers all requests that the newest clouds serve; a cloud is looked at once for all that
+    /// are pending.
     fn answer(&mut self) {
         for (cell, tray) in &self.trays {
             let (Some(newest), Some(library)) = (&tray.newest, tray.objects.get()) else {
@@ -211,7 +210,7 @@ impl Trays {
     }
 }
 
-/// Whether a cloud of this number that came then is one of those that are wanted.
+/// Says whether a cloud of this number that came then is one of those that are wanted.
 fn is_wanted(sequence: u64, at: Boottime, incoming: &Message) -> bool {
     match incoming.message().least_sequence {
         0 => at > incoming.came(),

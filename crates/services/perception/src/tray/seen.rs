@@ -1,4 +1,4 @@
-//! What lies on a tray, as a message.
+//! Items on a tray, as messages.
 
 use nalgebra::{Isometry3, Translation3};
 use ppnpack_packing::grid::Resolution;
@@ -9,10 +9,10 @@ use ppnpack_recognition::unknown_item::unknown_item;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, v1};
 use prost::Message;
 
-/// What a message holds beside heightmaps, at most, in bytes.
+/// Maximum size of a message beside heightmaps, in bytes.
 const OVERHEAD_BYTES: usize = 64 << 10;
 
-/// What a cluster shows, ready to be announced to a planner.
+/// Makes an item of a cluster, ready to be announced to a planner.
 pub(crate) fn item(
     cluster: &Cluster,
     recogniser: &Recogniser,
@@ -36,7 +36,7 @@ pub(crate) fn item(
     }
 }
 
-/// The items, without heightmaps from where on all of them would be too much for a message.
+/// Takes the heightmaps off the items for which a message has no room.
 pub(crate) fn within_message(mut items: Vec<v1::SeenItem>) -> Vec<v1::SeenItem> {
     let mut room = MAX_MESSAGE_BYTES - OVERHEAD_BYTES;
     for item in &mut items {
@@ -49,7 +49,7 @@ pub(crate) fn within_message(mut items: Vec<v1::SeenItem>) -> Vec<v1::SeenItem> 
     items
 }
 
-/// An object of the catalogue, with its heightmaps as it lies.
+/// Describes an object of the catalogue, with its heightmaps as it lies.
 fn known(
     seen: &v1::SeenItem,
     known: Known,
@@ -75,7 +75,7 @@ fn known(
     }
 }
 
-/// An item of which only that is known that was seen.
+/// Describes an item of which only that is known that was seen.
 fn unknown(
     seen: v1::SeenItem,
     reason: UnknownReason,
@@ -97,7 +97,7 @@ fn unknown(
     }
 }
 
-/// What people read of an unknown item.
+/// Names an unknown item for people.
 fn name(cluster: &Cluster) -> String {
     let size_mm = cluster.extents_m() * 1e3;
     format!(

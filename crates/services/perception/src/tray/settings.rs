@@ -1,4 +1,4 @@
-//! What can be set of a tray.
+//! Settings of a tray.
 
 use ppnpack_recognition::recognise::RecognitionSettings;
 use ppnpack_recognition::segmentation::SegmentationSettings;
@@ -8,20 +8,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TraySettings {
-    /// How points become items; the world is the container frame.
+    /// Settings of the segmentation of points into items; the world is the container frame.
     pub segmentation: SegmentationSettings,
-    /// How items are recognised.
+    /// Settings of the recognition of items.
     #[serde(default)]
     pub recognition: RecognitionSettings,
-}
-
-impl TraySettings {
-    pub(crate) fn validate(&self) -> Result<(), String> {
-        self.segmentation
-            .validate()
-            .map_err(|error| format!("segmentation.{error}"))?;
-        self.recognition
-            .validate()
-            .map_err(|error| format!("recognition.{error}"))
-    }
 }

@@ -1,4 +1,5 @@
-//! How a placed item lies, over a real session: clouds of the container in, what became of the item out.
+//! How a placed item lies, over a real session: clouds of the container in, what became of the item
+//! out.
 
 use std::sync::mpsc::channel;
 use std::time::Duration;
@@ -13,21 +14,18 @@ use ppnpack_wire::convert::{pose, scene};
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, InspectionKind, Status};
 
-use crate::rig::{PATIENCE, Rig, known, library, refusal, seen_from};
+use crate::rig::{PATIENCE, Rig, at_state, cell, known, library, refusal, seen_from};
 
 /// The empty reference container: its floor and its walls.
 fn container() -> Vec<Mesh> {
     let (side, rim, wall) = (0.32, 0.30, 0.01);
-    let corners = [
-        ([-wall, -wall, -0.02], [side + wall, side + wall, 0.0]),
-        ([-wall, -wall, 0.0], [0.0, side + wall, rim]),
-        ([side, -wall, 0.0], [side + wall, side + wall, rim]),
-        ([0.0, -wall, 0.0], [side, 0.0, rim]),
-        ([0.0, side, 0.0], [side, side + wall, rim]),
-    ];
-    corners
-        .map(|(lowest, highest)| Mesh::cuboid(lowest, highest))
-        .to_vec()
+    vec![
+        Mesh::cuboid([-wall, -wall, -0.02], [side + wall, side + wall, 0.0]),
+        Mesh::cuboid([-wall, -wall, 0.0], [0.0, side + wall, rim]),
+        Mesh::cuboid([side, -wall, 0.0], [side + wall, side + wall, rim]),
+        Mesh::cuboid([0.0, -wall, 0.0], [side, 0.0, rim]),
+        Mesh::cuboid([0.0, side, 0.0], [side, side + wall, rim]),
+    ]
 }
 
 /// What a camera above the container sees in a state of the cell.
@@ -61,19 +59,14 @@ fn an_item_is_found_as_planned_moved_or_missing() {
     let rig = Rig::new(Stream::Cloud);
     let planned = lying(0.12, 0.15, 0.0);
     let inspected = |item: Option<&Isometry3<f64>>, state_number| {
-        let reply = rig.show(
-            cloud_of(item, state_number),
-            &request(&planned, state_number),
-        );
+        let request = request(&planned, state_number);
+        let reply = rig.show(cloud_of(item, state_number), &request);
         assert!(reply.state_number >= state_number);
         reply.inspection.unwrap()
     };
     let as_planned = inspected(Some(&lying(0.121, 0.15, 0.01)), 5);
-    assert_eq!(
-        as_planned.kind(),
-        InspectionKind::AsPlanned,
-        "{as_planned:?}"
-    );
+    let kind = as_planned.kind();
+    assert_eq!(kind, InspectionKind::AsPlanned, "{as_planned:?}");
     assert!(as_planned.is_inside && as_planned.fitness > 0.8);
 
     let truth = lying(0.16, 0.18, 0.4);
@@ -89,7 +82,8 @@ fn an_item_is_found_as_planned_moved_or_missing() {
         object: "stranger".to_owned(),
         ..request(&planned, 6)
     };
-    let unknown = rig.ask(stranger, PATIENCE).unwrap().inspection.unwrap();
+    let unknown = rig.ask(&cell(), stranger, PATIENCE).unwrap();
+    let unknown = unknown.inspection.unwrap();
     assert_eq!(unknown.kind(), InspectionKind::Unclear);
     assert!(unknown.reason.contains("no object 'stranger'"));
 
@@ -103,7 +97,7 @@ fn what_cannot_be_inspected_is_refused_with_the_reason() {
     let rig = Rig::new(Stream::Cloud);
     let planned = lying(0.12, 0.15, 0.0);
     let short = Duration::from_millis(300);
-    let (status, message) = rig.refused(&request(&planned, 1), short);
+    let (status, message) = rig.refused(&cell(), &request(&planned, 1), short);
     assert_eq!(status, Status::TimedOut);
     assert!(message.contains("no cloud"), "{message}");
 
@@ -112,7 +106,7 @@ fn what_cannot_be_inspected_is_refused_with_the_reason() {
         planned: None,
         ..request(&planned, 2)
     };
-    let (status, message) = refusal(rig.ask(nowhere, PATIENCE));
+    let (status, message) = refusal(rig.ask(&cell(), nowhere, PATIENCE));
     assert_eq!(status, Status::Invalid);
     assert!(message.contains("planned"), "{message}");
 }
@@ -128,16 +122,13 @@ fn heightmaps_do_not_wait_for_the_objects_that_are_recognised() {
         });
         objects.unwrap()
     });
-    let heightmap = v1::HeightmapRequest {
-        least_state_number: 3,
-        ..v1::HeightmapRequest::default()
-    };
-    rig.show(cloud_of(None, 3), &heightmap);
+    rig.show(cloud_of(None, 3), &at_state(3));
     let planned = lying(0.12, 0.15, 0.0);
-    let (status, message) = rig.refused(&request(&planned, 3), Duration::from_millis(300));
+    let short = Duration::from_millis(300);
+    let (status, message) = rig.refused(&cell(), &request(&planned, 3), short);
     assert_eq!(status, Status::TimedOut);
     assert!(message.contains("being prepared"), "{message}");
-    let items = rig.ask(v1::ItemsRequest::default(), PATIENCE);
+    let items = rig.ask(&cell(), v1::ItemsRequest::default(), PATIENCE);
     let (status, message) = refusal(items);
     assert_eq!(status, Status::Unavailable, "{message}");
 

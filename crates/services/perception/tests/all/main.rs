@@ -1,4 +1,5 @@
-//! The perception service over real sessions: heightmaps, items that are recognised on trays and found again after they were placed.
+//! The perception service over real sessions: heightmaps, items that are recognised on trays and
+//! found again after they were placed.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -141,11 +141,11 @@ impl Rig {
     pub(crate) fn meets(&self, fate: Fate, send: impl FnOnce()) {
         let before = self.perception.clouds(fate);
         send();
-        let until = Instant::now() + PATIENCE;
-        while self.perception.clouds(fate) == before {
-            assert!(Instant::now() < until, "it is not counted as {fate:?}");
+        let is_counted = || {
             std::thread::yield_now();
-        }
+            (self.perception.clouds(fate) > before).then_some(())
+        };
+        until(&format!("it is not counted as {fate:?}"), is_counted);
         assert_eq!(self.perception.clouds(fate), before + 1);
     }
 
@@ -156,56 +156,70 @@ impl Rig {
         least_state_number: u64,
         span: Duration,
     ) -> Result<v1::Heightmap, CallError> {
-        let request = v1::HeightmapRequest {
-            header: None,
-            least_state_number,
-        };
-        let reply = self.client.call(cell, request, Instant::now() + span)?;
+        let reply = self.ask(cell, at_state(least_state_number), span)?;
         Ok(reply.heightmap.unwrap())
     }
 
     pub(crate) fn ask<R: Request>(
         &self,
+        cell: &Cell,
         request: R,
         span: Duration,
     ) -> Result<R::Reply, CallError> {
-        self.client.call(&cell(), request, Instant::now() + span)
+        self.client.call(cell, request, Instant::now() + span)
     }
 
-    /// How a request is refused that cannot be answered in this span. On a busy machine the refusal may come too late: one in time
-    /// is enough.
+    /// Gives the refusal of a request that cannot be answered in this span. On a busy machine it
+    /// may come too late: one in time is enough.
     pub(crate) fn refused<R: Request + Clone>(
         &self,
+        cell: &Cell,
         request: &R,
         span: Duration,
     ) -> (Status, String)
     where
         R::Reply: std::fmt::Debug,
     {
-        let until = Instant::now() + PATIENCE;
-        loop {
-            match self.ask(request.clone(), span) {
-                Err(CallError::TimedOut) if Instant::now() < until => {}
-                answer => return refusal(answer),
+        until("no refusal comes in time", || {
+            match self.ask(cell, request.clone(), span) {
+                Err(CallError::TimedOut) => None,
+                answer => Some(refusal(answer)),
             }
-        }
+        })
     }
 
-    /// Publishes clouds with numbers from 1 until a request is answered.
+    /// Publishes clouds with growing numbers until a request is answered.
     pub(crate) fn show<R: Request + Clone>(
         &self,
         mut cloud: v1::PointCloud,
         request: &R,
     ) -> R::Reply {
-        let until = Instant::now() + PATIENCE;
-        loop {
-            assert!(Instant::now() < until, "no cloud arrives");
+        let mut span = Duration::from_millis(200);
+        until("no cloud arrives", || {
             cloud.sequence += 1;
             self.clouds.put(&cloud);
-            if let Ok(reply) = self.ask(request.clone(), Duration::from_secs(2)) {
-                return reply;
-            }
+            span *= 2;
+            self.ask(&cell(), request.clone(), span).ok()
+        })
+    }
+}
+
+/// Attempts something until it succeeds.
+pub(crate) fn until<T>(otherwise: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
+    let end = Instant::now() + PATIENCE;
+    loop {
+        if let Some(found) = attempt() {
+            return found;
         }
+        assert!(Instant::now() < end, "{otherwise}");
+    }
+}
+
+/// A request for a heightmap of this state or a later one.
+pub(crate) fn at_state(least_state_number: u64) -> v1::HeightmapRequest {
+    v1::HeightmapRequest {
+        header: None,
+        least_state_number,
     }
 }
 

@@ -1,8 +1,8 @@
 //! Clouds of ROS 2 in, heightmaps out, over a real session.
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::payload;
-use crate::rig::{PATIENCE, Rig};
+use crate::rig::{PATIENCE, Rig, until};
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -22,7 +22,8 @@ const RMW_KEY: &str = "0/camera/depth/points/sensor_msgs::msg::dds_::PointCloud2
 /// Where the bridge of ROS 2 over DDS publishes those of the second.
 const BRIDGE_KEY: &str = "second/depth/points";
 
-/// The camera's height above the floor. It looks straight down, so that its y and z point the other way.
+/// The camera's height above the floor. It looks straight down, so that its y and z point the other
+/// way.
 const ABOVE_M: f32 = 0.5;
 const ACROSS_M: f32 = 0.32;
 
@@ -67,8 +68,8 @@ const PLAIN: Layout = Layout {
     padding: 0,
 };
 
-/// The payload of an organised cloud with a point in every sample of the reference grid's surface, or a hole where
-/// `height_m` gives nothing; captured in this second.
+/// The payload of an organised cloud with a point in every sample of the reference grid's surface,
+/// or a hole where `height_m` gives nothing; captured in this second.
 fn payload(layout: Layout, sec: i32, height_m: impl Fn(usize, usize) -> Option<f32>) -> Vec<u8> {
     let empty = Surface::empty(&Grid::reference());
     let middle_m = |index: usize| ((index as f64 + 0.5) * empty.pitch_m()) as f32;
@@ -120,11 +121,10 @@ fn rig() -> Rig {
     let rig = Rig::with(&settings(), Stream::Cloud, |_| None);
     for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
         let cell = Cell::new(cell).unwrap();
-        let until = Instant::now() + PATIENCE;
-        while rig.ask_for(&cell, 0, Duration::from_millis(200)).is_err() {
-            assert!(Instant::now() < until, "no cloud arrives on {key}");
+        until(&format!("no cloud arrives on {key}"), || {
             rig.publish(key, flat(1));
-        }
+            rig.ask_for(&cell, 0, Duration::from_millis(200)).ok()
+        });
     }
     rig
 }
@@ -133,24 +133,18 @@ impl Rig {
     /// Publishes as drivers do, and waits where the network is busy.
     fn publish(&self, key: &str, payload: Vec<u8>) {
         let put = self.sensor.session().put(key, payload);
-        put.congestion_control(CongestionControl::Block)
-            .wait()
-            .unwrap();
+        let put = put.congestion_control(CongestionControl::Block);
+        put.wait().unwrap();
     }
 
     /// The heightmap of the cloud that was captured in this second.
     fn heightmap(&self, cell: &str, sec: i32) -> v1::Heightmap {
         let cell = Cell::new(cell).unwrap();
         let captured_at_ns = i64::from(sec) * 1_000_000_000 + 5;
-        let until = Instant::now() + PATIENCE;
-        while Instant::now() < until {
-            if let Ok(heightmap) = self.ask_for(&cell, 0, PATIENCE)
-                && heightmap.captured_at_ns == captured_at_ns
-            {
-                return heightmap;
-            }
-        }
-        panic!("no heightmap of second {sec}");
+        until(&format!("no heightmap of second {sec}"), || {
+            let heightmap = self.ask_for(&cell, 0, PATIENCE).ok();
+            heightmap.filter(|heightmap| heightmap.captured_at_ns == captured_at_ns)
+        })
     }
 
     /// Publishes what is refused, and waits until it was.
@@ -159,7 +153,8 @@ impl Rig {
     }
 }
 
-/// Whole in binary digits, so that the camera's z gives it without rounding; nothing is seen of the cell (10, 20).
+/// Whole in binary digits, so that the camera's z gives it without rounding; nothing is seen of the
+/// cell (10, 20).
 fn height_m(x: usize, y: usize) -> Option<f32> {
     let is_dark = (40..44).contains(&x) && (80..84).contains(&y);
     (!is_dark).then(|| ((x * 7 + y * 3) % 200) as f32 / 1024.0)
@@ -177,14 +172,14 @@ fn expected() -> Scene {
 #[test]
 fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
     let rig = rig();
+    let of_points = [
+        (false, 12, 0),
+        (false, 32, 24),
+        (true, 16, 0),
+        (true, 21, 7),
+    ];
     let layouts = [false, true].into_iter().flat_map(|is_big_endian| {
-        [
-            (false, 12, 0),
-            (false, 32, 24),
-            (true, 16, 0),
-            (true, 21, 7),
-        ]
-        .map(move |(is_bigendian, point_step, padding)| Layout {
+        of_points.map(|(is_bigendian, point_step, padding)| Layout {
             is_big_endian,
             is_bigendian,
             point_step,
@@ -209,10 +204,8 @@ fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
             assert!((70..grid.rim()).contains(&hidden), "{hidden}");
             assert_eq!(heightmap.state_number, 0);
             let quality = heightmap.quality.unwrap();
-            assert_eq!(
-                (quality.points_inside, quality.unknown_cells),
-                (128 * 128 - 16, 0)
-            );
+            let counts = (quality.points_inside, quality.unknown_cells);
+            assert_eq!(counts, (128 * 128 - 16, 0));
         }
     }
     assert_eq!(rig.perception.clouds(Fate::Malformed), 0);

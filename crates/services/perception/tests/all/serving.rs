@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings};
+use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Units};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception_service::{Fate, Settings};
 use ppnpack_service::Process;
@@ -18,11 +18,7 @@ use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::v1::{self, Status};
 use prost::Message;
 
-use crate::rig::{PATIENCE, Rig, Sensor, cell};
-
-fn deadline() -> Instant {
-    Instant::now() + PATIENCE
-}
+use crate::rig::{PATIENCE, Rig, Sensor, at_state, cell, until};
 
 /// A cloud with a point in every sample of a grid's surface, at the height that `height_m` gives.
 fn cloud_of(
@@ -67,32 +63,18 @@ impl Rig {
     /// Shows the cell in its state 1 until that is seen: from then on clouds arrive.
     fn connected(settings: &Settings) -> Self {
         let rig = rig(settings);
-        let mut cloud = flat(1, 0);
-        let until = deadline();
-        loop {
-            assert!(Instant::now() < until, "no cloud arrives");
-            cloud.sequence += 1;
-            rig.clouds.put(&cloud);
-            if rig.ask_for(&cell(), 1, Duration::from_millis(200)).is_ok() {
-                return rig;
-            }
-        }
+        rig.show(flat(1, 0), &at_state(1));
+        rig
     }
 
     fn seen(&self, least_state_number: u64) -> v1::Heightmap {
         self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
     }
 
-    /// The status with which a request is refused. On a busy machine the refusal may come too late: one in time is enough.
+    /// The status with which a request is refused.
     fn status(&self, cell: &Cell, least_state_number: u64) -> Status {
-        let until = deadline();
-        loop {
-            match self.ask_for(cell, least_state_number, Duration::from_millis(500)) {
-                Err(CallError::Refused { status, .. }) => return status,
-                Err(CallError::TimedOut) if Instant::now() < until => {}
-                other => panic!("{other:?}"),
-            }
-        }
+        let request = at_state(least_state_number);
+        self.refused(cell, &request, Duration::from_millis(500)).0
     }
 }
 
@@ -101,11 +83,10 @@ fn a_second_perception_of_a_cell_waits_and_serves_its_other_cells_meanwhile() {
     let hub = embedded::hub().unwrap();
     let process = || embedded::process(&hub, Service::Perception, "perception-1").unwrap();
     let start = |process: &Process, cells: &[&str]| {
-        let grid = GridSettings::from(&Grid::reference());
+        let cells = cells.iter();
         let settings = Settings {
             cells: cells
-                .iter()
-                .map(|name| ((*name).to_owned(), grid))
+                .map(|name| ((*name).to_owned(), settings().grid))
                 .collect(),
             has_unlisted_cells: false,
             ..settings()
@@ -121,33 +102,23 @@ fn a_second_perception_of_a_cell_waits_and_serves_its_other_cells_meanwhile() {
 
     let sensor = embedded::process(&hub, Service::Bridge, "sensor").unwrap();
     let free = Cell::new("cell-2").unwrap();
-    let (clouds, client) = (
-        Sensor::new(&sensor, &free, Stream::Cloud),
-        Client::new(sensor.session()),
-    );
+    let clouds = Sensor::new(&sensor, &free, Stream::Cloud);
+    let client = Client::new(sensor.session());
     let mut cloud = flat(1, 0);
-    let until = deadline();
-    loop {
-        assert!(Instant::now() < until, "no heightmap");
+    until("no heightmap", || {
         cloud.sequence += 1;
         clouds.put(&cloud);
         let soon = Instant::now() + Duration::from_secs(1);
-        if client
-            .call(&free, v1::HeightmapRequest::default(), soon)
-            .is_ok()
-        {
-            break;
-        }
-    }
+        client.call(&free, at_state(0), soon).ok()
+    });
     let waits = "another perception, instance perception-1, serves cell cell-1";
-    loop {
-        let checks = second.health().report();
-        if checks.iter().any(|check| check.message.contains(waits)) {
-            break;
-        }
-        assert!(Instant::now() < until, "{checks:?}");
+    until(waits, || {
         std::thread::sleep(Duration::from_millis(10));
-    }
+        let checks = second.health().report();
+        checks
+            .into_iter()
+            .find(|check| check.message.contains(waits))
+    });
     assert!(!starting.is_finished() && !second.health().is_ready());
     drop(first);
     drop(starting.join().unwrap());
@@ -155,6 +126,12 @@ fn a_second_perception_of_a_cell_waits_and_serves_its_other_cells_meanwhile() {
 
 fn read(heightmap: &v1::Heightmap) -> (Grid, Scene) {
     scene::read(heightmap.scene.as_ref().unwrap()).unwrap()
+}
+
+fn are_all(heightmap: &v1::Heightmap, height: Units) -> bool {
+    let (_, scene) = read(heightmap);
+    let mut heights = scene.heightmap().heights().iter();
+    heights.all(|found| *found == height)
 }
 
 #[test]
@@ -187,15 +164,13 @@ fn a_cloud_becomes_the_heightmap_that_its_surface_gives() {
     assert_eq!(heightmap.state_number, 2);
     assert_eq!(heightmap.captured_at_ns, 1_700_000_000_000_000_000);
     let quality = heightmap.quality.unwrap();
-    assert_eq!(
-        (quality.points_inside, quality.unknown_cells, quality.cells),
-        (128 * 128, 0, 1024)
-    );
+    let counts = (quality.points_inside, quality.unknown_cells, quality.cells);
+    assert_eq!(counts, (128 * 128, 0, 1024));
     assert!(quality.processing_ns > 0);
 
     // The subscription may have come too late for that one.
     rig.clouds.put(&flat(3, 1));
-    let published = std::iter::from_fn(|| heightmaps.wait(deadline()));
+    let published = std::iter::from_fn(|| heightmaps.wait(Instant::now() + PATIENCE));
     let published = published
         .map(|arrived| arrived.message.unwrap())
         .find(|published| published.state_number == 3);
@@ -224,10 +199,8 @@ fn who_waits_for_a_state_holds_nobody_up() {
 fn who_waits_in_vain_is_told_why() {
     let rig = Rig::connected(&settings());
     assert_eq!(rig.status(&cell(), 2), Status::TimedOut);
-    assert_eq!(
-        rig.status(&Cell::new("cell-2").unwrap(), 0),
-        Status::Unavailable
-    );
+    let other = Cell::new("cell-2").unwrap();
+    assert_eq!(rig.status(&other, 0), Status::Unavailable);
 }
 
 #[test]
@@ -290,11 +263,8 @@ fn what_no_point_shows_is_higher_than_the_rim() {
     for (x, y) in (0..32).flat_map(|x| (0..32).map(move |y| (x, y))) {
         let is_unknown = y == 20 && (x == 10 || x == 11);
         let expected = if is_unknown { grid.rim() + 1 } else { 50 };
-        assert_eq!(
-            scene.heightmap().get(x, y),
-            Some(expected),
-            "cell ({x}, {y})"
-        );
+        let found = scene.heightmap().get(x, y);
+        assert_eq!(found, Some(expected), "cell ({x}, {y})");
     }
     let surface = scene.surface().unwrap();
     assert!(surface.heights_m()[41 * 128 + 81] > 0.3);
@@ -321,15 +291,8 @@ fn cells_have_the_grids_that_are_set() {
     let grid = fine.build().unwrap();
     clouds.put(&cloud_of(&grid, 1, 1, |_, _| Some(0.02)));
     let heightmap = rig.ask_for(&second, 1, PATIENCE).unwrap();
-    let (read_grid, scene) = read(&heightmap);
-    assert_eq!(read_grid, grid);
-    assert!(
-        scene
-            .heightmap()
-            .heights()
-            .iter()
-            .all(|height| *height == 20)
-    );
+    assert_eq!(read(&heightmap).0, grid);
+    assert!(are_all(&heightmap, 20));
     assert_eq!(read(&rig.seen(1)).0, Grid::reference());
 }
 
@@ -369,42 +332,29 @@ fn two_sensors() -> Settings {
 #[test]
 fn the_sensors_of_a_cell_make_one_heightmap_together() {
     let rig = rig(&two_sensors());
-    let until = deadline();
     let mut sequence = 0;
-    let heightmap = loop {
-        assert!(Instant::now() < until, "no heightmap");
+    let heightmap = until("no heightmap", || {
         sequence += 1;
         rig.clouds.put(&half("left", 4, sequence, true));
         rig.clouds.put(&half("right", 4, sequence, false));
-        if let Ok(heightmap) = rig.ask_for(&cell(), 4, Duration::from_millis(200)) {
-            break heightmap;
-        }
-    };
+        rig.ask_for(&cell(), 4, Duration::from_millis(200)).ok()
+    });
     let quality = heightmap.quality.as_ref().unwrap();
     assert_eq!((quality.unknown_cells, quality.clouds), (0, 2));
     assert_eq!(quality.points_inside, 128 * 128);
     assert!(quality.doubts.is_empty());
-    let (_, scene) = read(&heightmap);
-    assert!(
-        scene
-            .heightmap()
-            .heights()
-            .iter()
-            .all(|height| *height == 50)
-    );
+    assert!(are_all(&heightmap, 50));
 
     // One alone is not enough, and the other is named.
-    rig.clouds.put(&half("left", 5, sequence + 1, true));
-    let silence = loop {
-        match rig.ask_for(&cell(), 5, Duration::from_millis(500)) {
-            Err(CallError::Refused { message, .. }) if message.contains("has sent nothing") => {
-                break message;
-            }
-            other => assert!(Instant::now() < until, "{other:?}"),
-        }
-        rig.clouds.put(&half("left", 5, sequence + 2, true));
+    let silence = until("nobody is named", || {
         sequence += 1;
-    };
+        rig.clouds.put(&half("left", 5, sequence, true));
+        match rig.ask_for(&cell(), 5, Duration::from_millis(500)) {
+            Err(CallError::Refused { message, .. }) => Some(message),
+            _ => None,
+        }
+        .filter(|message| message.contains("has sent nothing"))
+    });
     assert!(silence.contains("sensor \"right\""), "{silence}");
     let mut stranger = half("behind", 5, 1, true);
     rig.send_refused(&stranger, Fate::Unserved);
@@ -431,28 +381,18 @@ fn what_a_cloud_makes_doubtful_is_told() {
     let third = |x, _| (x < 40).then_some(0.0);
     rig.clouds.put(&cloud_of(&Grid::reference(), 2, 1, third));
     let doubts = rig.seen(2).quality.unwrap().doubts;
-    assert_eq!(doubts.len(), 1);
-    assert_eq!(doubts[0].kind(), v1::DoubtKind::LittleSeen);
-    assert!(
-        doubts[0].message.contains("320 of 1024 cells"),
-        "{}",
-        doubts[0].message
-    );
+    let [doubt] = &doubts[..] else {
+        panic!("{doubts:?}")
+    };
+    assert_eq!(doubt.kind(), v1::DoubtKind::LittleSeen);
+    assert!(doubt.message.contains("320 of 1024 cells"), "{doubt:?}");
 }
 
 #[test]
 fn a_heightmap_that_is_asked_for_tells_its_age() {
     let rig = Rig::connected(&settings());
-    let ages = [(); 2].map(|()| {
-        let request = v1::HeightmapRequest {
-            header: None,
-            least_state_number: 1,
-        };
-        rig.client
-            .call(&cell(), request, deadline())
-            .unwrap()
-            .age_ns
-    });
+    let age = |()| rig.ask(&cell(), at_state(1), PATIENCE).unwrap().age_ns;
+    let ages = [(); 2].map(age);
     assert!(0 < ages[0] && ages[0] < ages[1], "{ages:?}");
 }
 
@@ -462,11 +402,8 @@ fn clouds_that_have_no_room_are_dropped_and_those_that_have_are_mapped() {
         clouds_mib: 1,
         ..settings()
     });
-    let large = {
-        let mut cloud = flat(2, 1);
-        cloud.data = cloud.data.repeat(6);
-        cloud
-    };
+    let mut large = flat(2, 1);
+    large.data = large.data.repeat(6);
     assert!(large.encoded_len() > 1 << 20);
     for _ in 0..10 {
         rig.send_refused(&large, Fate::NoRoom);
@@ -475,9 +412,6 @@ fn clouds_that_have_no_room_are_dropped_and_those_that_have_are_mapped() {
         rig.clouds.put(&flat(state_number, 1));
         rig.seen(state_number);
     }
-    assert_eq!(
-        rig.perception.clouds(Fate::NoRoom),
-        10,
-        "room is given back"
-    );
+    let dropped = rig.perception.clouds(Fate::NoRoom);
+    assert_eq!(dropped, 10, "room is given back");
 }

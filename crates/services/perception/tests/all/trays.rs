@@ -1,6 +1,7 @@
-//! What lies on trays, over a real session: a simulated camera above a tray in, items to be announced out.
+//! What lies on trays, over a real session: a simulated camera above a tray in, items to be
+//! announced out.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
@@ -11,17 +12,15 @@ use ppnpack_wire::convert::{item, pose};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::v1::{self, Status, UnknownReason};
 
-use crate::rig::{PATIENCE, Rig, TRAY_M, brick, known, refusal, seen_from, settings};
+use crate::rig::{PATIENCE, Rig, TRAY_M, brick, cell, known, refusal, seen_from, settings};
 
 /// What a camera 90 cm above the tray sees of meshes at these poses.
 fn cloud_of(items: &[(Mesh, Isometry3<f64>)], sequence: u64) -> v1::PointCloud {
-    let mut tray = brick(0.6, 0.5, 0.02);
-    tray = tray.transformed(&Isometry3::from_parts(
-        (TRAY_M - Vector3::z() * 0.01).into(),
-        UnitQuaternion::identity(),
-    ));
-    let mut meshes = vec![(tray, Isometry3::identity())];
-    meshes.extend_from_slice(items);
+    let tray = (
+        brick(0.6, 0.5, 0.02),
+        on_tray(0.0, 0.0, -0.01, UnitQuaternion::identity()),
+    );
+    let meshes = [&[tray], items].concat();
     let eye_m = Point3::from(TRAY_M + Vector3::z() * 0.9);
     seen_from(eye_m, 600.0, &meshes, [sequence, 0])
 }
@@ -74,11 +73,8 @@ fn known_and_unknown_items_are_told_with_what_an_announcement_needs() {
     let unknown = unknown.expect("the other one is not known");
     assert_ne!(unknown.unknown_reason(), UnknownReason::Unspecified);
     let heightmaps = item::read(unknown.item.as_ref().unwrap()).unwrap();
-    assert!(
-        heightmaps.name().starts_with("unknown"),
-        "{}",
-        heightmaps.name()
-    );
+    let name = heightmaps.name();
+    assert!(name.starts_with("unknown"), "{name}");
     let view = &heightmaps.views()[0];
     let sides = (view.nx().min(view.ny()), view.nx().max(view.ny()));
     assert!(
@@ -97,22 +93,18 @@ fn an_empty_tray_has_no_items() {
 #[test]
 fn who_asks_for_what_does_not_come_is_told() {
     let rig = Rig::new(Stream::TrayCloud);
-    let (refused, message) = rig.refused(&at_least(0), Duration::from_millis(300));
+    let short = Duration::from_millis(300);
+    let (refused, message) = rig.refused(&cell(), &at_least(0), short);
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no cloud of the tray"), "{message}");
 
     rig.show(cloud_of(&[], 3), &at_least(4));
-    let (refused, message) = rig.refused(&at_least(1_000_000), Duration::from_millis(300));
+    let (refused, message) = rig.refused(&cell(), &at_least(1_000_000), short);
     assert_eq!(refused, Status::TimedOut);
     assert!(message.contains("no newer cloud"), "{message}");
 
     let other = Cell::new("cell-2").unwrap();
-    let answer = rig.client.call(
-        &other,
-        v1::ItemsRequest::default(),
-        Instant::now() + PATIENCE,
-    );
-    let (refused, message) = refusal(answer);
+    let (refused, message) = refusal(rig.ask(&other, at_least(0), PATIENCE));
     assert_eq!(refused, Status::NotFound);
     assert!(message.contains("service.trays.cell-2"), "{message}");
 }
@@ -136,13 +128,11 @@ fn trays_that_cannot_be_are_refused() {
     };
     assert!(refused(|s| s.catalogue = None).contains("catalogue"));
     assert!(refused(|s| s.has_unlisted_cells = false).contains("no cell is served"));
-    assert!(
-        refused(|s| {
-            s.has_unlisted_cells = false;
-            s.cells.insert("other".to_owned(), s.grid);
-        })
-        .contains("trays.cell-1: the cell is not served")
-    );
+    let other = refused(|s| {
+        s.has_unlisted_cells = false;
+        s.cells.insert("other".to_owned(), s.grid);
+    });
+    assert!(other.contains("trays.cell-1: the cell is not served"));
     let tray = |change: fn(&mut TraySettings)| {
         let mut settings = settings();
         settings.trays.values_mut().for_each(change);
