@@ -1,17 +1,23 @@
-//! Where a container stands before a sensor and how large it is, from a cloud of it empty.
+//! Calibration: the pose and the size of a container before a sensor, from a cloud of it empty.
 //!
-//! The sensor looks at the container from above, tilted by 30 degrees or so at most, and sees its whole rim; table or
-//! ground may be around it. Nothing else is assumed of the pose. How it is found:
+//! The sensor looks at the container from above, tilted by 30 degrees or so at most, and sees its
+//! whole rim; table or ground may be around it. Nothing else is assumed of the pose. How it is
+//! found:
 //!
-//! 1. Floor, rim and ground are parallel: up is where the heights of points concentrate on few levels (`direction.rs`).
-//! 2. The rim is the highest level whose points enclose a hole with something deep in it (`opening.rs`). The floor is the
+//! 1. Floor, rim and ground are parallel: up is where the heights of points concentrate on few
+//! levels (`direction.rs`).
+//! 2. The rim is the highest level whose points enclose a hole with something deep in it
+//! (`opening.rs`). The floor is the
 //!    level in the hole that has the most points.
-//! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's inner edge where not
+//! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's
+//! inner edge where not
 //!    (`sides.rs`). The four are adjusted to a rectangle (`rectangle.rs`).
-//! 4. With the floor and the rim so bounded, up is fitted anew, and the steps from 2 are done again.
+//! 4. With the floor and the rim so bounded, up is fitted anew, and the steps from 2 are done
+//! again.
 //! 5. What does not fit a container of four plane walls that is empty is refused (`checks.rs`).
 //!
-//! The sensor's optical centre is the origin of its frame. The result is that of the seed, for equal clouds.
+//! The sensor's optical centre is the origin of its frame. The result is that of the seed, for
+//! equal clouds.
 
 mod checks;
 mod direction;
@@ -38,13 +44,13 @@ pub use settings::CalibrationSettings;
 use found::Found;
 use median::median;
 
-/// How often up is fitted anew.
+/// Number of looks at the cloud, with up fitted anew between them.
 const ROUNDS: usize = 3;
 
-/// The fewest points that are tried.
+/// Minimum number of points.
 const LEAST_POINTS: usize = 2000;
 
-/// Points lie this far from the sensor in the median, in metres; others are of another unit.
+/// Range of the points' median distance from the sensor, in metres; others are of another unit.
 const MEDIAN_DISTANCE_M: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// A container that was found.
@@ -56,15 +62,16 @@ pub struct Calibration {
     pub size: ContainerSize,
     /// The inner size as it was measured, in metres.
     pub measured_size: ContainerSize,
-    /// How well the points fit.
+    /// Residuals of the points.
     pub residuals: Residuals,
 }
 
-/// Finds the container in a cloud of it empty, given in metres in the sensor's frame. Points with a coordinate that is
-/// not finite are left out.
+/// Finds the container in a cloud of it empty, given in metres in the sensor's frame. Points with a
+/// coordinate that is not finite are left out.
 ///
-/// The frame of the container has its origin at an inner bottom corner, z up, right-handed. Its x axis is that along a
-/// side nearest to the sensor's x axis seen from above; see [`CalibrationSettings::quarter_turns`].
+/// The frame of the container has its origin at an inner bottom corner, z up, right-handed. Its x
+/// axis is that along a side nearest to the sensor's x axis seen from above; see
+/// [`CalibrationSettings::quarter_turns`].
 ///
 /// # Errors
 /// [`CalibrationError`] says why no container is found, or why what is found is not trusted.
@@ -92,7 +99,7 @@ pub fn calibrate(
     })
 }
 
-/// The points that were measured, where they are enough and in metres.
+/// Gives the points that were measured; refuses too few, and those of another unit.
 fn measured(
     points_m: impl IntoIterator<Item = Point3<f32>>,
 ) -> Result<Vec<Point3<f64>>, CalibrationError> {
@@ -102,16 +109,12 @@ fn measured(
         .map(|point| point.cast())
         .collect();
     if points_m.len() < LEAST_POINTS {
-        return Err(CalibrationError::FewPoints {
-            found: points_m.len(),
-            needed: LEAST_POINTS,
-        });
+        return Err(CalibrationError::FewPoints(points_m.len()));
     }
     let mut distances_m: Vec<f64> = points_m.iter().map(|point| point.coords.norm()).collect();
     let median_m = median(&mut distances_m);
-    if MEDIAN_DISTANCE_M.contains(&median_m) {
-        Ok(points_m)
-    } else {
-        Err(CalibrationError::Distance { median_m })
+    if !MEDIAN_DISTANCE_M.contains(&median_m) {
+        return Err(CalibrationError::Distance(median_m));
     }
+    Ok(points_m)
 }

@@ -1,4 +1,4 @@
-//! What makes a scene doubtful. Nothing is to be planned on it then.
+//! Doubts of a scene. Nothing is to be planned on one that is doubtful.
 
 use std::fmt;
 
@@ -10,7 +10,8 @@ use ppnpack_packing::grid::ContainerSize;
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Doubt {
-    /// Too little of the container was seen: the sensor shows another place, unit or frame, or something is before it.
+    /// Too little of the container was seen: the sensor shows another place, unit or frame, or
+    /// something is before it.
     #[error(
         "only {seen_cells} of {cells} cells are seen: does the sensor show this container, in metres and in the frame \
          that is set?"
@@ -21,20 +22,22 @@ pub enum Doubt {
         /// All cells.
         cells: usize,
     },
-    /// A wall's top is not where it should be: the container or the sensor was moved, or something covers it.
+    /// A wall's top is not where it should be: the container or the sensor was moved, or something
+    /// covers it.
     #[error(
         "the top of the wall at {wall} is not where it should be ({points_at_rim} of {points} points): was the container \
          or the sensor moved, or is the wall covered?"
     )]
     RimAway {
-        /// Which wall.
+        /// The wall.
         wall: Wall,
         /// Points seen where its top should be.
         points: u64,
-        /// Those among them at its height.
+        /// Points among them at its height.
         points_at_rim: u64,
     },
-    /// Nearly all of the surface lies above the rim: the sensor's pose is not that of this container.
+    /// Nearly all of the surface lies above the rim: the sensor's pose is not that of this
+    /// container.
     #[error(
         "{above_cells} of {seen_cells} cells seen lie above the rim: is the sensor's pose set, in metres and in the \
          container's frame?"
@@ -62,9 +65,9 @@ pub enum Doubt {
     NotStill {
         /// Cells in which something came, went or moved since the earlier clouds.
         moved_cells: usize,
-        /// How many of the latest clouds agree.
+        /// Number of the latest clouds that agree.
         clouds: usize,
-        /// How many have to.
+        /// Number of clouds that have to.
         needed: usize,
     },
 }
@@ -94,11 +97,11 @@ impl fmt::Display for Wall {
 }
 
 settings! {
-    /// When a scene is doubtful.
+    /// Limits beyond which a scene is doubtful.
     pub struct DoubtSettings with validate as "doubts." {
         /// At least this share of the cells must be seen, from 0 to 1.
         pub least_seen_share: f64 = 0.7 => within("0 to 1", 0.0..=1.0),
-        /// How thick the walls are, in metres. 0: that is not known, and their tops are looked for
+        /// Thickness of the walls, in metres. 0: that is not known, and their tops are looked for
         /// close to the opening, where anything is seen beside it.
         pub wall_thickness_m: f64 = 0.0 => within("0 to 1 m", 0.0..=1.0),
         /// The tops of the walls may be higher or lower by this, in metres.
@@ -122,7 +125,7 @@ settings! {
 pub(crate) struct Watch {
     container: ContainerSize,
     settings: DoubtSettings,
-    /// Points that are higher reach in.
+    /// Height above which points reach in.
     ceiling_m: f64,
     intruding: u64,
     highest_m: f64,
@@ -134,14 +137,15 @@ pub(crate) struct Watch {
 struct WallTop {
     points: u64,
     points_at_rim: u64,
-    /// Along the wall, which of [`PARTS`] parts has a point at the rim.
+    /// A bit for each of [`PARTS`] parts along the wall that has a point at the rim.
     parts_at_rim: u32,
 }
 
-/// Parts of a wall's length.
+/// Number of parts of a wall's length.
 const PARTS: u32 = 32;
 
-/// Where the thickness of walls is not known, their tops are looked for so close to the opening, in metres.
+/// Maximum distance of walls' tops from the opening, in metres, where the thickness of walls is not
+/// known.
 const BESIDE_M: f64 = 0.015;
 
 const WALLS: [Wall; 4] = [Wall::LowX, Wall::HighX, Wall::LowY, Wall::HighY];
@@ -160,12 +164,11 @@ impl Watch {
 
     /// Forgets all points.
     pub(crate) fn clear(&mut self) {
-        self.intruding = 0;
-        self.highest_m = 0.0;
-        self.walls = [WallTop::default(); 4];
+        *self = Self::new(self.container, self.settings.clone());
     }
 
-    /// Looks at a point, in the container's frame. One with a coordinate that is no number tells nothing.
+    /// Looks at a point, in the container's frame. One with a coordinate that is no number tells
+    /// nothing.
     #[inline]
     pub(crate) fn look(&mut self, point: &Point3<f64>) {
         let (beyond_x, x_wall) = beyond(point.x, self.container.x_m);
@@ -189,11 +192,10 @@ impl Watch {
             true => 0.25 * thickness_m..=0.75 * thickness_m,
             false => 0.0..=BESIDE_M,
         };
-        if !beside_m.contains(&beyond_m) {
-            return;
-        }
         let is_at_rim = (z_m - self.container.z_m).abs() <= self.settings.rim_tolerance_m;
-        if let Some(top) = self.walls.get_mut(wall) {
+        if beside_m.contains(&beyond_m)
+            && let Some(top) = self.walls.get_mut(wall)
+        {
             top.points += 1;
             top.points_at_rim += u64::from(is_at_rim);
             let part = ((along * f64::from(PARTS)) as u32).min(PARTS - 1);
@@ -201,7 +203,7 @@ impl Watch {
         }
     }
 
-    /// What the points make doubtful.
+    /// Gives the doubts that the points raise.
     pub(crate) fn doubts(&self) -> impl Iterator<Item = Doubt> {
         let settings = &self.settings;
         let walls = WALLS.into_iter().zip(self.walls);
@@ -229,8 +231,8 @@ impl Watch {
     }
 }
 
-/// How far a coordinate is beyond the nearer of two walls, negative between them, and which wall that is: 0 for the one
-/// at 0.
+/// Gives the distance of a coordinate beyond the nearer of two walls, negative between them, and
+/// the wall: 0 for the one at 0.
 fn beyond(coordinate_m: f64, length_m: f64) -> (f64, usize) {
     if coordinate_m < 0.5 * length_m {
         (-coordinate_m, 0)

@@ -3,22 +3,23 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-/// How far the norm of a quaternion may be from 1.
+/// Maximum distance of a quaternion's norm from 1.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// A norm this close to 1 is that of a unit quaternion, rounded: it is kept bit for bit.
+/// Maximum distance from 1 of the norm of a unit quaternion that was rounded: it is kept bit for
+/// bit.
 const ROUNDING: f64 = 1e-9;
 
-/// The farthest a sensor may be, in metres.
+/// Maximum distance of a sensor, in metres.
 const FARTHEST_M: f64 = 1000.0;
 
-/// Where a sensor is and how it is turned, seen from the container: takes points of its frame to the container's.
+/// The pose of a sensor, which takes points of its frame to the container's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Extrinsics {
-    /// Where the sensor's origin is in the container's frame, in metres.
+    /// The sensor's origin in the container's frame, in metres.
     pub position_m: [f64; 3],
-    /// How the sensor is turned in the container's frame: a unit quaternion, its real part last.
+    /// The sensor's orientation in the container's frame: a unit quaternion, its real part last.
     pub orientation_xyzw: [f64; 4],
 }
 
@@ -26,47 +27,32 @@ pub struct Extrinsics {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExtrinsicsError {
-    /// A position that is not finite or far away.
-    #[error("the position {position_m:?} is not within {FARTHEST_M} m")]
-    Position {
-        /// The position, in metres.
-        position_m: [f64; 3],
-    },
+    /// A position, in metres, that is not finite or far away.
+    #[error("the position {0:?} is not within {FARTHEST_M} m")]
+    Position([f64; 3]),
     /// A quaternion whose norm is not 1.
-    #[error("the orientation {orientation_xyzw:?} is no unit quaternion")]
-    Orientation {
-        /// The quaternion.
-        orientation_xyzw: [f64; 4],
-    },
+    #[error("the orientation {0:?} is no unit quaternion")]
+    Orientation([f64; 4]),
 }
 
 impl Extrinsics {
-    /// The pose, `container_from_sensor`.
+    /// Gives the pose, `container_from_sensor`.
     ///
     /// # Errors
     /// [`ExtrinsicsError`] where a number is not possible.
     pub fn pose(&self) -> Result<Isometry3<f64>, ExtrinsicsError> {
         let is_near = |side_m: &f64| side_m.abs() <= FARTHEST_M;
         if !self.position_m.iter().all(is_near) {
-            return Err(ExtrinsicsError::Position {
-                position_m: self.position_m,
-            });
+            return Err(ExtrinsicsError::Position(self.position_m));
         }
         let quaternion = Quaternion::from(self.orientation_xyzw);
-        let off = (quaternion.norm() - 1.0).abs();
-        let rotation = match off {
+        let rotation = match (quaternion.norm() - 1.0).abs() {
             off if off <= ROUNDING => Unit::new_unchecked(quaternion),
             off if off <= NORM_TOLERANCE => UnitQuaternion::new_normalize(quaternion),
-            _ => {
-                return Err(ExtrinsicsError::Orientation {
-                    orientation_xyzw: self.orientation_xyzw,
-                });
-            }
+            _ => return Err(ExtrinsicsError::Orientation(self.orientation_xyzw)),
         };
-        Ok(Isometry3::from_parts(
-            Translation3::from(self.position_m),
-            rotation,
-        ))
+        let position = Translation3::from(self.position_m);
+        Ok(Isometry3::from_parts(position, rotation))
     }
 }
 
@@ -85,10 +71,8 @@ mod tests {
 
     #[test]
     fn poses_come_back_bit_for_bit() {
-        let pose = Isometry3::from_parts(
-            Translation3::new(0.1, -0.2, 0.9),
-            UnitQuaternion::from_euler_angles(3.0, 0.2, -0.4),
-        );
+        let turn = UnitQuaternion::from_euler_angles(3.0, 0.2, -0.4);
+        let pose = Translation3::new(0.1, -0.2, 0.9) * turn;
         assert_eq!(Extrinsics::from(&pose).pose().unwrap(), pose);
     }
 

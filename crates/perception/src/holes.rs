@@ -1,8 +1,9 @@
-//! Holes in a map: samples that nothing is known of, surrounded by samples that something is known of.
+//! Holes in a map: samples that nothing is known of, surrounded by samples that something is known
+//! of.
 
 use crate::layers::{is_known, neighbours};
 
-/// Which holes are filled.
+/// Limits of holes that are filled.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Fillable {
     /// The widest, along x and y, in samples.
@@ -19,9 +20,10 @@ pub(crate) struct Holes {
 }
 
 impl Holes {
-    /// Gives the samples of holes the height of the highest sample around, where that is safe: what could stand unseen
-    /// in a narrow hole among level samples is narrower still, while what hides a hole from the sensor stands up from
-    /// what is beside it. Samples touch across edges and corners; those outside the map are level with any.
+    /// Gives the samples of holes the height of the highest sample around, where that is safe: what
+    /// could stand unseen in a narrow hole among level samples is narrower still, while what hides
+    /// a hole from the sensor stands up from what is beside it. Samples touch across edges and
+    /// corners; those outside the map are level with any.
     pub(crate) fn fill(&mut self, heights_m: &mut [f32], ny: usize, fillable: Fillable) {
         self.is_visited.clear();
         self.is_visited
@@ -31,18 +33,17 @@ impl Holes {
                 continue;
             };
             let is_level = highest_m - lowest_m <= fillable.level_m;
-            if is_level && self.width(ny) <= fillable.samples {
-                for sample in &self.hole {
-                    if let Some(height_m) = heights_m.get_mut(*sample) {
-                        *height_m = highest_m;
-                    }
+            let is_narrow = is_level && self.width(ny) <= fillable.samples;
+            for sample in self.hole.iter().filter(|_| is_narrow) {
+                if let Some(height_m) = heights_m.get_mut(*sample) {
+                    *height_m = highest_m;
                 }
             }
         }
     }
 
-    /// Collects the hole that a sample belongs to, and gives the lowest and the highest height around; `None` where the
-    /// sample is of no hole that is new, or of one that nothing is around.
+    /// Collects the hole that a sample belongs to, and gives the lowest and the highest height
+    /// around; `None` where the sample is of no hole that is new, or of one that nothing is around.
     fn visit(&mut self, heights_m: &[f32], ny: usize, start: usize) -> Option<(f32, f32)> {
         self.hole.clear();
         self.take(start);
@@ -72,14 +73,12 @@ impl Holes {
         }
     }
 
-    /// The greater of the hole's extents along x and y, in samples.
+    /// Gives the greater of the hole's extents along x and y, in samples.
     fn width(&self, ny: usize) -> usize {
         let extent = |of: fn(usize, usize) -> usize| {
-            let places = self.hole.iter().map(|sample| of(*sample, ny));
-            let (least, most) = places.fold((usize::MAX, 0), |(least, most), place| {
-                (least.min(place), most.max(place))
-            });
-            (most + 1).saturating_sub(least)
+            let places = || self.hole.iter().map(|sample| of(*sample, ny));
+            let (least, most) = (places().min(), places().max());
+            least.zip(most).map_or(0, |(least, most)| most + 1 - least)
         };
         extent(|sample, ny| sample / ny).max(extent(|sample, ny| sample % ny))
     }
@@ -116,18 +115,16 @@ mod tests {
         assert_eq!(filled(&map, 4, 1, 0.25), one);
         let both = filled(&map, 4, 2, 0.25);
         assert_eq!(both.iter().filter(|height_m| **height_m == 1.2).count(), 3);
-        assert_eq!(
-            filled(&map, 4, 2, 0.15),
-            one,
-            "a step beside the other hole"
-        );
+        let beside_a_step = filled(&map, 4, 2, 0.15);
+        assert_eq!(beside_a_step, one);
     }
 
     #[test]
-    fn holes_beside_a_step_stay() {
+    fn holes_beside_a_step_stay_and_so_does_a_map_that_nothing_is_known_of() {
         let map = [2.0, HOLE, 1.0];
         assert_eq!(filled(&map, 3, 3, 0.5), map);
         assert_eq!(filled(&map, 3, 3, 1.0), [2.0, 2.0, 1.0]);
+        assert_eq!(filled(&[HOLE; 6], 3, 100, 1.0), [HOLE; 6]);
     }
 
     #[test]
@@ -135,10 +132,5 @@ mod tests {
         let map = [HOLE, 1.0, 1.0, HOLE];
         assert_eq!(filled(&map, 2, 1, 1.0), map);
         assert_eq!(filled(&map, 2, 2, 1.0), [1.0; 4]);
-    }
-
-    #[test]
-    fn a_map_that_nothing_is_known_of_stays_so() {
-        assert_eq!(filled(&[HOLE; 6], 3, 100, 1.0), [HOLE; 6]);
     }
 }

@@ -1,22 +1,25 @@
 //! The height of a sample from the points in it, of a sensor with noise.
 //!
-//! The highest of many noisy points is too high by some standard deviations, and the mean of all is too low where a
-//! sample holds an edge. So a sample takes its *top layer*, the points close below its highest, and from them the
-//! height that a flat or sloping patch with these points reaches.
+//! The highest of many noisy points is too high by some standard deviations, and the mean of all is
+//! too low where a sample holds an edge. So a sample takes its *top layer*, the points close below
+//! its highest, and from them the height that a flat or sloping patch with these points reaches.
 
-/// The top layer reaches this many standard deviations below the highest point: the span of a few dozen of them.
+/// Depth of the top layer below the highest point, in standard deviations: the span of a few dozen
+/// points.
 const LAYER_DEVIATIONS: f32 = 5.0;
 
-/// How steep a surface may be on which a point and its neighbours belong together, in pitches of height per sample.
+/// Maximum slope of a surface on which a point and its neighbours belong together, in pitches of
+/// height per sample.
 const STEEPEST_PITCHES: f32 = 2.0;
 
-/// A variance is beyond that of noise where it is so many of its own standard deviations greater.
+/// Minimum excess of a variance beyond that of noise, in its own standard deviations.
 const VARIANCE_DEVIATIONS: f32 = 2.0;
 
-/// How often points that stand by themselves are taken off a sample, to look at those below.
+/// Maximum number of times that points that stand by themselves are taken off a sample, to look at
+/// those below.
 const ROUNDS: usize = 3;
 
-/// The height of a sample without a point.
+/// Height of a sample without a point.
 pub(crate) const NO_POINT: f32 = -1.0;
 
 /// Sorts noisy points into samples. Keeps its memory between clouds.
@@ -25,26 +28,20 @@ pub(crate) struct TopLayers {
     ny: usize,
     noise_m: f32,
     layer_m: f32,
-    /// How far apart points of neighbouring samples may be and still belong together.
+    /// Maximum difference in height of points of neighbouring samples that belong together.
     reach_m: f32,
     least_points: u32,
-    points: Vec<SamplePoint>,
-    /// Per sample the highest point that counts.
+    /// Points of the cloud: the sample and the height of each.
+    points: Vec<(u32, f32)>,
+    /// The highest point that counts, per sample.
     highest_m: Vec<f32>,
-    /// Per sample, below which height points count.
+    /// The height below which points count, per sample.
     ends_m: Vec<f32>,
     layers: Vec<Layer>,
     alone: Vec<usize>,
 }
 
-/// A point of a cloud.
-#[derive(Debug, Clone, Copy)]
-struct SamplePoint {
-    sample: u32,
-    height_m: f32,
-}
-
-/// Points close below a sample's highest: how many, and how far below.
+/// Points close below a sample's highest: their number, and the sums of their distances from it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Layer {
     points: u32,
@@ -53,7 +50,7 @@ struct Layer {
 }
 
 impl TopLayers {
-    /// For `samples` samples in rows of `ny`, `pitch_m` apart.
+    /// Makes layers for `samples` samples in rows of `ny`, `pitch_m` apart.
     pub(crate) fn new(
         samples: usize,
         ny: usize,
@@ -86,14 +83,12 @@ impl TopLayers {
     pub(crate) fn add(&mut self, sample: usize, height_m: f32) {
         if let Some(highest_m) = self.highest_m.get_mut(sample) {
             *highest_m = highest_m.max(height_m);
-            self.points.push(SamplePoint {
-                sample: sample as u32,
-                height_m,
-            });
+            self.points.push((sample as u32, height_m));
         }
     }
 
-    /// The samples' heights in metres, [`NO_POINT`] where there is none; gives how many lone points did not count.
+    /// Writes the samples' heights in metres, [`NO_POINT`] where there is none; counts the lone
+    /// points that were left out.
     pub(crate) fn heights(&mut self, heights_m: &mut [f32]) -> u64 {
         let before = self.points.len();
         self.gather();
@@ -115,12 +110,12 @@ impl TopLayers {
     /// Collects each sample's top layer.
     fn gather(&mut self) {
         self.layers.fill(Layer::default());
-        for point in &self.points {
-            let sample = point.sample as usize;
+        for (sample, height_m) in &self.points {
+            let sample = *sample as usize;
             if let (Some(highest_m), Some(layer)) =
                 (self.highest_m.get(sample), self.layers.get_mut(sample))
             {
-                let below_m = highest_m - point.height_m;
+                let below_m = highest_m - height_m;
                 if below_m <= self.layer_m {
                     layer.points += 1;
                     layer.below_m += below_m;
@@ -147,13 +142,9 @@ impl TopLayers {
             (highest_m, points)
         };
         let lowest_m = of(sample).0 - self.reach_m;
-        let around = neighbours(sample, self.highest_m.len(), self.ny);
-        let support: u32 = around
-            .map(of)
-            .filter(|(highest_m, _)| *highest_m >= lowest_m)
-            .map(|(_, points)| points)
-            .sum();
-        support < self.least_points
+        let around = neighbours(sample, self.highest_m.len(), self.ny).map(of);
+        let support = around.filter(|(highest_m, _)| *highest_m >= lowest_m);
+        support.map(|(_, points)| points).sum::<u32>() < self.least_points
     }
 
     /// Takes the top layers of the samples found off them.
@@ -167,21 +158,22 @@ impl TopLayers {
                 *highest_m = NO_POINT;
             }
         }
-        let ends_m = &self.ends_m;
-        let end_m = |point: &SamplePoint| ends_m.get(point.sample as usize).copied();
-        self.points
-            .retain(|point| end_m(point).is_some_and(|end_m| point.height_m < end_m));
-        for point in &self.points {
-            if let Some(highest_m) = self.highest_m.get_mut(point.sample as usize) {
-                *highest_m = highest_m.max(point.height_m);
+        self.points.retain(|(sample, height_m)| {
+            let end_m = self.ends_m.get(*sample as usize);
+            end_m.is_some_and(|end_m| height_m < end_m)
+        });
+        for (sample, height_m) in &self.points {
+            if let Some(highest_m) = self.highest_m.get_mut(*sample as usize) {
+                *highest_m = highest_m.max(*height_m);
             }
         }
     }
 }
 
 impl Layer {
-    /// The height that a flat or sloping patch with these points reaches: heights that are spread evenly over a range
-    /// have a standard deviation of the range by the root of twelve, which the noise adds to.
+    /// Gives the height that a flat or sloping patch with these points reaches: heights that are
+    /// spread evenly over a range have a standard deviation of the range by the root of twelve,
+    /// which the noise adds to.
     fn height_m(&self, highest_m: f32, noise_m: f32) -> f32 {
         if self.points < 2 {
             return highest_m;
@@ -196,12 +188,13 @@ impl Layer {
     }
 }
 
-/// Whether something is known of a sample with this height.
+/// Says whether something is known of a sample with this height.
 pub(crate) fn is_known(height_m: f32) -> bool {
     height_m > NO_POINT
 }
 
-/// The samples of a map by cell, `per_cell` along an edge and `ny` cells along y: a cell's index with each of its rows.
+/// Gives the samples of a map by cell, `per_cell` along an edge and `ny` cells along y: a cell's
+/// index with each of its rows.
 pub(crate) fn by_cell<T>(
     samples: &[T],
     per_cell: usize,
@@ -214,7 +207,7 @@ pub(crate) fn by_cell<T>(
     })
 }
 
-/// The samples around a sample and itself, of `count` in rows of `ny`.
+/// Gives the samples around a sample and itself, of `count` in rows of `ny`.
 pub(crate) fn neighbours(sample: usize, count: usize, ny: usize) -> impl Iterator<Item = usize> {
     let (x, y) = (sample / ny, sample % ny);
     let xs = x.saturating_sub(1)..(x + 2).min(count / ny);

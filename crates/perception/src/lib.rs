@@ -1,10 +1,13 @@
-//! What a sensor above a container sees, as the heightmap and the surface that placements are planned on.
+//! Heightmaps and surfaces, which placements are planned on, from what a sensor above a container
+//! sees.
 //!
-//! A [`Mapper`](mapper::Mapper) sorts the points of a cloud into the samples of a grid's fine surface. What no point was
-//! seen of is at most as high as the lines of sight leave open; where none passes it counts as higher than the rim.
+//! A [`Mapper`](mapper::Mapper) sorts the points of a cloud into the samples of a grid's fine
+//! surface. What no point was seen of is at most as high as the lines of sight leave open; where
+//! none passes it counts as higher than the rim.
 //!
-//! A scene may be doubtful ([`doubts`]): little of it was seen, the container is not where it should be, something
-//! reaches into it, or moves. Nothing is to be planned on it then. [`calibration`] finds where the container stands.
+//! A scene may be doubtful ([`doubts`]): little of it was seen, the container is not where it
+//! should be, something reaches into it, or moves. Nothing is to be planned on it then.
+//! [`calibration`] finds where the container stands.
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 //!

@@ -1,7 +1,5 @@
 //! Points to heights.
 
-use std::ops::RangeInclusive;
-
 use nalgebra::{Isometry3, Point2, Point3};
 use ppnpack_numbers::SettingError;
 use ppnpack_packing::grid::{Grid, Units};
@@ -14,13 +12,14 @@ use crate::settings::MapperSettings;
 use crate::sight::{Sight, bound_m};
 use crate::still::{History, Stillness};
 
-/// Points higher than this count as this high: all the same to a container, and still a number in every format.
+/// Maximum height of points, in metres; higher ones count as this high: all the same to a
+/// container, and still a number in every format.
 const MAX_HEIGHT_M: f64 = 1000.0;
 
-/// What stands higher than what is beside it by this may hide a part of it, in metres.
+/// Minimum height, in metres, by which a sample that hides a part of another stands above it.
 const STEP_M: f32 = 0.01;
 
-/// A container of which more than this share is seen above the rim is none.
+/// Maximum share of a container that is seen above the rim; of more, it is none.
 const MOST_ABOVE_RIM: f64 = 0.9;
 
 /// Makes scenes of clouds on one grid. Keeps its memory between clouds.
@@ -28,18 +27,20 @@ const MOST_ABOVE_RIM: f64 = 0.9;
 pub struct Mapper {
     grid: Grid,
     settings: MapperSettings,
-    /// How high what is unknown counts.
+    /// Height of what is unknown.
     unknown_m: f32,
+    raster: Raster,
     layers: TopLayers,
-    /// How many points lie in a sample, per sample. A point nearby raises a sample, but does not show what is in it.
+    /// Number of points in each sample. A point nearby raises a sample, but does not show what is
+    /// in it.
     points: Vec<u16>,
-    /// Per sample of the surface, row-major.
+    /// Heights of the surface's samples, row-major.
     samples_m: Vec<f32>,
     /// Whether a sample's height is a bound, per sample.
     is_bound: Vec<bool>,
-    /// Per cell, row-major.
+    /// Heights of cells, row-major.
     cells_m: Vec<f32>,
-    /// The rays of each sensor that is above the rim.
+    /// Rays of each sensor that is above the rim.
     sights: Vec<Sight>,
     holes: Holes,
     tally: Tally,
@@ -47,7 +48,7 @@ pub struct Mapper {
     history: History,
 }
 
-/// What became of points.
+/// Counts of points by what became of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
     /// Points with three finite coordinates.
@@ -58,46 +59,43 @@ pub struct Tally {
     pub alone: u64,
 }
 
-/// What clouds show.
+/// The scene that clouds show.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Mapped {
     /// The container's content: the surface, and its heightmap.
     pub scene: Scene,
-    /// What became of the points.
+    /// Counts of the points.
     pub tally: Tally,
     /// Cells that count as higher than the rim because no line of sight passes over a part of them.
     pub unknown_cells: usize,
     /// Samples of the surface that no point was seen of, filled ones included.
     pub unseen_samples: usize,
-    /// How many of the latest clouds the scene is made of; several sensors count as one.
+    /// Number of the latest clouds that the scene is made of; several sensors count as one.
     pub clouds: usize,
-    /// Cells in which something moved since the clouds before; see [`StillSettings`](crate::still::StillSettings).
+    /// Cells in which something moved since the clouds before; see
+    /// [`StillSettings`](crate::still::StillSettings).
     pub moved_cells: usize,
-    /// Why nothing is to be planned on the scene; empty where it can be trusted.
+    /// Reasons not to plan on the scene; empty where it can be trusted.
     pub doubts: Vec<Doubt>,
 }
 
 impl Mapper {
-    /// A mapper for a grid.
+    /// Makes a mapper for a grid.
     ///
     /// # Errors
     /// [`SettingError`] where a setting is impossible.
     pub fn new(grid: &Grid, settings: MapperSettings) -> Result<Self, SettingError> {
         settings.validate_on(grid)?;
-        let per_cell = grid.resolution().samples_per_cell();
-        let cells = grid.nx() * grid.ny();
-        let samples = cells * per_cell * per_cell;
+        let raster = Raster::new(grid, &settings);
+        let (cells, samples) = (grid.nx() * grid.ny(), raster.nx * raster.ny);
+        let pitch_m = grid.resolution().surface_pitch_m();
+        let (noise_m, least_points) = (settings.noise_m, settings.least_points);
         Ok(Self {
             grid: grid.clone(),
             unknown_m: above_rim_m(grid),
-            layers: TopLayers::new(
-                samples,
-                grid.ny() * per_cell,
-                grid.resolution().surface_pitch_m(),
-                settings.noise_m,
-                settings.least_points,
-            ),
+            raster,
+            layers: TopLayers::new(samples, raster.ny, pitch_m, noise_m, least_points),
             watch: Watch::new(grid.container(), settings.doubts.clone()),
             history: History::new(grid, settings.noise_m, settings.still.clone()),
             settings,
@@ -111,12 +109,12 @@ impl Mapper {
         })
     }
 
-    /// The grid that clouds are mapped on.
+    /// Gives the grid that clouds are mapped on.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
-    /// The scene that one cloud shows: [`clear`](Self::clear), [`add`](Self::add) and [`finish`](Self::finish).
+    /// Maps one cloud: [`clear`](Self::clear), [`add`](Self::add) and [`finish`](Self::finish).
     ///
     /// # Errors
     /// None in practice: heights are finite, and as many as the grid needs.
@@ -130,7 +128,8 @@ impl Mapper {
         self.finish()
     }
 
-    /// Tells that the scene was changed: clouds of it before that are not blended with those that follow.
+    /// Tells the mapper that the scene was changed: clouds of it before that are not blended with
+    /// those that follow.
     pub fn changed(&mut self) {
         self.history.clear();
     }
@@ -145,23 +144,20 @@ impl Mapper {
         self.tally = Tally::default();
     }
 
-    /// Takes the points of a sensor in, given in metres in its frame. Points with a coordinate that is not finite are
-    /// left out. Several sensors see one scene together. A sensor stands at the origin of its frame; where that is
-    /// above the rim, its lines of sight bound what it does not see.
+    /// Takes the points of a sensor in, given in metres in its frame. Points with a coordinate that
+    /// is not finite are left out. Several sensors see one scene together. A sensor stands at the
+    /// origin of its frame; where that is above the rim, its lines of sight bound what it does not
+    /// see.
     pub fn add(
         &mut self,
         points_m: impl IntoIterator<Item = Point3<f32>>,
         container_from_sensor: &Isometry3<f64>,
     ) {
-        let raster = Raster::new(&self.grid, self.settings.point_radius_m);
-        let container = self.grid.container();
+        let (raster, container) = (self.raster, self.grid.container());
         let margin_m = self.settings.wall_margin_m;
-        let (x_range, y_range) = (
-            margin_m..=container.x_m - margin_m,
-            margin_m..=container.y_m - margin_m,
-        );
+        let [x_range, y_range] =
+            [container.x_m, container.y_m].map(|side_m| margin_m..=side_m - margin_m);
         let lowest_m = -self.settings.floor_tolerance_m;
-        let is_noisy = self.settings.noise_m > 0.0;
         let rotation = container_from_sensor.rotation.to_rotation_matrix();
         let translation = container_from_sensor.translation.vector;
         let pitch_m = self.grid.resolution().surface_pitch_m();
@@ -175,10 +171,8 @@ impl Mapper {
             if let Some(sight) = &mut sight {
                 sight.add(&point);
             }
-            if !(x_range.contains(&point.x) && y_range.contains(&point.y)) {
-                continue;
-            }
-            if !(point.z >= lowest_m && point.z.is_finite()) {
+            let is_inside = x_range.contains(&point.x) && y_range.contains(&point.y);
+            if !(is_inside && point.z >= lowest_m && point.z.is_finite()) {
                 continue;
             }
             self.tally.inside += 1;
@@ -188,7 +182,7 @@ impl Mapper {
                 *points = points.saturating_add(1);
             }
             for sample in raster.samples_near(point.x, point.y) {
-                if is_noisy {
+                if noise_m > 0.0 {
                     self.layers.add(sample, height_m);
                 } else if let Some(sample_m) = self.samples_m.get_mut(sample) {
                     *sample_m = sample_m.max(height_m);
@@ -201,12 +195,13 @@ impl Mapper {
         }
     }
 
-    /// The scene that the points show.
+    /// Makes the scene that the points show.
     ///
-    /// A sample's height is that of the highest points in its square. A narrow hole among level samples is filled, and
-    /// what lies at a wall within its margin is as high as what is beside it. A sample that stays unseen is at most as
-    /// high as the lines of sight leave open. Without any, it takes the height of its cell, the highest of the cell's
-    /// samples, or counts as higher than the rim where nothing of the cell was seen.
+    /// A sample's height is that of the highest points in its square. A narrow hole among level
+    /// samples is filled, and what lies at a wall within its margin is as high as what is beside
+    /// it. A sample that stays unseen is at most as high as the lines of sight leave open. Without
+    /// any, it takes the height of its cell, the highest of the cell's samples, or counts as higher
+    /// than the rim where nothing of the cell was seen.
     ///
     /// # Errors
     /// None in practice: heights are finite, and as many as the grid needs.
@@ -266,68 +261,50 @@ impl Mapper {
         doubts
     }
 
-    /// Takes samples for hidden that lie below a step and hold fewer points than half of what a sensor has of others,
-    /// where there are lines of sight to bound them: noise carries points across an edge, and a part of them is hidden.
+    /// Takes samples for hidden that lie below a step and hold fewer points than half of what a
+    /// sensor has of others, where there are lines of sight to bound them: noise carries points
+    /// across an edge, and a part of them is hidden.
     fn hide_beside_steps(&mut self) {
         if self.sights.is_empty() || self.settings.noise_m == 0.0 {
             return;
         }
-        let ny = self.grid.ny() * self.grid.resolution().samples_per_cell();
-        let seen = self
-            .points
-            .iter()
-            .filter(|points| **points > 0)
-            .count()
-            .max(1);
-        let sum: u64 = self.points.iter().map(|points| u64::from(*points)).sum();
+        let counts = self.points.iter().map(|points| u64::from(*points));
+        let seen = counts.clone().filter(|points| *points > 0).count().max(1);
+        let sum: u64 = counts.sum();
         let few = 0.5 * sum as f64 / (seen * self.sights.len()) as f64;
-        let count = self.samples_m.len();
-        let is_hidden = |(sample, points): (usize, &u16)| {
-            let height_m = self.samples_m.get(sample).copied().unwrap_or(NO_POINT);
+        let samples_m = &self.samples_m;
+        let is_hidden = |(sample_m, (sample, points)): (&f32, (usize, &u16))| {
             let is_sparse = *points > 0 && f64::from(*points) < few;
-            let mut around = neighbours(sample, count, ny);
-            let step_m = height_m + STEP_M;
-            let is_step = |near: usize| {
-                self.samples_m
-                    .get(near)
-                    .is_some_and(|near_m| *near_m > step_m)
-            };
-            (is_sparse && around.any(is_step)).then_some(sample)
+            let mut around = neighbours(sample, samples_m.len(), self.raster.ny);
+            let step_m = sample_m + STEP_M;
+            let is_step = |near: &f32| *near > step_m;
+            is_sparse && around.any(|near| samples_m.get(near).is_some_and(is_step))
         };
-        let hidden = self.points.iter().enumerate().filter_map(is_hidden);
-        for sample in hidden.collect::<Vec<usize>>() {
-            if let Some(sample_m) = self.samples_m.get_mut(sample) {
+        let samples = samples_m.iter().zip(self.points.iter().enumerate());
+        let are_hidden: Vec<bool> = samples.map(is_hidden).collect();
+        for (sample_m, is_hidden) in self.samples_m.iter_mut().zip(are_hidden) {
+            if is_hidden {
                 *sample_m = NO_POINT;
             }
         }
     }
 
-    /// Gives unseen samples at the walls, whose points are left out, what the nearest sample beyond the margin has.
+    /// Gives unseen samples at the walls, whose points are left out, what the nearest sample beyond
+    /// the margin has.
     fn fill_margins(&mut self) {
-        let raster = Raster::new(&self.grid, 0.0);
-        let (container, margin_m) = (self.grid.container(), self.settings.wall_margin_m);
-        let (xs, ys) = (
-            raster.beyond_margin(raster.nx, container.x_m, margin_m),
-            raster.beyond_margin(raster.ny, container.y_m, margin_m),
-        );
-        for x in 0..raster.nx {
-            let is_inner_row = xs.contains(&x);
-            for y in 0..raster.ny {
-                if is_inner_row && ys.contains(&y) {
-                    continue;
-                }
-                let near =
-                    x.clamp(*xs.start(), *xs.end()) * raster.ny + y.clamp(*ys.start(), *ys.end());
-                let height_m = self.samples_m.get(near).copied().unwrap_or(NO_POINT);
-                let is_bound = self.is_bound.get(near).copied().unwrap_or(false);
-                let sample = x * raster.ny + y;
-                if let (Some(sample_m), Some(is_bound_here)) = (
-                    self.samples_m.get_mut(sample),
-                    self.is_bound.get_mut(sample),
-                ) && !is_known(*sample_m)
-                {
-                    (*sample_m, *is_bound_here) = (height_m, is_bound);
-                }
+        for sample in 0..self.samples_m.len() {
+            let near = self.raster.beyond_margin(sample);
+            if near == sample {
+                continue;
+            }
+            let height_m = self.samples_m.get(near).copied().unwrap_or(NO_POINT);
+            let is_bound = self.is_bound.get(near).copied().unwrap_or(false);
+            if let (Some(sample_m), Some(is_bound_here)) = (
+                self.samples_m.get_mut(sample),
+                self.is_bound.get_mut(sample),
+            ) && !is_known(*sample_m)
+            {
+                (*sample_m, *is_bound_here) = (height_m, is_bound);
             }
         }
     }
@@ -337,18 +314,13 @@ impl Mapper {
         if self.sights.is_empty() {
             return;
         }
-        let raster = Raster::new(&self.grid, 0.0);
-        let rim_m = self.grid.container().z_m;
-        let (container, margin_m) = (self.grid.container(), self.settings.wall_margin_m);
-        let xs = raster.beyond_margin(raster.nx, container.x_m, margin_m);
-        let ys = raster.beyond_margin(raster.ny, container.y_m, margin_m);
+        let (raster, rim_m) = (self.raster, self.grid.container().z_m);
         let heights = self.samples_m.iter_mut().zip(&mut self.is_bound);
         for (sample, (sample_m, is_bound)) in heights.enumerate() {
-            let (x, y) = (sample / raster.ny, sample % raster.ny);
-            if is_known(*sample_m) || !xs.contains(&x) || !ys.contains(&y) {
+            if is_known(*sample_m) || raster.beyond_margin(sample) != sample {
                 continue;
             }
-            let bound_m = bound_m(&self.sights, raster.middle(x, y), rim_m);
+            let bound_m = bound_m(&self.sights, raster.middle(sample), rim_m);
             *is_bound = true;
             *sample_m = if bound_m < rim_m {
                 bound_m as f32
@@ -360,14 +332,12 @@ impl Mapper {
     }
 
     fn fill_holes(&mut self) {
-        let resolution = self.grid.resolution();
-        let samples = (self.settings.largest_hole_m / resolution.surface_pitch_m() + 1e-6) as usize;
+        let pitch_m = self.grid.resolution().surface_pitch_m();
+        let samples = (self.settings.largest_hole_m / pitch_m + 1e-6) as usize;
         if samples > 0 {
-            let ny = self.grid.ny() * resolution.samples_per_cell();
-            let fillable = Fillable {
-                samples,
-                level_m: self.settings.level_m as f32,
-            };
+            let level_m = self.settings.level_m as f32;
+            let fillable = Fillable { samples, level_m };
+            let ny = self.raster.ny;
             self.holes.fill(&mut self.samples_m, ny, fillable);
         }
     }
@@ -415,11 +385,9 @@ impl Mapper {
     }
 
     fn scene(&self) -> Result<Scene, HeightmapError> {
-        let resolution = self.grid.resolution();
-        let per_cell = resolution.samples_per_cell();
-        let (nx, ny) = (self.grid.nx() * per_cell, self.grid.ny() * per_cell);
-        let pitch_m = resolution.surface_pitch_m();
-        let surface = Surface::from_metres(nx, ny, pitch_m, self.samples_m.clone())?;
+        let (Raster { nx, ny, .. }, samples_m) = (self.raster, self.samples_m.clone());
+        let pitch_m = self.grid.resolution().surface_pitch_m();
+        let surface = Surface::from_metres(nx, ny, pitch_m, samples_m)?;
         let support = self.samples_m.iter().zip(&self.is_bound);
         let support = support.map(|(sample_m, is_bound)| if *is_bound { 0.0 } else { *sample_m });
         let surface = surface.with_support(support.collect())?;
@@ -428,7 +396,8 @@ impl Mapper {
         Scene::new(&self.grid, heightmap, Some(surface))
     }
 
-    /// The height of a cell in units, less the noise: its highest sample is a little too high, and is rounded up.
+    /// Gives the height of a cell in units, less the noise: its highest sample is a little too
+    /// high, and is rounded up.
     fn units(&self, cell_m: f32) -> Units {
         let is_known = cell_m < self.unknown_m;
         let excess_m = if is_known { self.settings.noise_m } else { 0.0 };
@@ -437,12 +406,12 @@ impl Mapper {
     }
 }
 
-/// How much of a grid is known.
+/// Counts of a grid's cells.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cells {
     /// Cells of which some sample was seen.
     seen: usize,
-    /// Those of them that are higher than the rim.
+    /// Cells among those seen that are higher than the rim.
     above_rim: usize,
     /// Cells of which some sample may be higher than the rim.
     unknown: usize,
@@ -456,42 +425,55 @@ struct Raster {
     nx: usize,
     ny: usize,
     samples_per_m: f64,
+    /// Distance along x and y of what a point stands for.
     radius_m: f64,
+    /// The first and the last sample along x and y that lie wholly beyond the margin at both walls;
+    /// the middle one where there are none.
+    inner: [(usize, usize); 2],
 }
 
 impl Raster {
-    /// For points that stand for what is within `radius_m` along x and y.
-    fn new(grid: &Grid, radius_m: f64) -> Self {
+    fn new(grid: &Grid, settings: &MapperSettings) -> Self {
         let per_cell = grid.resolution().samples_per_cell();
+        let (nx, ny) = (grid.nx() * per_cell, grid.ny() * per_cell);
+        let samples_per_m = 1.0 / grid.resolution().surface_pitch_m();
+        let (container, margin_m) = (grid.container(), settings.wall_margin_m);
+        let inner = |(count, side_m): (usize, f64)| {
+            let middle = count / 2;
+            let first = (margin_m * samples_per_m - 1e-6).ceil() as usize;
+            let end = ((side_m - margin_m) * samples_per_m + 1e-6) as usize;
+            let last = end.min(count).saturating_sub(1);
+            (first.min(middle), last.max(middle))
+        };
         Self {
-            nx: grid.nx() * per_cell,
-            ny: grid.ny() * per_cell,
-            samples_per_m: 1.0 / grid.resolution().surface_pitch_m(),
-            radius_m,
+            nx,
+            ny,
+            samples_per_m,
+            radius_m: settings.point_radius_m,
+            inner: [(nx, container.x_m), (ny, container.y_m)].map(inner),
         }
     }
 
-    /// The sample that a place with positive coordinates is in.
+    /// Gives the sample that a place with positive coordinates is in.
     fn sample_at(&self, x_m: f64, y_m: f64) -> Option<usize> {
         let [x, y] = [x_m, y_m].map(|side_m| (side_m * self.samples_per_m) as usize);
         (x < self.nx && y < self.ny).then_some(x * self.ny + y)
     }
 
-    /// The middle of a sample.
-    fn middle(&self, x: usize, y: usize) -> Point2<f64> {
+    /// Gives the middle of a sample.
+    fn middle(&self, sample: usize) -> Point2<f64> {
+        let (x, y) = (sample / self.ny, sample % self.ny);
         Point2::new(x as f64 + 0.5, y as f64 + 0.5) / self.samples_per_m
     }
 
-    /// Of `count` samples along a side of this length, those that lie wholly beyond the margin at both walls; where
-    /// there are none, the middle one.
-    fn beyond_margin(&self, count: usize, side_m: f64, margin_m: f64) -> RangeInclusive<usize> {
-        let middle = count / 2;
-        let first = (margin_m * self.samples_per_m - 1e-6).ceil() as usize;
-        let end = ((side_m - margin_m) * self.samples_per_m + 1e-6) as usize;
-        first.min(middle)..=end.min(count).saturating_sub(1).max(middle)
+    /// Gives the nearest sample that lies beyond the margin at all walls.
+    fn beyond_margin(&self, sample: usize) -> usize {
+        let [(first_x, last_x), (first_y, last_y)] = self.inner;
+        let (x, y) = (sample / self.ny, sample % self.ny);
+        x.clamp(first_x, last_x) * self.ny + y.clamp(first_y, last_y)
     }
 
-    /// The samples that a point at this place stands for.
+    /// Gives the samples that a point at this place stands for.
     fn samples_near(self, x_m: f64, y_m: f64) -> impl Iterator<Item = usize> {
         // Casts saturate: what lies before the first sample belongs to it.
         let first = |side_m: f64| ((side_m - self.radius_m) * self.samples_per_m) as usize;
@@ -502,7 +484,7 @@ impl Raster {
     }
 }
 
-/// A height above the rim that is the first unit above it.
+/// Gives a height above the rim that is the first unit above it.
 fn above_rim_m(grid: &Grid) -> f32 {
     let unit_m = grid.resolution().height_unit_m();
     // Halfway, so that rounding does not reach the rim or the unit's end.

@@ -1,4 +1,4 @@
-//! How points become heights.
+//! Settings of the mapper.
 
 use ppnpack_numbers::{SettingError, require, settings, within};
 use ppnpack_packing::grid::Grid;
@@ -7,8 +7,8 @@ use crate::doubts::DoubtSettings;
 use crate::still::StillSettings;
 
 settings! {
-    /// What a [`Mapper`](crate::mapper::Mapper) makes of points. The defaults are those for a
-    /// sensor without noise.
+    /// Settings of a [`Mapper`](crate::mapper::Mapper). The defaults are those for a sensor without
+    /// noise.
     pub struct MapperSettings with validate_numbers {
         /// Points below the floor by at most this lie on the floor; those further below are left
         /// out. In metres.
@@ -33,15 +33,16 @@ settings! {
         /// The samples around a hole are level where their heights differ by at most this, in
         /// metres: what hides a hole from the sensor stands up from what is beside it.
         pub level_m: f64 = 0.005 => within("0 to 1 m", 0.0..=1.0),
-        /// How several clouds of a still scene make one heightmap.
+        /// Settings by which several clouds of a still scene make one heightmap.
         pub still: StillSettings = StillSettings::default(),
-        /// When nothing is to be planned on the scene.
+        /// Limits beyond which nothing is to be planned on the scene.
         pub doubts: DoubtSettings = DoubtSettings::default(),
     }
 }
 
 impl MapperSettings {
-    /// Settings for a depth camera with this standard deviation of its noise, in metres, and points some 1.5 mm apart.
+    /// Gives settings for a depth camera with this standard deviation of its noise, in metres, and
+    /// points some 1.5 mm apart.
     pub fn of_camera(noise_m: f64) -> Self {
         Self {
             noise_m,
@@ -84,7 +85,8 @@ impl MapperSettings {
         off.map(|(_, what)| what).collect()
     }
 
-    /// Checks that every number is possible on a grid. At half a sample, a point is kept for four samples at most.
+    /// Checks that every number is possible on a grid. At half a sample, a point is kept for four
+    /// samples at most.
     ///
     /// # Errors
     /// [`SettingError`] names the first that is not.

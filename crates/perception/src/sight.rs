@@ -1,10 +1,11 @@
 //! Lines of sight: how high content may stand where no point was seen.
 //!
-//! A measured point proves that its ray was free from the sensor down to it. So content in a column is at most as high
-//! as the highest place in it that no ray is known to have passed.
+//! A measured point proves that its ray was free from the sensor down to it. So content in a column
+//! is at most as high as the highest place in it that no ray is known to have passed.
 //!
-//! Rays are named by where they would pierce the floor if nothing stood there. On that plane the pixels of a camera
-//! above lie evenly, organised or not. A column's places, from the rim down, move along a line to its foot.
+//! Rays are named by where they would pierce the floor if nothing stood there. On that plane the
+//! pixels of a camera above lie evenly, organised or not. A column's places, from the rim down,
+//! move along a line to its foot.
 //!
 //! ```text
 //!            eye
@@ -20,29 +21,31 @@ use ppnpack_packing::grid::ContainerSize;
 
 use crate::layers::neighbours;
 
-/// Heights of rays are certain to so many standard deviations of the noise.
+/// Uncertainty of rays' heights, in standard deviations of the noise.
 const NOISE_DEVIATIONS: f64 = 3.0;
 
-/// How far a sensor's pose may put heights off, in metres.
+/// Error of heights that a sensor's pose may make, in metres.
 const POSE_M: f64 = 0.001;
 
-/// Points this far above or below the rim, beside the opening, show the top of a wall, in metres.
+/// Maximum distance from the rim, in metres, of points beside the opening that show the top of a
+/// wall.
 const WALL_TOP_M: f64 = 0.005;
 
-/// A cell of rays holds at least so many on average. With fewer, cells are pooled by two and two, once: what lies
-/// between rays farther apart may be missed.
+/// Minimum number of rays of a cell on average. With fewer, cells are pooled by two and two, once:
+/// what lies between rays farther apart may be missed.
 const LEAST_RAYS: f64 = 1.5;
 
-/// The most cells along a side: a sensor just above the rim looks on a wide plane.
+/// Maximum number of cells along a side: a sensor just above the rim looks on a wide plane.
 const MAX_CELLS: f64 = 1024.0;
 
-/// A cell without a ray lies among free ones where so many of the eight around have one: a dropout.
+/// Minimum number of the eight cells around with a ray by which a cell without one lies among free
+/// ones: a dropout.
 const LEAST_AROUND: usize = 5;
 
-/// Lies a hair farther down than the edge of a cell, in metres.
+/// Step down from the edge of a cell, in metres.
 const STEP_M: f64 = 1e-6;
 
-/// The height of a cell that no ray is known to have passed.
+/// Height of a cell that no ray is known to have passed.
 const NO_RAY: f32 = f32::INFINITY;
 
 /// The rays of one sensor above a container.
@@ -57,16 +60,18 @@ pub(crate) struct Sight {
     pitch_m: f64,
     nx: usize,
     ny: usize,
-    /// Per cell the greatest height that a ray hit; below 0 where there is none.
+    /// The greatest height that a ray hit, per cell; below 0 where there is none.
     hits_m: Vec<f32>,
     rays: u64,
-    /// Per cell the greatest height around it, [`NO_RAY`] where no ray passes; after [`close`](Self::close).
+    /// The greatest height around each cell, [`NO_RAY`] where no ray passes; after
+    /// [`close`](Self::close).
     heights_m: Vec<f32>,
 }
 
 impl Sight {
-    /// The rays of a sensor at `eye`, on cells of `pitch_m`; `None` where that is not above the rim: such points come
-    /// of no single sensor, or were taken to the container's frame before.
+    /// Makes the rays of a sensor at `eye`, on cells of `pitch_m`; `None` where that is not above
+    /// the rim: such points come of no single sensor, or were taken to the container's frame
+    /// before.
     pub(crate) fn new(
         container: ContainerSize,
         eye: Point3<f64>,
@@ -82,9 +87,8 @@ impl Sight {
         let far = |at: f64, eye: f64| eye + (at - eye) * spread;
         let corner = Point2::new(far(0.0, eye.x), far(0.0, eye.y));
         let sides_m = [container.x_m * spread, container.y_m * spread];
-        let pitch_m = sides_m
-            .iter()
-            .fold(pitch_m, |pitch_m, side_m| pitch_m.max(side_m / MAX_CELLS));
+        let least_m = sides_m.map(|side_m| side_m / MAX_CELLS);
+        let pitch_m = least_m.into_iter().fold(pitch_m, f64::max);
         let [nx, ny] = sides_m.map(|side_m| (side_m / pitch_m).ceil().max(1.0) as usize);
         Some(Self {
             eye,
@@ -173,7 +177,8 @@ impl Sight {
         self.pitch_m *= 2.0;
     }
 
-    /// How far down from `top_m` the column at `at` is free, in metres; `top_m` where it is not free there.
+    /// Gives the height down to which the column at `at` is free from `top_m`, in metres; `top_m`
+    /// where it is not free there.
     fn free_down_to(&self, at: Point2<f64>, top_m: f64) -> f64 {
         let spread = self.eye.z / (self.eye.z - top_m);
         let away = at - self.eye.xy();
@@ -190,7 +195,7 @@ impl Sight {
         blocked_m.max(self.leaves_cell_at(away, [x, y]))
     }
 
-    /// The height at which the way down a column leaves a cell.
+    /// Gives the height at which the way down a column leaves a cell.
     fn leaves_cell_at(&self, away: nalgebra::Vector2<f64>, [x, y]: [usize; 2]) -> f64 {
         let edge = |cell: usize, corner_m: f64, eye_m: f64, away_m: f64| {
             let edge = if away_m > 0.0 { cell } else { cell + 1 };
@@ -204,8 +209,8 @@ impl Sight {
     }
 }
 
-/// The greatest height that content may have at a place, by all sensors: at or above the rim where no ray passes
-/// there.
+/// Gives the greatest height that content may have at a place, by all sensors: at or above the rim
+/// where no ray passes there.
 pub(crate) fn bound_m(sights: &[Sight], at: Point2<f64>, rim_m: f64) -> f64 {
     let mut top_m = rim_m;
     while top_m > 0.0 {

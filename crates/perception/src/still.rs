@@ -1,6 +1,7 @@
 //! Several clouds of a scene that does not move.
 //!
-//! Together they show more than single ones, with less noise; comparing them tells whether something moves.
+//! Together they show more than single ones, with less noise; comparing them tells whether
+//! something moves.
 
 use std::collections::VecDeque;
 
@@ -9,17 +10,18 @@ use ppnpack_packing::grid::Grid;
 
 use crate::layers::{NO_POINT, by_cell, is_known, neighbours};
 
-/// The most clouds that are kept.
+/// Maximum number of clouds that are kept.
 const MAX_CLOUDS: usize = 16;
 
-/// Heights of a sample that differ by so many standard deviations of the noise are of different things.
+/// Minimum difference of a sample's heights that are of different things, in standard deviations of
+/// the noise.
 const SAME_DEVIATIONS: f64 = 3.0;
 
 settings! {
-    /// When a scene is still.
+    /// Settings by which a scene is still.
     pub struct StillSettings with validate as "still." {
-        /// So many of the latest clouds must agree, and make the heightmap together: 1 to 16. With
-        /// 1, each is by itself.
+        /// Number of the latest clouds that must agree, and make the heightmap together: 1 to 16.
+        /// With 1, each is by itself.
         pub clouds: usize = 1 => within("1 to 16", 1.0..=MAX_CLOUDS as f64),
         /// Something moved in a cell higher or lower than itself and its neighbours were by more
         /// than this, in metres.
@@ -35,7 +37,7 @@ settings! {
 pub(crate) struct History {
     settings: StillSettings,
     same_m: f32,
-    /// In this many cells something may move.
+    /// Maximum number of cells in which something moves.
     most_cells: usize,
     /// Cells along y.
     ny: usize,
@@ -51,7 +53,7 @@ struct Frame {
     cells_m: Vec<f32>,
 }
 
-/// What the latest cloud is to those before.
+/// The latest cloud compared with those before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Stillness {
     pub(crate) moved_cells: usize,
@@ -66,7 +68,7 @@ impl Stillness {
 }
 
 impl History {
-    /// For the samples of a grid, and noise of `noise_m`.
+    /// Makes a history for the samples of a grid, and noise of `noise_m`.
     pub(crate) fn new(grid: &Grid, noise_m: f64, settings: StillSettings) -> Self {
         let resolution = grid.resolution();
         let cells = settings.most_m2 / resolution.cell_m().powi(2);
@@ -85,8 +87,8 @@ impl History {
         self.frames.clear();
     }
 
-    /// Takes the samples of a cloud, and makes them those of all clouds since something moved. That is told by the cells as they were
-    /// [before](Self::cells_of) any sample was taken for hidden.
+    /// Takes the samples of a cloud, and makes them those of all clouds since something moved. That
+    /// is told by the cells as they were [before](Self::cells_of) any sample was taken for hidden.
     pub(crate) fn blend(&mut self, samples_m: &mut [f32], cells_m: Vec<f32>) -> Stillness {
         let needed = self.settings.clouds;
         if needed <= 1 {
@@ -118,7 +120,7 @@ impl History {
         }
     }
 
-    /// The highest sample of each cell.
+    /// Gives the highest sample of each cell.
     pub(crate) fn cells_of(&self, samples_m: &[f32]) -> Vec<f32> {
         let mut cells_m = vec![NO_POINT; samples_m.len() / (self.per_cell * self.per_cell)];
         for (cell, row) in by_cell(samples_m, self.per_cell, self.ny) {
@@ -129,7 +131,8 @@ impl History {
         cells_m
     }
 
-    /// Cells in which something came or went. What stays may show one cell farther in one cloud than in another.
+    /// Counts the cells in which something came or went. What stays may show one cell farther in
+    /// one cloud than in another.
     fn moved(&self, before_m: &[f32], after_m: &[f32]) -> usize {
         let limit_m = self.settings.height_m as f32;
         let rose =
@@ -137,9 +140,8 @@ impl History {
         let own = |cells_m: &[f32], cell| cells_m.get(cell).copied().unwrap_or(NO_POINT);
         let highest = |cells_m: &[f32], cell| {
             let around = neighbours(cell, cells_m.len(), self.ny);
-            around
-                .map(|near| own(cells_m, near))
-                .fold(NO_POINT, f32::max)
+            let around_m = around.map(|near| own(cells_m, near));
+            around_m.fold(NO_POINT, f32::max)
         };
         let moved = |cell: &usize| {
             rose(highest(before_m, *cell), own(after_m, *cell))

@@ -1,4 +1,4 @@
-//! What makes sure that what was found is a container of four plane walls that is empty.
+//! Checks that a container of four plane walls was found, and that it is empty.
 
 use nalgebra::{Point3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -8,57 +8,62 @@ use super::found::{Found, RIM_BAND_M, WALL_MARGIN_M};
 use super::settings::CalibrationSettings;
 use super::sides::Side;
 
-/// A strip of a side shows the rim where so many points lie so far outside the inner face: farther than noise goes.
+/// Minimum number of points, in a range of distances outside the inner face, by which a strip of a
+/// side shows the rim; noise does not go so far.
 const LEAST_RIM_POINTS: usize = 2;
 const SURE_RIM_M: std::ops::Range<f64> = 0.0012..0.02;
 
-/// Of each side's strips, at least this share shows the rim.
+/// Minimum share of each side's strips that shows the rim.
 const LEAST_RIM_SHARE: f64 = 0.6;
 
-/// What is this far above the rim is not the rim, in metres, and no farther outside the walls' inner faces than this.
+/// Minimum height of things above the rim, and their maximum distance outside the walls' inner
+/// faces, in metres.
 const ABOVE_RIM_M: f64 = 0.01;
 const OUTSIDE_M: f64 = 0.004;
 
-/// What is not floor is counted in squares of this edge, in metres.
+/// Edge of the squares in which things that are not floor are counted, in metres.
 const SQUARE_M: f64 = 0.01;
 
-/// A square with so many points that are not floor is not floor.
+/// Minimum number of points by which a square is not floor.
 const LEAST_SQUARE_POINTS: u32 = 3;
 
-/// What is not floor lies at least this far above or below it, in metres, and at least so many root mean squares.
+/// Minimum distance from the floor of things that are not floor, in metres and in root mean
+/// squares.
 const LEAST_OFF_M: f64 = 0.006;
 const OFF_DEVIATIONS: f64 = 6.0;
 
-/// The greatest area that is not floor, in square metres.
+/// Maximum area that is not floor, in square metres.
 const LARGEST_OFF_M2: f64 = 0.0004;
 
-/// Of the floor, at least this share is seen.
+/// Minimum share of the floor that is seen.
 const LEAST_FLOOR_SHARE: f64 = 0.25;
 
-/// The inner face of a wall and the rim's inner edge are this far apart at most, in metres and in cells.
+/// Maximum distance of a wall's inner face from the rim's inner edge, in metres and in cells.
 const LARGEST_LIP_M: f64 = 0.004;
 const LARGEST_LIP_CELLS: f64 = 1.0;
 
-/// How well points fit a container of four plane walls.
+/// Residuals of points from a container of four plane walls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Residuals {
     /// Root mean square distance of the floor's points from its plane, in metres.
     pub floor_rms_m: f64,
     /// Root mean square distance of the rim's points from its plane, in metres.
     pub rim_rms_m: f64,
-    /// Root mean square distance of the walls' points from their planes, in metres; 0 where no wall is seen.
+    /// Root mean square distance of the walls' points from their planes, in metres; 0 where no wall
+    /// is seen.
     pub walls_rms_m: f64,
-    /// How far the walls are from plane: 90 % of each lie within this of its plane, in metres.
+    /// Distance of the walls from plane: 90 % of each lie within this of its plane, in metres.
     pub bow_m: f64,
     /// The greatest angle between a side and that of the rectangle, in radians.
     pub squareness_rad: f64,
     /// The angle between floor and rim, in radians.
     pub parallelism_rad: f64,
-    /// How many of the four walls' inner faces were seen. The others are taken from the rim's inner edge.
+    /// Number of the four walls whose inner faces were seen. The others are taken from the rim's
+    /// inner edge.
     pub walls_seen: usize,
 }
 
-/// How well the points fit, where that is good enough.
+/// Gives the residuals, where they are small enough.
 pub(super) fn residuals(
     found: &Found,
     settings: &CalibrationSettings,
@@ -83,43 +88,41 @@ pub(super) fn residuals(
         parallelism_rad: surfaces.parallelism_rad(),
         walls_seen: walls().count(),
     };
-    if bow_m > settings.largest_bow_m {
-        return Err(CalibrationError::Bent {
-            bow_m,
-            limit_m: settings.largest_bow_m,
-        });
+    let limit_m = settings.largest_bow_m;
+    if bow_m > limit_m {
+        return Err(CalibrationError::Bent { bow_m, limit_m });
     }
+    let limit_m = settings.largest_rms_m;
     for (what, rms_m) in [
         ("floor", residuals.floor_rms_m),
         ("rim", residuals.rim_rms_m),
         ("walls", residuals.walls_rms_m),
     ] {
-        if rms_m > settings.largest_rms_m {
+        if rms_m > limit_m {
             return Err(CalibrationError::Rough {
                 what,
                 rms_m,
-                limit_m: settings.largest_rms_m,
+                limit_m,
             });
         }
     }
+    let limit_rad = settings.largest_skew_rad;
     for (what, angle_rad) in [
         ("sides", residuals.squareness_rad),
         ("floor and rim", residuals.parallelism_rad),
     ] {
-        if angle_rad > settings.largest_skew_rad {
+        if angle_rad > limit_rad {
             return Err(CalibrationError::Skew {
                 what,
                 angle_rad,
-                limit_rad: settings.largest_skew_rad,
+                limit_rad,
             });
         }
     }
-    let lips = rectangle
-        .sides
-        .iter()
-        .filter_map(|side| side.wall.zip(side.edge));
+    let sides = rectangle.sides.iter();
+    let lips = sides.filter_map(|side| side.wall.map(|wall| wall.line).zip(side.edge));
     let apart_m = most(&mut lips.map(|(wall, edge)| {
-        (wall.line.straightened_m(wall.line.slope) - edge.straightened_m(wall.line.slope)).abs()
+        (wall.straightened_m(wall.slope) - edge.straightened_m(wall.slope)).abs()
     }));
     let limit_m = LARGEST_LIP_M + LARGEST_LIP_CELLS * opening.pitch_m;
     if apart_m > limit_m {
@@ -128,7 +131,8 @@ pub(super) fn residuals(
     Ok(residuals)
 }
 
-/// Makes sure that the rim is one: level outside each wall's face, nothing above, and no wall cut by the image's edge.
+/// Makes sure that the rim is one: level outside each wall's face, nothing above, and no wall cut
+/// by the image's edge.
 pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     let rectangle = &found.rectangle;
     let rim_m = found.surfaces.rim.mean.z;
@@ -159,7 +163,7 @@ pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     }
     let area_m2 = above.area_m2(LEAST_SQUARE_POINTS);
     if area_m2 > LARGEST_OFF_M2 {
-        return Err(CalibrationError::AboveRim { area_m2 });
+        return Err(CalibrationError::AboveRim(area_m2));
     }
     Ok(())
 }
@@ -191,7 +195,7 @@ pub(super) fn is_empty(found: &Found, floor_rms_m: f64) -> Result<(), Calibratio
     }
     let seen_share = floor.area_m2(1) / rectangle.area_m2();
     if seen_share < LEAST_FLOOR_SHARE {
-        return Err(CalibrationError::NoFloor { seen_share });
+        return Err(CalibrationError::NoFloor(seen_share));
     }
     Ok(())
 }
@@ -206,7 +210,7 @@ impl Squares {
         *self.0.entry((x, y)).or_default() += 1;
     }
 
-    /// The area of the squares with at least so many points, in square metres.
+    /// Gives the area of the squares with at least so many points, in square metres.
     fn area_m2(&self, least_points: u32) -> f64 {
         let counted = self.0.values().filter(|points| **points >= least_points);
         counted.count() as f64 * SQUARE_M * SQUARE_M

@@ -1,4 +1,4 @@
-//! Which direction is up: the one along which the heights of points concentrate on few levels.
+//! The direction up: the one along which the heights of points concentrate on few levels.
 
 use nalgebra::{Point3, Unit, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -8,25 +8,27 @@ use super::error::CalibrationError;
 use super::plane::Spread;
 use super::settings::CalibrationSettings;
 
-/// How many directions are tried.
+/// Number of directions that are tried.
 const TRIALS: usize = 3000;
 
-/// How many points a direction is judged by.
+/// Number of points that a direction is judged by.
 const JUDGES: usize = 3000;
 
-/// Points of one level differ in height by about this, in metres, where the direction is not exact.
+/// Difference in height of points of one level, in metres, where the direction is not exact.
 const LEVEL_M: f64 = 0.004;
 
-/// Points beyond this are left out, in metres.
+/// Maximum distance of points, in metres.
 const FARTHEST_M: f64 = 12.0;
 
-/// Directions farther than this from straight against the view are not tried, as a cosine: walls would be floors.
+/// Maximum angle of directions from straight against the view, as a cosine: else walls would be
+/// floors.
 const LEAST_COSINE: f64 = 0.55;
 
-/// The distances within which points belong to the level that is refined, one round after another, in metres.
+/// Distances within which points belong to the level that is refined, one round after another, in
+/// metres.
 const ROUNDS_M: [f64; 4] = [0.012, 0.008, 0.005, 0.004];
 
-/// The direction up, of unit length, in the frame of the points.
+/// Finds the direction up, of unit length, in the frame of the points.
 pub(super) fn find(
     points_m: &[Point3<f64>],
     settings: &CalibrationSettings,
@@ -80,7 +82,7 @@ fn judges(points_m: &[Point3<f64>], random: &mut ChaCha8Rng) -> Vec<Point3<f64>>
     chosen.filter(is_near).copied().collect()
 }
 
-/// The direction of the plane that most points at the heaviest level lie on.
+/// Gives the direction of the plane that most points at the heaviest level lie on.
 fn refine(
     points_m: &[Point3<f64>],
     judges: &[Point3<f64>],
@@ -100,7 +102,7 @@ fn refine(
     Ok(up)
 }
 
-/// How many points there are at which height.
+/// Counts of points by height.
 #[derive(Debug, Default)]
 struct Levels {
     lowest_m: f64,
@@ -108,7 +110,7 @@ struct Levels {
 }
 
 impl Levels {
-    /// How much the heights of points along a direction concentrate.
+    /// Measures how much the heights of points along a direction concentrate.
     fn concentration(&mut self, points_m: &[Point3<f64>], up: &Vector3<f64>) -> u64 {
         let heights = points_m.iter().map(|point| up.dot(&point.coords));
         let [lowest_m, highest_m] = heights.clone().fold(
@@ -129,7 +131,7 @@ impl Levels {
         squares.sum()
     }
 
-    /// The middle of the level with the most points.
+    /// Gives the middle of the level with the most points.
     fn heaviest_m(&self) -> f64 {
         let counts = self.counts.iter().enumerate();
         let heaviest = counts.max_by_key(|(_, count)| **count);

@@ -1,31 +1,25 @@
-//! Why a calibration is refused.
+//! Refusals of a calibration.
 
 use ppnpack_numbers::SettingError;
 
-/// Why no container was found in a cloud, or why what was found is not trusted.
+use super::LEAST_POINTS;
+
+/// A cloud in which no container was found, or one that is not trusted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CalibrationError {
     /// A setting that is not possible.
     #[error(transparent)]
     Setting(#[from] SettingError),
-    /// Too few points.
-    #[error("the cloud has {found} measured points where {needed} are needed")]
-    FewPoints {
-        /// Points with three finite coordinates.
-        found: usize,
-        /// How many are needed.
-        needed: usize,
-    },
-    /// Points are nearer or farther than a container can be.
+    /// Too few points with three finite coordinates.
+    #[error("the cloud has {0} measured points where {LEAST_POINTS} are needed")]
+    FewPoints(usize),
+    /// Points nearer or farther than a container can be, by their median distance in metres.
     #[error(
-        "points are {median_m:.3} m from the sensor in the median, where 0.1 to 10 m are possible: is the cloud in \
+        "points are {0:.3} m from the sensor in the median, where 0.1 to 10 m are possible: is the cloud in \
          millimetres, or not in the sensor's frame?"
     )]
-    Distance {
-        /// The median distance, in metres.
-        median_m: f64,
-    },
+    Distance(f64),
     /// There is no direction along which heights concentrate.
     #[error("the cloud shows no level surface from above")]
     NoLevel,
@@ -37,37 +31,28 @@ pub enum CalibrationError {
         /// The greatest that is possible, in radians.
         limit_rad: f64,
     },
-    /// Points are too far apart.
-    #[error("points are {spacing_m:.4} m apart where 0.007 m is too coarse to see a rim")]
-    Sparse {
-        /// The distance of neighbouring points, in metres.
-        spacing_m: f64,
-    },
+    /// Points that are too far apart, by the distance of neighbouring ones in metres.
+    #[error("points are {0:.4} m apart where 0.007 m is too coarse to see a rim")]
+    Sparse(f64),
     /// No rim.
     #[error("no raised rim encloses a hole with a floor: the whole rim must be seen, from above")]
     NoRim,
     /// A side of what seems the rim has no level top.
     #[error("the rim is not seen along a side: is the whole rim in view?")]
     RimUnseen,
-    /// Something is higher than the rim.
+    /// An area, in square metres, that is higher than the rim.
     #[error(
-        "{area_m2:.4} m^2 within the walls are higher than what seems the rim: is the whole rim in view, and nothing above it?"
+        "{0:.4} m^2 within the walls are higher than what seems the rim: is the whole rim in view, and nothing above it?"
     )]
-    AboveRim {
-        /// The area, in square metres.
-        area_m2: f64,
-    },
+    AboveRim(f64),
     /// More than one container.
     #[error(
         "more than one container is seen: leave one in view, or give the size of the one that is meant"
     )]
     Several,
-    /// No floor.
-    #[error("too little of a floor is seen within the rim ({:.0} %)", 100.0 * seen_share)]
-    NoFloor {
-        /// The share of the floor that is seen.
-        seen_share: f64,
-    },
+    /// Too small a share of the floor that is seen.
+    #[error("too little of a floor is seen within the rim ({:.0} %)", 100.0 * .0)]
+    NoFloor(f64),
     /// A side of the hole is not seen.
     #[error(
         "a side of the container is not seen: neither the inner face of its wall nor its rim's inner edge"
@@ -84,7 +69,7 @@ pub enum CalibrationError {
     /// A wall is not plane.
     #[error("a wall is bent or leans by {bow_m:.4} m where {limit_m} m is possible")]
     Bent {
-        /// How far the wall is from plane and upright, in metres.
+        /// The wall's distance from plane and upright, in metres.
         bow_m: f64,
         /// The greatest that is possible, in metres.
         limit_m: f64,
@@ -94,7 +79,7 @@ pub enum CalibrationError {
         "a wall's inner face and its rim's inner edge are {apart_m:.4} m apart where {limit_m:.4} m is possible"
     )]
     Lip {
-        /// How far they are apart, in metres.
+        /// The distance between them, in metres.
         apart_m: f64,
         /// The greatest that is possible, in metres.
         limit_m: f64,
@@ -126,9 +111,9 @@ pub enum CalibrationError {
     Size {
         /// `x`, `y` or `z`.
         side: &'static str,
-        /// As measured, in metres.
+        /// The measured length, in metres.
         measured_m: f64,
-        /// As it was given, in metres.
+        /// The given length, in metres.
         known_m: f64,
     },
 }

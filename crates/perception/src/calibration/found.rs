@@ -1,4 +1,4 @@
-//! What a look at a cloud finds of a container, with what is taken to be up.
+//! A look at a cloud for a container, with a direction that is taken to be up.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -9,19 +9,19 @@ use super::plane::{Spread, normal_of};
 use super::rectangle::{self, Rectangle};
 use super::settings::CalibrationSettings;
 
-/// Points within this of the floor's height belong to it, in metres.
+/// Maximum distance of the floor's points from its height, in metres.
 const FLOOR_BAND_M: f64 = 0.008;
 
-/// Points within this of the rim's height belong to it, in metres.
+/// Maximum distance of the rim's points from its height, in metres.
 pub(super) const RIM_BAND_M: f64 = 0.008;
 
-/// The rim begins this far outside the walls' inner faces, and reaches no farther than this, in metres.
+/// Range of the rim's distances outside the walls' inner faces, in metres.
 const RIM_M: std::ops::Range<f64> = 0.0005..0.02;
 
-/// What is nearer to a wall is not looked at, in metres.
+/// Minimum distance from a wall of points of the floor and of content, in metres.
 pub(super) const WALL_MARGIN_M: f64 = 0.015;
 
-/// What one look finds.
+/// Things that one look finds.
 pub(super) struct Found {
     pub(super) levelled: Levelled,
     pub(super) opening: Opening,
@@ -72,18 +72,18 @@ impl Surfaces {
                 && RIM_M.contains(&-rectangle.inside_m(&point.xy()))
         });
         Ok(Self {
-            floor: Spread::of(floor).ok_or(CalibrationError::NoFloor { seen_share: 0.0 })?,
+            floor: Spread::of(floor).ok_or(CalibrationError::NoFloor(0.0))?,
             rim: Spread::of(rim).ok_or(CalibrationError::NoRim)?,
         })
     }
 
-    /// Up by both planes, in the sensor's frame.
+    /// Gives up by both planes, in the sensor's frame.
     pub(super) fn up(&self, levelled: &Levelled) -> Unit<Vector3<f64>> {
         let up = normal_of(self.floor.scatter + self.rim.scatter, &Vector3::z());
         levelled.levelled_from_sensor.rotation.inverse() * up
     }
 
-    /// The depth of the container, in metres.
+    /// Gives the depth of the container, in metres.
     pub(super) fn depth_m(&self) -> f64 {
         self.rim.mean.z - self.floor.mean.z
     }

@@ -8,10 +8,10 @@ use super::found::Found;
 use super::rectangle::directions;
 use super::settings::CalibrationSettings;
 
-/// Sides whose lengths differ by half of this are as good as equal, in metres.
+/// Twice the maximum difference of sides that are as good as equal, in metres.
 const SAME_SIDES_M: f64 = 0.002;
 
-/// Where the container is.
+/// The pose and the size of the container.
 pub(super) struct Placed {
     pub(super) container_from_levelled: Isometry3<f64>,
     pub(super) size: ContainerSize,
@@ -39,16 +39,12 @@ pub(super) fn place(
         let least_m = turns.iter().map(mismatch_m).fold(f64::INFINITY, f64::min);
         turns.retain(|turn| mismatch_m(turn) <= least_m + SAME_SIDES_M);
     }
-    let mut first_error = None;
-    for turn in turns {
-        let placed =
-            Sides::new(found, turn, settings.size).and_then(|sides| sides.placed(settings));
-        match placed {
-            Ok(placed) => return Ok(placed),
-            Err(error) => first_error = first_error.or(Some(error)),
-        }
-    }
-    Err(first_error.unwrap_or(CalibrationError::NoRim))
+    let tried = turns.into_iter().map(|turn| {
+        Sides::new(found, turn, settings.size).and_then(|sides| sides.placed(settings))
+    });
+    // The first that fits; where none does, the first error.
+    let first = tried.reduce(|first, next| first.or_else(|error| next.map_err(|_| error)));
+    first.unwrap_or(Err(CalibrationError::NoRim))
 }
 
 /// The container's extents along axes of which x is chosen.
@@ -89,7 +85,7 @@ impl Sides {
         })
     }
 
-    /// How far the sides are from known ones, together, in metres.
+    /// Gives the distance of the sides from known ones, together, in metres.
     fn mismatch_m(&self, known: &ContainerSize) -> f64 {
         let measured = &self.measured_size;
         (measured.x_m - known.x_m).abs() + (measured.y_m - known.y_m).abs()
@@ -132,8 +128,8 @@ impl Sides {
     }
 }
 
-/// From where to where the container is along an axis, by the sides at its end and its beginning, which lie so far
-/// outwards. One of them is enough where the length is known.
+/// Gives the beginning and the end of the container along an axis, by the sides there, which lie so
+/// far outwards. One of them is enough where the length is known.
 fn ends_m(
     end: Option<f64>,
     beginning: Option<f64>,

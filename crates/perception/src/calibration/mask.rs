@@ -31,37 +31,31 @@ impl Mask {
         y < self.ny && self.marks.get(x * self.ny + y).copied().unwrap_or(false)
     }
 
-    /// The cells marked, and those that touch them across edges and corners.
+    /// Gives the cells marked, and those that touch them across edges and corners.
     pub(super) fn grown(&self) -> Self {
         let mut grown = Self::new(self.nx, self.ny);
-        for (cell, is_marked) in self.marks.iter().enumerate() {
-            if *is_marked {
-                for near in neighbours(cell, self.marks.len(), self.ny) {
-                    grown.set(near / self.ny, near % self.ny);
-                }
-            }
+        let marked = self
+            .marks
+            .iter()
+            .enumerate()
+            .filter(|(_, is_marked)| **is_marked);
+        for near in marked.flat_map(|(cell, _)| neighbours(cell, self.marks.len(), self.ny)) {
+            grown.set(near / self.ny, near % self.ny);
         }
         grown
     }
 
-    /// The holes: cells without a mark, connected across edges, from which no way leads to the border.
+    /// Finds the holes: cells without a mark, connected across edges, from which no way leads to
+    /// the border.
     pub(super) fn holes(&self) -> Vec<Vec<(usize, usize)>> {
+        let is_border =
+            |(x, y): &(usize, usize)| *x == 0 || *y == 0 || *x + 1 == self.nx || *y + 1 == self.ny;
         let mut visited = self.clone();
-        let mut holes = Vec::new();
-        for x in 0..self.nx {
-            for y in 0..self.ny {
-                if !visited.get(x, y) {
-                    let region = visited.flood(x, y);
-                    let is_border = |(x, y): &(usize, usize)| {
-                        *x == 0 || *y == 0 || *x + 1 == self.nx || *y + 1 == self.ny
-                    };
-                    if !region.iter().any(is_border) {
-                        holes.push(region);
-                    }
-                }
-            }
-        }
-        holes
+        let all = (0..self.nx).flat_map(|x| (0..self.ny).map(move |y| (x, y)));
+        let regions = all.filter_map(|(x, y)| (!visited.get(x, y)).then(|| visited.flood(x, y)));
+        regions
+            .filter(|region| !region.iter().any(is_border))
+            .collect()
     }
 
     /// Marks all cells without a mark that are connected to one, and gives them.

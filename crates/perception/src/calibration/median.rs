@@ -1,6 +1,6 @@
 //! The median of measurements.
 
-/// The median, of unsorted values; 0 of none.
+/// Gives the median of unsorted values; 0 of none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     let middle = values.len() / 2;
     if values.is_empty() {

@@ -1,4 +1,5 @@
-//! The container's opening: the highest level whose points enclose a hole with something deep in it.
+//! The container's opening: the highest level whose points enclose a hole with something deep in
+//! it.
 
 use nalgebra::{Point2, Point3};
 
@@ -8,31 +9,31 @@ use super::mask::Mask;
 use super::median::median;
 use super::settings::CalibrationSettings;
 
-/// How far from the middle of the cloud a container is looked for, in metres.
+/// Maximum distance of a container from the middle of the cloud, in metres.
 const REACH_M: f64 = 1.6;
 
-/// Points of a rim differ in height by about this, in metres, while up is not exact.
+/// Difference in height of points of a rim, in metres, while up is not exact.
 const LEVEL_M: f64 = 0.004;
 
-/// A level's points lie in its slice and so many slices above and below.
+/// Number of slices above and below a level's own in which its points lie.
 const SLICES_BESIDE: usize = 1;
 
-/// Squares by which the distance of points is measured, in metres.
+/// Edge of the squares by which the distance of points is measured, in metres.
 const DENSITY_SQUARE_M: f64 = 0.01;
 
-/// Points farther apart than this do not show a rim, in metres.
+/// Maximum distance of points that show a rim, in metres.
 const WIDEST_SPACING_M: f64 = 0.007;
 
-/// The smallest opening, in square metres.
+/// Minimum area of an opening, in square metres.
 const LEAST_AREA_M2: f64 = 0.005;
 
-/// Of the cells of a hole that are seen, at least this share is deep.
+/// Minimum share of a hole's cells that is deep, of those that are seen.
 const LEAST_DEEP_SHARE: f64 = 0.5;
 
-/// Another opening of at least this share of the area is another container.
+/// Minimum share of the opening's area by which another one is another container.
 const OTHER_SHARE: f64 = 0.5;
 
-/// A hole's area may differ from that of the known size by this factor.
+/// Maximum ratio of a hole's area and that of the known size.
 const AREA_FACTOR: f64 = 1.35;
 
 /// The opening of a container.
@@ -141,9 +142,8 @@ impl Map {
 
     fn cell(&self, place: &Point2<f64>) -> Option<(usize, usize)> {
         let cell = (place - self.corner) / self.pitch_m;
-        let is_inside = cell
-            .iter()
-            .all(|side| (0.0..self.side as f64).contains(side));
+        let sides = 0.0..self.side as f64;
+        let is_inside = sides.contains(&cell.x) && sides.contains(&cell.y);
         is_inside.then_some((cell.x as usize, cell.y as usize))
     }
 
@@ -156,7 +156,7 @@ impl Map {
         cells.len() as f64 * self.pitch_m.powi(2)
     }
 
-    /// The holes with something deep in them, from above, each only where it is highest.
+    /// Finds the holes with something deep in them, from above, each only where it is highest.
     fn holes(&self, least_depth_m: f64) -> Vec<Hole> {
         // A rim around the smallest opening has at least so many points.
         let least_points = (4.0 * LEAST_AREA_M2.sqrt() / self.pitch_m / 2.0) as usize;
@@ -165,8 +165,10 @@ impl Map {
             let from = slice.saturating_sub(SLICES_BESIDE);
             let slices = self
                 .slices
-                .get(from..=(slice + SLICES_BESIDE).min(self.slices.len() - 1));
-            let cells = || slices.unwrap_or(&[]).iter().flatten().copied();
+                .iter()
+                .take(slice + SLICES_BESIDE + 1)
+                .skip(from);
+            let cells = || slices.clone().flatten().copied();
             if cells().count() < least_points {
                 continue;
             }
@@ -198,7 +200,7 @@ impl Map {
             && self.area_m2(&hole.cells) * 0.2 < deep as f64 * self.pitch_m.powi(2)
     }
 
-    /// The opening of a hole: the heights of its rim and its floor.
+    /// Gives the opening of a hole: the heights of its rim and its floor.
     fn opening(
         &self,
         levelled: &Levelled,
@@ -224,8 +226,7 @@ impl Map {
                 rim_m.push(point.z);
             }
         }
-        let floor_m =
-            densest_m(&mut deep_m).ok_or(CalibrationError::NoFloor { seen_share: 0.0 })?;
+        let floor_m = densest_m(&mut deep_m).ok_or(CalibrationError::NoFloor(0.0))?;
         let rim_m = densest_m(&mut rim_m).ok_or(CalibrationError::NoRim)?;
         Ok(Opening {
             rim_m,
@@ -238,7 +239,7 @@ impl Map {
 }
 
 impl Hole {
-    /// Whether the middle of another lies in this one: it is the same container, farther down.
+    /// Says whether the middle of another lies in this one: it is the same container, farther down.
     fn has(&self, other: &Self) -> bool {
         let count = other.cells.len().max(1);
         let sum = |(x, y): (usize, usize), cell: &(usize, usize)| (x + cell.0, y + cell.1);
@@ -247,7 +248,7 @@ impl Hole {
     }
 }
 
-/// What cells enclose, gaps of up to two cells closed.
+/// Finds the holes that cells enclose, gaps of up to two cells closed.
 fn enclosed<I: Iterator<Item = (u32, u32)>>(cells: impl Fn() -> I) -> Vec<Vec<(usize, usize)>> {
     let most = cells().fold((0, 0), |most, (x, y)| (x.max(most.0), y.max(most.1)));
     let least = cells().fold(most, |least, (x, y)| (x.min(least.0), y.min(least.1)));
@@ -256,10 +257,8 @@ fn enclosed<I: Iterator<Item = (u32, u32)>>(cells: impl Fn() -> I) -> Vec<Vec<(u
     let side = |least: u32, most: u32| (most - least + 1 + 2 * MARGIN) as usize;
     let mut mask = Mask::new(side(least.0, most.0), side(least.1, most.1));
     for (x, y) in cells() {
-        mask.set(
-            (x - least.0 + MARGIN) as usize,
-            (y - least.1 + MARGIN) as usize,
-        );
+        let [x, y] = [x - least.0, y - least.1].map(|at| (at + MARGIN) as usize);
+        mask.set(x, y);
     }
     let mut holes = mask.grown().holes();
     for (x, y) in holes.iter_mut().flatten() {
@@ -269,7 +268,7 @@ fn enclosed<I: Iterator<Item = (u32, u32)>>(cells: impl Fn() -> I) -> Vec<Vec<(u
     holes
 }
 
-/// The distance of neighbouring points on level surfaces, in metres.
+/// Gives the distance of neighbouring points on level surfaces, in metres.
 fn spacing_m(points_m: &[Point3<f64>], corner: &Point2<f64>) -> Result<f64, CalibrationError> {
     let squares = (2.0 * REACH_M / DENSITY_SQUARE_M) as usize + 1;
     let mut counts = vec![0_u32; squares * squares];
@@ -286,12 +285,12 @@ fn spacing_m(points_m: &[Point3<f64>], corner: &Point2<f64>) -> Result<f64, Cali
     let mut occupied: Vec<f64> = occupied.map(|count| f64::from(*count)).collect();
     let spacing_m = DENSITY_SQUARE_M / median(&mut occupied).max(1e-6).sqrt();
     if spacing_m > WIDEST_SPACING_M {
-        return Err(CalibrationError::Sparse { spacing_m });
+        return Err(CalibrationError::Sparse(spacing_m));
     }
     Ok(spacing_m)
 }
 
-/// The mean of the heights about the level where they are densest; `None` of no heights.
+/// Gives the mean of the heights about the level where they are densest; `None` of no heights.
 fn densest_m(heights_m: &mut [f64]) -> Option<f64> {
     heights_m.sort_by(f64::total_cmp);
     let mut best: (usize, &[f64]) = (0, &[]);

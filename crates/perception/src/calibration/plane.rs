@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 
-/// What a plane is fitted to: how many points, their mean and how they spread about it.
+/// Moments of points that a plane is fitted to: their number, their mean and their scatter about
+/// it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     pub(super) count: usize,
@@ -11,7 +12,7 @@ pub(super) struct Spread {
 }
 
 impl Spread {
-    /// Of points; `None` of fewer than three.
+    /// Gives the moments of points; `None` of fewer than three.
     pub(super) fn of<'a>(points: impl Iterator<Item = &'a Point3<f64>> + Clone) -> Option<Self> {
         let (mut count, mut sum) = (0, Vector3::zeros());
         for point in points.clone() {
@@ -33,19 +34,19 @@ impl Spread {
         })
     }
 
-    /// The normal of the plane, on the side of `up`.
+    /// Gives the normal of the plane, on the side of `up`.
     pub(super) fn normal(&self, up: &Vector3<f64>) -> Unit<Vector3<f64>> {
         normal_of(self.scatter, up)
     }
 
-    /// The root mean square distance of the points from the plane with this normal.
+    /// Gives the root mean square distance of the points from the plane with this normal.
     pub(super) fn rms(&self, normal: &Vector3<f64>) -> f64 {
         let sum = normal.dot(&(self.scatter * normal));
         (sum / self.count as f64).max(0.0).sqrt()
     }
 }
 
-/// The direction in which points spread least, on the side of `up`.
+/// Gives the direction in which points spread least, on the side of `up`.
 pub(super) fn normal_of(scatter: Matrix3<f64>, up: &Vector3<f64>) -> Unit<Vector3<f64>> {
     let eigen = SymmetricEigen::new(scatter);
     let least = eigen.eigenvalues.imin();

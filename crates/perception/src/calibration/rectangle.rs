@@ -8,34 +8,35 @@ use super::opening::Opening;
 use super::settings::CalibrationSettings;
 use super::sides::{Frame, Side};
 
-/// How often the sides are looked at, each time in the rectangle of the last.
+/// Number of looks at the sides, each in the rectangle of the last.
 const ROUNDS: usize = 3;
 
-/// The rectangle around the cells of the hole leaves out this share at each side.
+/// Share of the hole's cells that the rectangle around it leaves out at each side.
 const BEYOND_SHARE: f64 = 0.01;
 
-/// Around where a side is about, it is looked for within a cell and this, in metres: bent walls are seen as such.
+/// Maximum distance of a side from where it is about, in metres, less a cell: bent walls are seen
+/// as such.
 const REACH_M: f64 = 0.02;
 
 /// A rectangle. Its sides are numbered counter-clockwise from that towards `outward`.
 #[derive(Debug, Clone)]
 pub(super) struct Rectangle {
     pub(super) sides: [Side; 4],
-    /// How far each side is from the origin, outwards, in metres; `None` where it is not seen.
+    /// Distance of each side from the origin, outwards, in metres; `None` where it is not seen.
     pub(super) across_m: [Option<f64>; 4],
-    /// Towards the first side.
+    /// Direction of the first side.
     pub(super) outward: Vector2<f64>,
     /// The greatest angle between a side and that of the rectangle, in radians.
     pub(super) skew_rad: f64,
 }
 
 impl Rectangle {
-    /// Whether a place is inside all sides that were seen, by a margin that may be negative.
+    /// Says whether a place is inside all sides that were seen, by a margin that may be negative.
     pub(super) fn contains(&self, place: &Point2<f64>, margin_m: f64) -> bool {
         self.inside_m(place) >= margin_m
     }
 
-    /// How far a place is inside the nearest side, in metres; negative outside.
+    /// Gives the distance of a place from the nearest side, in metres; negative outside.
     pub(super) fn inside_m(&self, place: &Point2<f64>) -> f64 {
         let sides = self.sides.iter().zip(&self.across_m);
         let inside = sides.map(|(side, across_m)| {
@@ -44,13 +45,13 @@ impl Rectangle {
         inside.fold(f64::INFINITY, f64::min)
     }
 
-    /// Its area in square metres.
+    /// Gives the area in square metres.
     pub(super) fn area_m2(&self) -> f64 {
         let [a, b, c, d] = self.about_m();
         (a + c) * (b + d)
     }
 
-    /// How far each side is from the origin, in metres, seen or not.
+    /// Gives the distance of each side from the origin, in metres, seen or not.
     fn about_m(&self) -> [f64; 4] {
         let mut about_m = self.sides.map(|side| side.frame.about_m);
         for (about_m, across_m) in about_m.iter_mut().zip(&self.across_m) {
@@ -60,7 +61,7 @@ impl Rectangle {
     }
 }
 
-/// The directions of a rectangle's sides, counter-clockwise.
+/// Gives the directions of a rectangle's sides, counter-clockwise.
 pub(super) fn directions(outward: &Vector2<f64>) -> [Vector2<f64>; 4] {
     let next = Vector2::new(-outward.y, outward.x);
     [*outward, next, -outward, -next]
@@ -72,28 +73,23 @@ pub(super) fn find(
     opening: &Opening,
     settings: &CalibrationSettings,
 ) -> Result<Rectangle, CalibrationError> {
-    let (mut outward, mut about_m) = around(opening);
     let reach_m = REACH_M + opening.pitch_m;
-    let mut round = 0;
-    loop {
+    let look = |(outward, about_m)| {
         let rectangle = adjust(levelled, opening, outward, about_m, reach_m);
         let [a, b, c, d] = rectangle.across_m.map(|across_m| across_m.is_some());
         // One of two opposite sides is enough where the distance between them is known.
         let is_known =
             |one: bool, other: bool| (one && other) || (settings.size.is_some() && (one || other));
-        if !is_known(a, c) || !is_known(b, d) {
-            return Err(CalibrationError::SideUnseen);
+        match is_known(a, c) && is_known(b, d) {
+            true => Ok(rectangle),
+            false => Err(CalibrationError::SideUnseen),
         }
-        round += 1;
-        if round == ROUNDS {
-            return Ok(rectangle);
-        }
-        outward = rectangle.outward;
-        about_m = rectangle.about_m();
-    }
+    };
+    let first = look(around(opening))?;
+    (1..ROUNDS).try_fold(first, |last, _| look((last.outward, last.about_m())))
 }
 
-/// The rectangle whose sides are nearest to those that are seen, all turned together.
+/// Gives the rectangle whose sides are nearest to those that are seen, all turned together.
 fn adjust(
     levelled: &Levelled,
     opening: &Opening,
@@ -121,11 +117,8 @@ fn adjust(
     let lines = || sides.iter().filter_map(Side::line);
     let weight_m2: f64 = lines().map(|line| line.weight_m2).sum();
     let weighted: f64 = lines().map(|line| line.weight_m2 * line.slope).sum();
-    let slope = if weight_m2 > 0.0 {
-        weighted / weight_m2
-    } else {
-        0.0
-    };
+    let is_seen = weight_m2 > 0.0;
+    let slope = if is_seen { weighted / weight_m2 } else { 0.0 };
     let off = lines().map(|line| (line.slope - slope).abs());
     Rectangle {
         sides,
@@ -136,9 +129,10 @@ fn adjust(
     }
 }
 
-/// The smallest rectangle around the opening's cells but for a few at each side: the direction of its first side, and how
-/// far its sides are. As some cells are left out, it need not lie along an edge of their hull, as the least rectangle
-/// around points does (`ppnpack_packing::rectangle`), and all yaws are tried.
+/// Finds the smallest rectangle around the opening's cells but for a few at each side: the
+/// direction of its first side, and the distances of its sides. As some cells are left out, it need
+/// not lie along an edge of their hull, as the least rectangle around points does
+/// (`ppnpack_packing::rectangle`), and all yaws are tried.
 fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     let step_rad = 1.0_f64.to_radians();
     let mut coarse = (0..90).map(|step| f64::from(step) * step_rad);
@@ -154,7 +148,8 @@ fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     let coarse_rad = best(&mut coarse).map_or(0.0, |(_, angle_rad, _)| angle_rad);
     let mut fine = (-10..=10).map(|step| coarse_rad + f64::from(step) * 0.1 * step_rad);
     let (_, angle_rad, sides_m) = best(&mut fine).unwrap_or((0.0, 0.0, [0.0; 4]));
-    // The hole lost a cell and a half at each side to the grown rim, and half of one to its cells' middles.
+    // The hole lost a cell and a half at each side to the grown rim, and half of one to its cells'
+    // middles.
     let lost_m = 1.5 * opening.pitch_m;
     (
         Rotation2::new(angle_rad) * Vector2::x(),
@@ -162,7 +157,7 @@ fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     )
 }
 
-/// How far cells go towards four sides, but for a few.
+/// Gives the reach of cells towards four sides, but for a few.
 fn extents_m(cells_m: &[Point2<f64>], outward: &Vector2<f64>) -> [f64; 4] {
     let [first, second, ..] = directions(outward);
     let [a, c] = ends_m(cells_m, &first);

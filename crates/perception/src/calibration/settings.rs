@@ -1,10 +1,10 @@
-//! What a calibration is told.
+//! Settings of a calibration.
 
 use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::grid::ContainerSize;
 
 settings! {
-    /// What is known of a container, and how well points have to fit.
+    /// Facts of a container, and limits of the points' residuals.
     pub struct CalibrationSettings with validate_numbers {
         /// The inner size where it is known, in metres: what is measured is checked against it, and
         /// only the pose is taken from the cloud. Where its sides differ, they decide which of them
@@ -39,9 +39,10 @@ impl CalibrationSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         if let Some(size) = self.size {
             let side = within("0.01 to 3 m a side", 0.01..=3.0);
-            side("size", size.x_m)?;
-            side("size", size.y_m)?;
-            side("size", size.z_m)?;
+            let sides_m = [size.x_m, size.y_m, size.z_m].into_iter();
+            sides_m
+                .map(|side_m| side("size", side_m))
+                .collect::<Result<(), _>>()?;
         }
         self.validate_numbers()
     }

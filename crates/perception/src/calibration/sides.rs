@@ -6,51 +6,54 @@ use super::levelled::Levelled;
 use super::median::median;
 use super::opening::Opening;
 
-/// A side is looked at in strips of about this length, in metres.
+/// Length of the strips that a side is looked at in, about, in metres.
 const STRIP_M: f64 = 0.015;
 
-/// The corners of the opening are left out, in metres: the next wall begins there.
+/// Length of the opening's corners, which are left out, in metres: the next wall begins there.
 const CORNER_M: f64 = 0.012;
 
-/// The lowest and the uppermost part of a wall are left out, in metres: floor and rim begin there.
+/// Height of a wall's lowest and uppermost part, which are left out, in metres: floor and rim begin
+/// there.
 const WALL_END_M: f64 = 0.015;
 
-/// The sensor sees the inner face of a wall that it is this far in front of, in metres.
+/// Minimum distance of the sensor in front of a wall whose inner face it sees, in metres.
 const IN_FRONT_M: f64 = 0.02;
 
-/// A strip of a wall has at least so many points.
+/// Minimum number of points of a wall's strip.
 const LEAST_STRIP_POINTS: usize = 4;
 
-/// Of a side's strips, at least this share is seen.
+/// Minimum share of a side's strips that is seen.
 const LEAST_STRIPS_SHARE: f64 = 0.5;
 
-/// Points of the rim lie within this of its height, in metres; those seen through the opening lie over twice as deep.
+/// Maximum distance of the rim's points from its height, in metres; points seen through the opening
+/// lie over twice as deep.
 const RIM_BAND_M: f64 = 0.004;
 
-/// Residuals beyond so many of their median count no more.
+/// Maximum residual that counts, in medians of the residuals.
 const TUKEY_MEDIANS: f64 = 6.0;
 
-/// Residuals below this are all the same, in metres.
+/// Minimum of the residuals' median, in metres.
 const SMALL_M: f64 = 0.0002;
 
-/// A side of the opening, looked at from the middle: points have a place along it and across it, outwards.
+/// A side of the opening, looked at from the middle: points have a place along it and across it,
+/// outwards.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub(super) outward: Vector2<f64>,
-    /// From where to where the side goes, along it.
+    /// The beginning and the end of the side, along it.
     pub(super) ends_m: [f64; 2],
-    /// Where the side is about, across it.
+    /// The place of the side across it, about.
     pub(super) about_m: f64,
 }
 
 /// A line along a side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
-    /// Across, at the middle of its strips.
+    /// The place across, at the middle of its strips.
     pub(super) across_m: f64,
     /// The middle of its strips, along.
     pub(super) along_m: f64,
-    /// How across grows with along.
+    /// Growth of across with along.
     pub(super) slope: f64,
     /// The weighted scatter of its strips along, in square metres: what the slope is worth.
     pub(super) weight_m2: f64,
@@ -64,11 +67,11 @@ pub(super) struct Wall {
     pub(super) line: Line,
     /// The root mean square distance of its points from the line, in metres.
     pub(super) rms_m: f64,
-    /// How far its upper half is from its lower, in metres.
+    /// Distance of its upper half from its lower, in metres.
     pub(super) lean_m: f64,
 }
 
-/// What is seen of a side.
+/// A side as far as it is seen.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side {
     pub(super) frame: Frame,
@@ -77,7 +80,7 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// What is seen of a side within `reach_m` of where it is about.
+    /// Looks for a side within `reach_m` of where it is about.
     pub(super) fn look(levelled: &Levelled, opening: &Opening, frame: Frame, reach_m: f64) -> Self {
         Self {
             frame,
@@ -86,19 +89,21 @@ impl Side {
         }
     }
 
-    /// The line of the side: that of its wall where it is seen.
+    /// Gives the line of the side: that of its wall where it is seen.
     pub(super) fn line(&self) -> Option<Line> {
         self.wall.map(|wall| wall.line).or(self.edge)
     }
 }
 
 impl Line {
-    /// Where the line would be across if it were turned parallel to the side's frame about the frame's origin.
+    /// Gives the place across of the line turned parallel to the side's frame about the frame's
+    /// origin.
     pub(super) fn straightened_m(&self, slope: f64) -> f64 {
         self.across_m - slope * self.along_m
     }
 
-    /// Through the strips of `all` that are seen, with less weight for those that stand out; `None` of too few.
+    /// Fits a line through the strips of `all` that are seen, with less weight for those that stand
+    /// out; `None` of too few.
     fn through(strips: &[Strip], all: usize) -> Option<Self> {
         if strips.len() < 3 || (strips.len() as f64) < LEAST_STRIPS_SHARE * all as f64 {
             return None;
@@ -106,39 +111,35 @@ impl Line {
         let mut slopes = Vec::with_capacity(strips.len() * strips.len() / 2);
         for (index, one) in strips.iter().enumerate() {
             let others = strips.iter().skip(index + 1);
-            slopes.extend(
-                others.map(|two| (two.across_m - one.across_m) / (two.along_m - one.along_m)),
-            );
+            let slope = |two: &Strip| (two.across_m - one.across_m) / (two.along_m - one.along_m);
+            slopes.extend(others.map(slope));
         }
         let mut slope = median(&mut slopes);
-        let mut offsets: Vec<f64> = strips
-            .iter()
-            .map(|strip| strip.across_m - slope * strip.along_m)
-            .collect();
-        let mut offset_m = median(&mut offsets);
-        let mut weights = vec![1.0; strips.len()];
+        let offset_m = |strip: &Strip, slope: f64| strip.across_m - slope * strip.along_m;
+        let offsets = strips.iter().map(|strip| offset_m(strip, slope));
+        let mut middle_m = median(&mut offsets.collect::<Vec<_>>());
+        let residuals = |slope: f64, middle_m: f64| -> Vec<f64> {
+            let offsets = strips.iter().map(move |strip| offset_m(strip, slope));
+            offsets.map(move |offset_m| offset_m - middle_m).collect()
+        };
         let mut line = None;
         for _ in 0..5 {
-            let residuals = strips
-                .iter()
-                .map(|strip| strip.across_m - slope * strip.along_m - offset_m);
-            let mut sizes: Vec<f64> = residuals.clone().map(f64::abs).collect();
+            let residuals = residuals(slope, middle_m);
+            let mut sizes: Vec<f64> = residuals.iter().copied().map(f64::abs).collect();
             let end_m = TUKEY_MEDIANS * median(&mut sizes).max(SMALL_M);
-            for (weight, residual) in weights.iter_mut().zip(residuals) {
-                let share = (residual / end_m).powi(2);
-                *weight = (1.0 - share).max(0.0).powi(2);
-            }
+            let shares = residuals.iter().map(|residual| (residual / end_m).powi(2));
+            let weights: Vec<f64> = shares.map(|share| (1.0 - share).max(0.0).powi(2)).collect();
             let fitted = Self::weighted(strips, &weights)?;
             slope = fitted.slope;
-            offset_m = fitted.across_m - slope * fitted.along_m;
+            middle_m = fitted.across_m - slope * fitted.along_m;
             line = Some(fitted);
         }
-        let mut residuals: Vec<f64> = strips
-            .iter()
-            .map(|strip| (strip.across_m - slope * strip.along_m - offset_m).abs())
-            .collect();
-        residuals.sort_by(f64::total_cmp);
-        let bow_m = residuals.get((residuals.len() - 1) * 9 / 10).copied();
+        let mut sizes = residuals(slope, middle_m);
+        sizes
+            .iter_mut()
+            .for_each(|residual| *residual = residual.abs());
+        sizes.sort_by(f64::total_cmp);
+        let bow_m = sizes.get((sizes.len() - 1) * 9 / 10).copied();
         line.map(|line| Self {
             bow_m: bow_m.unwrap_or(0.0),
             ..line
@@ -148,11 +149,8 @@ impl Line {
     fn weighted(strips: &[Strip], weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
         let mean = |of: fn(&Strip) -> f64| {
-            let weighted = strips
-                .iter()
-                .zip(weights)
-                .map(|(strip, weight)| weight * of(strip));
-            weighted.sum::<f64>() / sum
+            let both = strips.iter().zip(weights);
+            both.map(|(strip, weight)| weight * of(strip)).sum::<f64>() / sum
         };
         let (along_m, across_m) = (mean(|strip| strip.along_m), mean(|strip| strip.across_m));
         let (mut of_both, mut weight_m2) = (0.0, 0.0);
@@ -171,7 +169,7 @@ impl Line {
     }
 }
 
-/// Where a side is at one place.
+/// The place of a side in a strip.
 #[derive(Debug, Clone, Copy)]
 struct Strip {
     along_m: f64,
@@ -179,26 +177,26 @@ struct Strip {
 }
 
 impl Frame {
-    /// The direction along the side, a quarter turn counter-clockwise from outwards.
+    /// Gives the direction along the side, a quarter turn counter-clockwise from outwards.
     fn tangent(&self) -> Vector2<f64> {
         Vector2::new(-self.outward.y, self.outward.x)
     }
 
-    /// How many strips it has.
+    /// Counts the strips of the side.
     pub(super) fn strips(&self) -> usize {
         ((self.ends_m[1] - self.ends_m[0] - 2.0 * CORNER_M) / STRIP_M).clamp(4.0, 100.0) as usize
     }
 
-    /// The strip that a place along the side is in.
+    /// Gives the strip that a place along the side is in.
     pub(super) fn strip(&self, along_m: f64) -> Option<usize> {
         let [from_m, to_m] = [self.ends_m[0] + CORNER_M, self.ends_m[1] - CORNER_M];
         let share = (along_m - from_m) / (to_m - from_m);
-        (0.0..1.0)
-            .contains(&share)
-            .then(|| (share * self.strips() as f64) as usize)
+        let is_inside = (0.0..1.0).contains(&share);
+        is_inside.then(|| (share * self.strips() as f64) as usize)
     }
 
-    /// The strip that a place is in, and where it is along and across; `None` farther than `reach_m` from the side.
+    /// Gives the strip that a place is in, with its place along and across; `None` farther than
+    /// `reach_m` from the side.
     fn in_strip(&self, place: &Point2<f64>, reach_m: f64) -> Option<(usize, [f64; 2])> {
         let [along_m, across_m] = self.along_and_across(place);
         if (across_m - self.about_m).abs() > reach_m {
@@ -207,15 +205,12 @@ impl Frame {
         Some((self.strip(along_m)?, [along_m, across_m]))
     }
 
-    /// Where a place is along and across.
+    /// Gives a place along and across.
     pub(super) fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
-        [
-            self.tangent().dot(&place.coords),
-            self.outward.dot(&place.coords),
-        ]
+        [self.tangent(), self.outward].map(|direction| direction.dot(&place.coords))
     }
 
-    /// The inner face of the wall, where enough of it is seen.
+    /// Finds the inner face of the wall, where enough of it is seen.
     fn wall(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Wall> {
         // The sensor is above the origin.
         if self.about_m < IN_FRONT_M {
@@ -238,17 +233,17 @@ impl Frame {
                 half.push(place);
             }
         }
-        let seen: Vec<Strip> = strips
+        let seen = strips
             .iter()
-            .filter(|strip| strip.len() >= LEAST_STRIP_POINTS)
-            .map(|strip| {
-                let mut across_m: Vec<f64> = strip.iter().map(|[_, across_m]| *across_m).collect();
-                Strip {
-                    along_m: mean_along_m(strip),
-                    across_m: median(&mut across_m),
-                }
-            })
-            .collect();
+            .filter(|strip| strip.len() >= LEAST_STRIP_POINTS);
+        let seen = seen.map(|strip| {
+            let mut across_m: Vec<f64> = strip.iter().map(|[_, across_m]| *across_m).collect();
+            Strip {
+                along_m: mean_along_m(strip),
+                across_m: median(&mut across_m),
+            }
+        });
+        let seen: Vec<Strip> = seen.collect();
         let line = Line::through(&seen, strips.len())?;
         let residual = |[along_m, across_m]: &[f64; 2]| {
             across_m - line.across_m - line.slope * (along_m - line.along_m)
@@ -259,17 +254,19 @@ impl Frame {
             let enough = half.len() >= 10 * LEAST_STRIP_POINTS;
             enough.then(|| median(&mut half.iter().map(residual).collect::<Vec<_>>()))
         });
+        let lean_m = lower_m
+            .zip(upper_m)
+            .map(|(lower_m, upper_m)| (upper_m - lower_m).abs());
         Some(Wall {
             line,
             rms_m: (squares.sum::<f64>() / points().count() as f64).sqrt(),
-            lean_m: lower_m
-                .zip(upper_m)
-                .map_or(0.0, |(lower_m, upper_m)| (upper_m - lower_m).abs()),
+            lean_m: lean_m.unwrap_or(0.0),
         })
     }
 
-    /// The rim's inner edge: between the innermost points of the rim and the outermost rays that pass through the
-    /// opening. Noise moves points along their rays, which does not matter here.
+    /// Finds the rim's inner edge: between the innermost points of the rim and the outermost rays
+    /// that pass through the opening. Noise moves points along their rays, which does not matter
+    /// here.
     fn edge(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Line> {
         let count = self.strips();
         let mut rims = vec![Vec::new(); count];
@@ -299,29 +296,29 @@ impl Frame {
     }
 }
 
-/// The mean of places along a side.
+/// Gives the mean of places along a side.
 fn mean_along_m(places: &[[f64; 2]]) -> f64 {
     places.iter().map(|[along_m, _]| along_m).sum::<f64>() / places.len() as f64
 }
 
-/// Where the edge is in a strip. Where the innermost points of the rim and the outermost rays through the opening are no
-/// neighbours, since the wall between them was not measured, the rim's points tell alone.
+/// Gives the place of the edge in a strip. Where the innermost points of the rim and the outermost
+/// rays through the opening are no neighbours, since the wall between them was not measured, the
+/// rim's points tell alone.
 fn edge_strip(rim: &[[f64; 2]], through: &[[f64; 2]], spacing_m: f64) -> Option<Strip> {
-    let inner_m = rim
+    let across = |[_, across_m]: &[f64; 2]| *across_m;
+    let inner_m = rim.iter().map(across).fold(f64::INFINITY, f64::min);
+    let passing = through
         .iter()
-        .map(|[_, across_m]| *across_m)
-        .fold(f64::INFINITY, f64::min);
-    let passing = through.iter().map(|[_, across_m]| *across_m);
-    let outer_m = passing
-        .filter(|across_m| *across_m < inner_m)
-        .fold(f64::NEG_INFINITY, f64::max);
-    let gap_m = inner_m - outer_m;
-    let beyond_m = if gap_m <= 2.0 * spacing_m {
-        gap_m / 2.0
-    } else {
-        spacing_m / 4.0
-    };
-    let across_m = inner_m - beyond_m;
+        .map(across)
+        .filter(|across_m| *across_m < inner_m);
+    let gap_m = inner_m - passing.fold(f64::NEG_INFINITY, f64::max);
+    let are_neighbours = gap_m <= 2.0 * spacing_m;
+    let across_m = inner_m
+        - if are_neighbours {
+            gap_m / 2.0
+        } else {
+            spacing_m / 4.0
+        };
     across_m.is_finite().then(|| Strip {
         along_m: mean_along_m(rim),
         across_m,

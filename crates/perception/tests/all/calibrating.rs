@@ -11,17 +11,21 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::simulated::{Case, container};
 
+use CalibrationError::{
+    AboveRim, Bent, Distance, FewPoints, NoFloor, NoRim, NotEmpty, RimUnseen, Several, Side, Size,
+    Sparse,
+};
+
 fn found(case: &Case) -> Result<Calibration, CalibrationError> {
     calibrate(case.cloud(), &CalibrationSettings::default())
 }
 
 /// Asks for an error of this kind.
-fn assert_refused<T: std::fmt::Debug>(
-    found: Result<T, CalibrationError>,
-    is_it: impl Fn(&CalibrationError) -> bool,
-) {
-    let error = found.unwrap_err();
-    assert!(is_it(&error), "{error}");
+macro_rules! assert_refused {
+    ($found:expr, $kind:pat) => {
+        let error = $found.unwrap_err();
+        assert!(matches!(error, $kind), "{error}");
+    };
 }
 
 fn with_size(case: &Case, size: ContainerSize) -> Result<Calibration, CalibrationError> {
@@ -55,11 +59,8 @@ fn a_perfect_sensor_gives_the_container_almost_exactly() {
     case.noise = NoiseModel::none();
     let calibration = found(&case).unwrap();
     let errors = case.errors(&calibration);
-    assert!(
-        errors.position_m < 0.0005 && errors.size_m < 0.0005,
-        "{errors:?}"
-    );
-    assert!(errors.angle_rad < 0.001, "{errors:?}");
+    let is_exact = errors.position_m < 0.0005 && errors.size_m < 0.0005;
+    assert!(is_exact && errors.angle_rad < 0.001, "{errors:?}");
     assert_eq!(calibration.residuals.walls_seen, 4);
     assert_eq!(calibration.size, calibration.measured_size);
 }
@@ -82,10 +83,8 @@ fn the_frame_is_right_handed_with_x_near_the_sensor_s_and_turns_as_asked() {
         assert!(x.x > 0.65, "{quarter_turns}: {x}");
         // All of the floor is at positive places.
         let camera = container_from_sensor * Point3::origin();
-        assert!(
-            camera.x > 0.0 && camera.x < 0.32 && camera.z > 0.5,
-            "{camera}"
-        );
+        let is_inside = camera.x > 0.0 && camera.x < 0.32;
+        assert!(is_inside && camera.z > 0.5, "{camera}");
         assert!(case.errors(&calibration).are_small());
     }
 }
@@ -105,16 +104,12 @@ fn a_known_size_is_checked_and_decides_which_side_is_x() {
         x_m: 0.41,
         ..case.size()
     };
-    assert_refused(with_size(&case, wrong), |error| {
-        matches!(error, CalibrationError::Size { side: "x", .. })
-    });
+    assert_refused!(with_size(&case, wrong), Size { side: "x", .. });
     let shallow = ContainerSize {
         z_m: 0.15,
         ..case.size()
     };
-    assert_refused(with_size(&case, shallow), |error| {
-        matches!(error, CalibrationError::Size { side: "z", .. })
-    });
+    assert_refused!(with_size(&case, shallow), Size { side: "z", .. });
 }
 
 /// Sides within the tolerance of each other were taken for one another.
@@ -145,9 +140,7 @@ fn content_is_refused() {
         ([0.2, 0.2, 0.0], [0.3, 0.23, 0.012]),
     ] {
         case.others = vec![Mesh::cuboid(low, high)];
-        assert_refused(found(&case), |error| {
-            matches!(error, CalibrationError::NotEmpty { .. })
-        });
+        assert_refused!(found(&case), NotEmpty { .. });
     }
 }
 
@@ -155,9 +148,7 @@ fn content_is_refused() {
 fn a_bent_wall_is_refused() {
     let mut case = Case::plain();
     case.bulge_m = 0.015;
-    assert_refused(found(&case), |error| {
-        matches!(error, CalibrationError::Bent { .. })
-    });
+    assert_refused!(found(&case), Bent { .. });
 }
 
 #[test]
@@ -169,9 +160,7 @@ fn more_than_one_container_needs_a_size() {
     let beside = Isometry3::translation(0.25, 0.0, 0.0);
     let other = other.iter().map(|mesh| mesh.transformed(&beside));
     case.others = other.collect();
-    assert_refused(found(&case), |error| {
-        matches!(error, CalibrationError::Several)
-    });
+    assert_refused!(found(&case), Several);
     let calibration = with_size(&case, case.size()).unwrap();
     assert!(case.errors(&calibration).are_small());
 }
@@ -182,47 +171,28 @@ fn clouds_without_a_container_are_refused() {
     let cloud = case.cloud();
     let settings = CalibrationSettings::default();
     let millimetres = cloud.iter().map(|point| point * 1000.0);
-    assert_refused(calibrate(millimetres, &settings), |error| {
-        matches!(error, CalibrationError::Distance { .. })
-            && error.to_string().contains("millimetres")
-    });
+    let error = calibrate(millimetres, &settings).unwrap_err();
+    assert!(matches!(error, Distance(_)) && error.to_string().contains("millimetres"));
 
-    assert_refused(calibrate([], &settings), |error| {
-        matches!(error, CalibrationError::FewPoints { found: 0, .. })
-    });
+    assert_refused!(calibrate([], &settings), FewPoints(0));
 
     let sparse = cloud.iter().step_by(100).copied();
-    assert_refused(calibrate(sparse, &settings), |error| {
-        matches!(
-            error,
-            CalibrationError::Sparse { .. } | CalibrationError::FewPoints { .. }
-        )
-    });
+    assert_refused!(calibrate(sparse, &settings), Sparse(_) | FewPoints(_));
 
     case.look_from(1.0, 1.2, 0.3, 0.2);
-    assert_refused(found(&case), |error| {
-        use CalibrationError::{NoFloor, NoRim, Side};
-        matches!(error, Side { .. } | NoRim | NoFloor { .. })
-    });
+    assert_refused!(found(&case), Side { .. } | NoRim | NoFloor(_));
 
     // Half of the rim is out of sight.
     let mut case = Case::plain();
     case.look_from(0.35, 0.0, 0.0, 0.0);
-    assert_refused(found(&case), |error| {
-        matches!(
-            error,
-            CalibrationError::RimUnseen | CalibrationError::AboveRim { .. }
-        )
-    });
+    assert_refused!(found(&case), RimUnseen | AboveRim(_));
 
     // A table with a box on it.
     let table = vec![
         Mesh::cuboid([-5.0, -5.0, -0.1], [5.0, 5.0, 0.0]),
         Mesh::cuboid([0.0; 3], [0.3, 0.3, 0.2]),
     ];
-    assert_refused(calibrate(simulated_only(&table), &settings), |error| {
-        matches!(error, CalibrationError::NoRim)
-    });
+    assert_refused!(calibrate(simulated_only(&table), &settings), NoRim);
 }
 
 /// What the plain camera sees of meshes without a container.

@@ -5,7 +5,6 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_perception::doubts::{Doubt, DoubtSettings, Wall};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
-use ppnpack_perception::still::StillSettings;
 
 use crate::simulated::Case;
 
@@ -58,7 +57,6 @@ fn points(mut case: Case, seed: u64) -> Vec<Point3<f32>> {
 /// As a real cell is set up.
 fn settings() -> MapperSettings {
     MapperSettings {
-        noise_m: 0.001,
         point_radius_m: 0.00125,
         largest_hole_m: 0.01,
         wall_margin_m: 0.003,
@@ -67,6 +65,14 @@ fn settings() -> MapperSettings {
             reach_above_rim_m: 0.03,
             ..DoubtSettings::default()
         },
+        ..deployed()
+    }
+}
+
+/// The defaults, of a camera with noise.
+fn deployed() -> MapperSettings {
+    MapperSettings {
+        noise_m: 0.001,
         ..MapperSettings::default()
     }
 }
@@ -79,6 +85,13 @@ fn mapper(settings: MapperSettings) -> Mapper {
 fn seen(points: &[Point3<f32>]) -> Mapped {
     let points = points.iter().copied();
     mapper(settings()).map(points, &above()).unwrap()
+}
+
+/// Says whether some doubt is of a kind.
+macro_rules! has {
+    ($doubts:expr, $kind:pat) => {
+        $doubts.iter().any(|doubt| matches!(doubt, $kind))
+    };
 }
 
 fn walls_away(mapped: &Mapped) -> Vec<Wall> {
@@ -101,13 +114,14 @@ fn a_scene_as_it_should_be_is_not_doubted() {
 
 #[test]
 fn a_container_that_was_bumped_is_noticed() {
-    for (x_m, y_m) in [
+    let bumps = [
         (0.03, 0.0),
         (-0.03, 0.0),
         (0.0, 0.03),
         (0.0, -0.03),
         (0.02, 0.02),
-    ] {
+    ];
+    for (x_m, y_m) in bumps {
         let bumped = scene(|case| case.stands_at = Isometry3::translation(x_m, y_m, 0.0));
         let mapped = seen(&points(bumped, 1));
         assert!(!walls_away(&mapped).is_empty(), "by ({x_m}, {y_m})");
@@ -157,11 +171,7 @@ fn a_cloud_in_another_unit_or_frame_is_noticed() {
 
 #[test]
 fn half_a_picture_a_shifted_one_and_a_forgotten_pose_are_noticed_as_it_is_deployed() {
-    let settings = MapperSettings {
-        noise_m: 0.001,
-        ..MapperSettings::default()
-    };
-    let mut mapper = mapper(settings);
+    let mut mapper = mapper(deployed());
     let pose = above();
     let points = points(scene(|_| {}), 5);
     let mapped = mapper.map(points.iter().copied(), &pose).unwrap();
@@ -175,18 +185,14 @@ fn half_a_picture_a_shifted_one_and_a_forgotten_pose_are_noticed_as_it_is_deploy
     // The sensor's frame taken for the container's, all around its origin.
     let centred = Isometry3::translation(0.16, 0.16, 0.0);
     let mapped = mapper.map(points, &centred).unwrap();
-    let is_above = |doubt: &Doubt| matches!(doubt, Doubt::AboveRim { .. });
-    assert!(mapped.doubts.iter().any(is_above), "{:?}", mapped.doubts);
-    let text = mapped.doubts.iter().find(|doubt| is_above(doubt)).unwrap();
-    assert!(text.to_string().contains("pose"), "{text}");
+    let is_above = |doubt: &&Doubt| matches!(doubt, Doubt::AboveRim { .. });
+    let text = mapped.doubts.iter().find(is_above).unwrap().to_string();
+    assert!(text.contains("pose"), "{text}");
 }
 
 #[test]
 fn what_needs_no_numbers_of_the_sensor_is_noticed_by_default() {
-    let mut mapper = mapper(MapperSettings {
-        noise_m: 0.001,
-        ..MapperSettings::default()
-    });
+    let mut mapper = mapper(deployed());
     let mut doubts = |points: Vec<Point3<f32>>| mapper.map(points, &above()).unwrap().doubts;
     assert_eq!(doubts(points(scene(|_| {}), 6)), []);
     assert_eq!(doubts(points(with(Vec::new()), 6)), []);
@@ -195,15 +201,13 @@ fn what_needs_no_numbers_of_the_sensor_is_noticed_by_default() {
         ("moved", Isometry3::translation(0.03, 0.0, 0.0)),
     ] {
         let doubts = doubts(points(scene(|case| case.stands_at = stands_at), 6));
-        let is_away = |doubt: &Doubt| matches!(doubt, Doubt::RimAway { .. });
-        assert!(doubts.iter().any(is_away), "{what}: {doubts:?}");
+        assert!(has!(doubts, Doubt::RimAway { .. }), "{what}: {doubts:?}");
     }
     let upside_down = points(scene(|_| {}), 6).into_iter();
     let upside_down = upside_down.map(|point| Point3::new(point.x, point.y, -point.z));
     assert!(!doubts(upside_down.collect()).is_empty());
     let reaching = doubts(points(with([content(0.0), hand()].concat()), 6));
-    let reaches_in = |doubt: &Doubt| matches!(doubt, Doubt::Intrusion { .. });
-    assert!(reaching.iter().any(reaches_in), "{reaching:?}");
+    assert!(has!(reaching, Doubt::Intrusion { .. }), "{reaching:?}");
 }
 
 #[test]
@@ -223,9 +227,10 @@ fn settings_say_what_they_leave_unnoticed() {
 fn a_hand_in_the_scene_is_noticed() {
     let reaching = with([content(0.0), hand()].concat());
     let doubts = seen(&points(reaching, 4)).doubts;
-    let reaches_in =
-        |doubt: &Doubt| matches!(doubt, Doubt::Intrusion { points, .. } if *points > 100);
-    assert!(doubts.iter().any(reaches_in), "{doubts:?}");
+    assert!(
+        has!(doubts, Doubt::Intrusion { points: 101.., .. }),
+        "{doubts:?}"
+    );
     // Content that stands a little above the rim is no hand.
     let tall = with(vec![Mesh::cuboid([0.1, 0.1, 0.0], [0.2, 0.2, 0.32])]);
     assert_eq!(seen(&points(tall, 4)).doubts, []);
@@ -243,19 +248,13 @@ fn sequence(clouds: usize, moved_m: &[f64]) -> Vec<Mapped> {
 
 /// A mapper that asks for so many clouds that agree.
 fn still_mapper(clouds: usize) -> Mapper {
-    let still = StillSettings {
-        clouds,
-        ..StillSettings::default()
-    };
-    mapper(MapperSettings {
-        still,
-        ..settings()
-    })
+    let mut settings = settings();
+    settings.still.clouds = clouds;
+    mapper(settings)
 }
 
 fn is_still(mapped: &Mapped) -> bool {
-    let not_still = |doubt: &Doubt| matches!(doubt, Doubt::NotStill { .. });
-    !mapped.doubts.iter().any(not_still)
+    !has!(mapped.doubts, Doubt::NotStill { .. })
 }
 
 #[test]

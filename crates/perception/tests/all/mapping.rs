@@ -201,16 +201,12 @@ fn with(change: impl FnOnce(&mut MapperSettings), points: &[Point3<f32>]) -> Map
     mapped.unwrap()
 }
 
-/// Deterministic noise: the sum of four waves that have nothing to do with one another, about normal.
+/// Deterministic noise: the sum of four waves that have nothing to do with one another, about
+/// normal.
 fn wave(x_m: f64, y_m: f64) -> f64 {
-    let turns = [
-        (7919.0, 3571.0),
-        (2207.0, 9349.0),
-        (5413.0, 6121.0),
-        (8863.0, 1709.0),
-    ];
+    let turns = [7919.0, 2207.0, 5413.0, 8863.0].into_iter();
+    let turns = turns.zip([3571.0, 9349.0, 6121.0, 1709.0]);
     let sum: f64 = turns
-        .iter()
         .map(|(of_x, of_y)| (of_x * x_m + of_y * y_m).sin())
         .sum();
     0.001 * sum / 2.0_f64.sqrt()
@@ -237,16 +233,11 @@ fn slopes_reach_as_high_as_they_are() {
             slope * y + wave(x, y)
         });
         let heightmap = with(noisy, &points).scene.heightmap().clone();
-        for y in 1..12 {
+        for (x, y) in (1..31).flat_map(|x| (1..12).map(move |y| (x, y))) {
             let truth_m = slope * 0.01 * (y as f64 + 1.0);
-            for x in 1..31 {
-                let height_m = 0.002 * f64::from(heightmap.get(x, y).unwrap());
-                let excess_m = height_m - truth_m;
-                assert!(
-                    (-0.003..0.006).contains(&excess_m),
-                    "{slope} at {x}, {y}: {excess_m}"
-                );
-            }
+            let excess_m = 0.002 * f64::from(heightmap.get(x, y).unwrap()) - truth_m;
+            let is_right = (-0.003..0.006).contains(&excess_m);
+            assert!(is_right, "{slope} at {x}, {y}: {excess_m}");
         }
     }
 }
@@ -314,7 +305,8 @@ fn impossible_settings_are_refused() {
     for value in [-0.001, 2.0, f64::NAN] {
         assert!(changed(|settings| settings.floor_tolerance_m = value).is_err());
     }
-    // A point is kept for every sample that it stands for: a wide one would take memory without bound.
+    // A point is kept for every sample that it stands for: a wide one would take memory without
+    // bound.
     let pitch_m = Grid::reference().resolution().surface_pitch_m();
     let of_radius = |share: f64| changed(|settings| settings.point_radius_m = share * pitch_m);
     assert!(of_radius(0.5).is_ok());

@@ -77,15 +77,14 @@ impl Case {
         case
     }
 
-    /// Puts the camera so far from the middle of the opening, tilted by an angle towards a direction, rolled.
+    /// Puts the camera so far from the middle of the opening, tilted by an angle towards a
+    /// direction, rolled.
     pub(crate) fn look_from(&mut self, away_m: f64, tilt_rad: f64, around_rad: f64, roll_rad: f64) {
         let [x_m, y_m, z_m] = self.size_m;
         let middle = Point3::new(x_m / 2.0, y_m / 2.0, z_m);
-        let towards = Vector3::new(
-            tilt_rad.sin() * around_rad.cos(),
-            tilt_rad.sin() * around_rad.sin(),
-            tilt_rad.cos(),
-        );
+        let (sideways, up) = tilt_rad.sin_cos();
+        let (sin, cos) = around_rad.sin_cos();
+        let towards = Vector3::new(sideways * cos, sideways * sin, up);
         let camera = DepthCamera::looking_at(intrinsics(), middle + towards * away_m, &middle);
         let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll_rad);
         self.world_from_camera = camera.world_from_camera * roll;
@@ -139,9 +138,8 @@ impl Case {
                 size_m: (Vector3::new(x_m, y_m, z_m) - Vector3::from(size_m)).amax(),
             }
         });
-        turns
-            .min_by(|one, two| one.angle_rad.total_cmp(&two.angle_rad))
-            .unwrap()
+        let best = turns.min_by(|one, two| one.angle_rad.total_cmp(&two.angle_rad));
+        best.unwrap()
     }
 }
 
@@ -162,10 +160,8 @@ pub(crate) fn container([x, y, z]: [f64; 3], wall: f64, bottom: f64, bulge: f64)
         let from = f64::from(panel) / f64::from(panels);
         let to = f64::from(panel + 1) / f64::from(panels);
         let inwards = bulge * ((from + to) / 2.0 * std::f64::consts::PI).sin();
-        meshes.push(Mesh::cuboid(
-            [-wall + inwards, from * y, 0.0],
-            [inwards, to * y, z],
-        ));
+        let near = [-wall + inwards, from * y, 0.0];
+        meshes.push(Mesh::cuboid(near, [inwards, to * y, z]));
     }
     meshes
 }
