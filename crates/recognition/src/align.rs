@@ -1,22 +1,22 @@
-//! Iterative closest points: a pose that brings a surface to points. Written here, as the pose is held to its support while it is
-//! aligned, which libraries for point clouds do not offer.
+//! Iterative closest points: a pose that brings a surface to points. Written here, as the pose is
+//! held to its support while it is aligned, which libraries for point clouds do not offer.
 
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 use crate::moments::centroid;
 use crate::nearest::NearestSurface;
 
-/// Nearer than this, the direction to the surface is its normal, in metres.
+/// Maximum distance at which the direction to the surface is its normal, in metres.
 const ON_SURFACE_M: f64 = 1e-4;
 
-/// How an alignment goes on.
+/// Settings of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AlignSettings {
-    /// Rounds at most.
+    /// Maximum number of rounds.
     pub(crate) rounds: usize,
-    /// Distances much beyond this count little, at first and at the end, in metres.
+    /// Distances, at first and at the end, much beyond which points count little, in metres.
     pub(crate) scale_m: (f64, f64),
-    /// How strongly the pose is held to the support; `None` where it is free.
+    /// Hold of the pose to the support; `None` where it is free.
     pub(crate) hold: Option<Hold>,
 }
 
@@ -30,7 +30,7 @@ impl AlignSettings {
     }
 }
 
-/// How far a pose on a support may be from resting.
+/// Deviations of a pose on a support from resting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hold {
     /// Standard deviation of the tilt, in radians.
@@ -39,14 +39,16 @@ pub(crate) struct Hold {
     pub(crate) height_m: f64,
 }
 
-/// The deviation that one point's distance is taken to have, in metres.
+/// Standard deviation of one point's distance, in metres.
 const POINT_DEVIATION_M: f64 = 0.001;
 
-/// Moves a surface from a pose (`target_from_surface`) to where it is near points of the target frame.
+/// Moves a surface from a pose (`target_from_surface`) to where it is near points of the target
+/// frame.
 ///
-/// Each round linearises the distance of every point along the direction to its nearest surface point (point-to-plane
-/// where that lies inside a face, point-to-point beyond a border: Chen and Medioni 1991, Besl and McKay 1992), weighs it
-/// by Geman and McClure's function with a scale that shrinks, and solves for the six degrees of freedom.
+/// Each round linearises the distance of every point along the direction to its nearest surface
+/// point (point-to-plane where that lies inside a face, point-to-point beyond a border: Chen and
+/// Medioni 1991, Besl and McKay 1992), weighs it by Geman and McClure's function with a scale that
+/// shrinks, and solves for the six degrees of freedom.
 pub(crate) fn align(
     surface: &NearestSurface,
     points: &[Point3<f64>],
@@ -61,16 +63,8 @@ pub(crate) fn align(
         let share = round as f64 / (settings.rounds.max(2) - 1) as f64;
         let (wide_m, narrow_m) = settings.scale_m;
         let scale_m = wide_m * (narrow_m / wide_m).powf(share);
-        let step = step(
-            surface,
-            points,
-            &pose,
-            start,
-            &centre,
-            scale_m,
-            settings.hold,
-        );
-        let Some(step) = step else {
+        let poses = [&pose, start];
+        let Some(step) = step(surface, points, poses, &centre, scale_m, settings.hold) else {
             break;
         };
         pose = moved(&pose, &step, &centre);
@@ -81,26 +75,22 @@ pub(crate) fn align(
     pose
 }
 
-/// One Gauss-Newton step: rotation about the centre and translation.
+/// Gives one Gauss-Newton step: rotation about the centre and translation.
 fn step(
     surface: &NearestSurface,
     points: &[Point3<f64>],
-    pose: &Isometry3<f64>,
-    start: &Isometry3<f64>,
+    [pose, start]: [&Isometry3<f64>; 2],
     centre: &Point3<f64>,
     scale_m: f64,
     hold: Option<Hold>,
 ) -> Option<Vector6<f64>> {
     let inverse = pose.inverse();
-    let (turn_back, shift_back) = (
-        inverse.rotation.to_rotation_matrix(),
-        inverse.translation.vector,
-    );
+    let (turn_back, shift_back) = (inverse.rotation.to_rotation_matrix(), inverse.translation);
     let turn = pose.rotation.to_rotation_matrix();
     let mut normal_matrix = Matrix6::zeros();
     let mut right_side = Vector6::zeros();
     for point in points {
-        let local = turn_back * point + shift_back;
+        let local = turn_back * point + shift_back.vector;
         let nearest = surface.nearest(&local);
         let distance_m = nearest.distance_m;
         let (direction, distance_m) = if distance_m > ON_SURFACE_M {
@@ -145,7 +135,7 @@ fn step(
     step.iter().all(|value| value.is_finite()).then_some(step)
 }
 
-/// A pose turned about a centre and shifted.
+/// Turns a pose about a centre and shifts it.
 pub(crate) fn moved(
     pose: &Isometry3<f64>,
     step: &Vector6<f64>,

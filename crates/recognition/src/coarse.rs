@@ -7,56 +7,49 @@ use crate::outline::{Outline, UpperSurface};
 use crate::refinement::{Start, distinct};
 use crate::samples::{spread, yaws_rad};
 
-/// Templates whose outlines differ by more do not go on: some eight deviations in each number.
+/// Maximum difference of outlines of templates that go on: some eight deviations in each number.
 const MOST_OUTLINE_DIFFERENCE: f64 = 400.0;
-/// Cells of the cluster that heights are compared at.
+/// Number of the cluster's cells that heights are compared at.
 const CELLS: usize = 110;
-/// A height counts as this different at most, in metres.
+/// Maximum difference of a height, in metres.
 const MOST_DIFFERENCE_M: f32 = 0.012;
-/// Yaws that are tried.
+/// Number of yaws that are tried.
 const YAWS: usize = 60;
-/// The most yaws of one template that go on.
+/// Maximum number of yaws of one template that go on.
 const YAWS_EACH: usize = 3;
-/// Yaws nearer than this to a better one do not go on, in steps.
+/// Minimum distance from a better yaw of those that go on, in steps.
 const APART: usize = 3;
 
-/// Objects at a place and yaw that are most like a cluster, best first, of as many objects in resting poses as asked for.
+/// Finds objects at a place and yaw that are most like a cluster, best first, of as many objects in
+/// resting poses as asked for.
 pub(crate) fn hypotheses<'library>(
     objects: &'library [LibraryObject],
     seen: &UpperSurface,
     outline: &Outline,
     count: usize,
 ) -> Vec<Start<'library>> {
-    let mut templates: Vec<(f64, &LibraryObject, &PoseTemplate)> = Vec::new();
-    for object in objects {
-        for template in &object.poses {
-            let difference = template.outline.difference(outline);
-            if difference <= MOST_OUTLINE_DIFFERENCE {
-                templates.push((difference, object, template));
-            }
-        }
-    }
+    let all = objects.iter();
+    let all = all.flat_map(|object| object.poses.iter().map(move |template| (object, template)));
+    let all =
+        all.map(|(object, template)| (template.outline.difference(outline), object, template));
+    let mut templates: Vec<(f64, &LibraryObject, &PoseTemplate)> = all
+        .filter(|(difference, ..)| *difference <= MOST_OUTLINE_DIFFERENCE)
+        .collect();
     templates.sort_by(|a, b| a.0.total_cmp(&b.0));
     templates.truncate(count);
-    let places = places(seen, outline);
-    let mut found: Vec<(f32, Start<'_>)> = templates
-        .iter()
-        .flat_map(|(_, object, template)| best_yaws(object, template, outline, &places))
-        .collect();
+    // Some covered cells from the outline's centre, with their heights.
+    let covered = seen.covered();
+    let covered = covered.map(|(place, height_m)| (place - outline.centre.coords, height_m));
+    let places = spread(&covered.collect::<Vec<_>>(), CELLS);
+    let each = templates.iter();
+    let each = each.flat_map(|(_, object, template)| best_yaws(object, template, outline, &places));
+    let mut found: Vec<(f32, Start<'_>)> = each.collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, start)| start).collect()
 }
 
-/// Some covered cells from the outline's centre, with their heights.
-fn places(seen: &UpperSurface, outline: &Outline) -> Vec<(Point2<f64>, f32)> {
-    let covered: Vec<_> = seen
-        .covered()
-        .map(|(place, height_m)| (place - outline.centre.coords, height_m))
-        .collect();
-    spread(&covered, CELLS)
-}
-
-/// The yaws at which a template's heights are most like those seen, with the mean difference, in metres.
+/// Finds the yaws at which a template's heights are most like those seen, with the mean difference,
+/// in metres.
 fn best_yaws<'library>(
     object: &'library LibraryObject,
     template: &PoseTemplate,
@@ -65,18 +58,14 @@ fn best_yaws<'library>(
 ) -> Vec<(f32, Start<'library>)> {
     let differences_m = yaws_rad(YAWS).map(|yaw_rad| {
         let (sin, cos) = yaw_rad.sin_cos();
-        let sum: f32 = places
-            .iter()
-            .map(|(place, height_m)| {
-                // The template is turned by the yaw; so the place is turned back.
-                let back =
-                    Point2::new(cos * place.x + sin * place.y, cos * place.y - sin * place.x);
-                (template.surface.at(&back) - height_m)
-                    .abs()
-                    .min(MOST_DIFFERENCE_M)
-            })
-            .sum();
-        (yaw_rad, sum / places.len().max(1) as f32)
+        let differences_m = places.iter().map(|(place, height_m)| {
+            // The template is turned by the yaw; so the place is turned back.
+            let back = Point2::new(cos * place.x + sin * place.y, cos * place.y - sin * place.x);
+            let difference_m = template.surface.at(&back) - height_m;
+            difference_m.abs().min(MOST_DIFFERENCE_M)
+        });
+        let sum_m: f32 = differences_m.sum();
+        (yaw_rad, sum_m / places.len().max(1) as f32)
     });
     let mut yaws: Vec<(usize, (f64, f32))> = differences_m.enumerate().collect();
     yaws.sort_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));

@@ -1,4 +1,4 @@
-//! What the camera should see of an object in a pose, compared with what it sees.
+//! Views that the camera should have of an object in a pose, compared with what it sees.
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_camera::{DepthBuffer, Intrinsics};
@@ -8,26 +8,26 @@ use crate::moments::centroid;
 use crate::object::LibraryObject;
 use crate::segmentation::Cluster;
 
-/// The most pixels along a side of the window.
+/// Maximum number of pixels along a side of the window.
 const MAX_SIDE: f64 = 512.0;
 
-/// Nothing nearer to the camera than this is drawn, in metres.
+/// Minimum distance from the camera of what is drawn, in metres.
 const NEAR_M: f64 = 0.02;
 
-/// A distance at which a point is not explained at all, in metres.
+/// Minimum distance at which a point is not explained at all, in metres.
 const UNEXPLAINED_M: f64 = 0.004;
 
-/// Facets seen from the side say nothing: the cosine of the steepest angle.
+/// Cosine of the steepest angle at which a facet counts: seen from the side it says nothing.
 const STEEPEST_COSINE: f64 = 0.1;
 
-/// A cluster as the camera sees it, at some resolution: what expected views are compared with.
+/// A cluster as the camera sees it, at some resolution: expected views are compared with it.
 pub(crate) struct Observation {
     intrinsics: Intrinsics,
     camera_from_support: Isometry3<f64>,
     seen: Vec<Seen>,
-    /// How many of the points are the cluster's own.
+    /// Number of points that are the cluster's own.
     own: usize,
-    /// How many points there were, those included that are not compared.
+    /// Number of points, those included that are not compared.
     measured: usize,
     /// Memory for drawing expected views.
     buffer: DepthBuffer,
@@ -44,7 +44,7 @@ struct Seen {
     is_own: bool,
 }
 
-/// How well an expected view agrees with what is seen.
+/// Agreement of an expected view with what is seen.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Agreement {
     /// 1 where every point is where it should be, 0 where none is.
@@ -55,21 +55,19 @@ pub struct Agreement {
     pub contradicted: f64,
 }
 
-/// How much fitness the noise of a sensor costs a perfect pose.
+/// Gives the fitness that the noise of a sensor costs a perfect pose.
 pub(crate) fn expected_loss(sensor_deviation_m: f64) -> f64 {
     (sensor_deviation_m / UNEXPLAINED_M).powi(2)
 }
 
 impl Observation {
-    /// A window on the cluster whose pixels are `pixel_m` wide at the support; at most `most` points of the cluster are
-    /// compared. `None` where the cluster is not before the camera.
+    /// Makes a window on the cluster whose pixels are `pixel_m` wide at the support; at most `most`
+    /// points of the cluster are compared. `None` where the cluster is not before the camera.
     pub(crate) fn new(cluster: &Cluster, pixel_m: f64, most: usize) -> Option<Self> {
         let middle = centroid(&cluster.points_m)?;
         let forward = (middle - cluster.eye_m).try_normalize(1e-6)?;
-        let right = forward
-            .cross(&Vector3::y())
-            .try_normalize(1e-3)
-            .or_else(|| forward.cross(&Vector3::x()).try_normalize(1e-3))?;
+        let across = |axis| forward.cross(&axis).try_normalize(1e-3);
+        let right = across(Vector3::y()).or_else(|| across(Vector3::x()))?;
         let axes = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
         let support_from_camera = Isometry3::from_parts(
             Translation3::from(cluster.eye_m.coords),
@@ -103,9 +101,8 @@ impl Observation {
             from_support_m,
             is_own,
         });
-        let seen: Vec<Seen> = seen
-            .filter(|seen| seen.column < width && seen.row < height)
-            .collect();
+        let seen = seen.filter(|seen| seen.column < width && seen.row < height);
+        let seen: Vec<Seen> = seen.collect();
         let own = seen.iter().filter(|seen| seen.is_own).count();
         (own > 0).then_some(Self {
             intrinsics: Intrinsics {
@@ -126,9 +123,10 @@ impl Observation {
 
     /// Compares with what should be seen of a mesh in a pose.
     ///
-    /// A point of the cluster agrees as far as it is near the surface that should be seen at its pixel or the four
-    /// around it, or near the support where that should be seen. A point of the surroundings counts only where the
-    /// object should be seen: if it lies farther, the camera looks through the object.
+    /// A point of the cluster agrees as far as it is near the surface that should be seen at its
+    /// pixel or the four around it, or near the support where that should be seen. A point of the
+    /// surroundings counts only where the object should be seen: if it lies farther, the camera
+    /// looks through the object.
     pub(crate) fn compare(
         &mut self,
         object: &LibraryObject,
@@ -151,7 +149,8 @@ impl Observation {
             compared += 1;
             let mut distance_m = view.distance_m;
             if seen.is_own && distance_m > 0.5 * UNEXPLAINED_M {
-                // One pixel shows much of a steep face: there the nearest surface tells, if it faces the camera.
+                // One pixel shows much of a steep face: there the nearest surface tells, if it
+                // faces the camera.
                 distance_m = distance_m.min(facing_distance_m(object, seen, &item_from_camera));
             }
             let share = (distance_m / UNEXPLAINED_M).min(1.0);
@@ -173,18 +172,18 @@ impl Observation {
     /// Draws a mesh in a pose; gives that pose in the camera frame.
     fn drawn(&mut self, mesh: &Mesh, support_from_item: &Isometry3<f64>) -> Isometry3<f64> {
         let camera_from_item = self.camera_from_support * support_from_item;
-        self.buffer.clear(&self.intrinsics);
-        self.buffer.draw(
-            &self.intrinsics,
-            NEAR_M,
-            &camera_from_item,
-            &mesh.vertices,
-            &mesh.triangles,
-        );
+        let Mesh {
+            vertices,
+            triangles,
+        } = mesh;
+        let (buffer, intrinsics) = (&mut self.buffer, &self.intrinsics);
+        buffer.clear(intrinsics);
+        buffer.draw(intrinsics, NEAR_M, &camera_from_item, vertices, triangles);
         camera_from_item
     }
 
-    /// How much speaks against a pose, with no tolerance for points beside their pixel: least where outlines fit, too.
+    /// Gives the cost of a pose, with no tolerance for points beside their pixel: least where
+    /// outlines fit, too.
     pub(crate) fn strict_cost(
         &mut self,
         object: &LibraryObject,
@@ -210,7 +209,8 @@ impl Observation {
         cost
     }
 
-    /// The share of what should be seen of an object in a pose that is seen, about: neither unmeasured nor hidden.
+    /// Gives the share of what should be seen of an object in a pose that is seen, about: neither
+    /// unmeasured nor hidden.
     pub(crate) fn seen_share(
         &mut self,
         object: &LibraryObject,
@@ -219,7 +219,7 @@ impl Observation {
         self.drawn(&object.model.mesh, support_from_item);
         let nearness = self.buffer.nearness_per_m().iter();
         let pixels = nearness.filter(|nearness| **nearness > 0.0).count();
-        // Of the points that are compared, those at such pixels that nothing is before.
+        // The points that are compared at such pixels and that nothing is before.
         let is_free = |seen: &&Seen| {
             let pixel = seen.row * self.intrinsics.width + seen.column;
             let depth_m = self.buffer.depth_m(pixel);
@@ -230,12 +230,13 @@ impl Observation {
         (free as f64 * per_compared / pixels.max(1) as f64).min(1.0)
     }
 
-    /// How many points are compared.
+    /// Counts the points that are compared.
     pub(crate) fn points(&self) -> usize {
         self.seen.len()
     }
 
-    /// The facet that a pixel should show, and its point there in the camera frame, in metres.
+    /// Gives the facet that a pixel should show, and its point there in the camera frame, in
+    /// metres.
     #[inline]
     fn shown(&self, column: usize, row: usize) -> Option<(u32, Point3<f64>)> {
         let pixel = row * self.intrinsics.width + column;
@@ -245,23 +246,19 @@ impl Observation {
         Some((facet, Point3::from(ray * f64::from(depth_m))))
     }
 
-    /// What should be seen around the pixel of a point.
+    /// Looks at the expected view around the pixel of a point.
     fn expected_at(&self, seen: &Seen, mesh: &Mesh, camera_from_item: &Isometry3<f64>) -> Expected {
-        let (column, row) = (seen.column as isize, seen.row as isize);
         let mut expected = Expected {
             distance_m: f64::INFINITY,
             is_object_everywhere: true,
             is_behind_seen: false,
         };
         for (du, dv) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-            let (u, v) = (column + du, row + dv);
-            let is_inside = u >= 0
-                && v >= 0
-                && (u as usize) < self.intrinsics.width
-                && (v as usize) < self.intrinsics.height;
-            let shown = is_inside
-                .then(|| self.shown(u as usize, v as usize))
-                .flatten();
+            // What lies before the first pixel wraps, and is beyond the last.
+            let u = seen.column.wrapping_add_signed(du);
+            let v = seen.row.wrapping_add_signed(dv);
+            let is_inside = u < self.intrinsics.width && v < self.intrinsics.height;
+            let shown = is_inside.then(|| self.shown(u, v)).flatten();
             let Some((facet, surface)) = shown else {
                 expected.is_object_everywhere = false;
                 expected.distance_m = expected.distance_m.min(seen.from_support_m);
@@ -281,7 +278,8 @@ impl Observation {
     }
 }
 
-/// The distance of a point from the nearest surface; infinite where that faces away from the camera.
+/// Gives the distance of a point from the nearest surface; infinite where that faces away from the
+/// camera.
 fn facing_distance_m(
     object: &LibraryObject,
     seen: &Seen,
@@ -290,14 +288,15 @@ fn facing_distance_m(
     let point = item_from_camera * seen.point;
     let nearest = object.nearest.nearest(&point);
     let to_camera = item_from_camera.translation.vector - point.coords;
-    if nearest.normal.dot(&to_camera) > 0.0 {
+    let is_facing = nearest.normal.dot(&to_camera) > 0.0;
+    if is_facing {
         nearest.distance_m
     } else {
         f64::INFINITY
     }
 }
 
-/// What should be seen at a point's pixel and around it.
+/// The expected view at a point's pixel and around it.
 struct Expected {
     /// The distance of the point from it, in metres.
     distance_m: f64,
@@ -307,7 +306,8 @@ struct Expected {
     is_behind_seen: bool,
 }
 
-/// The distance of a point from the plane of the facet seen at a pixel; the plain one where that is seen from the side.
+/// Gives the distance of a point from the plane of the facet seen at a pixel; the plain one where
+/// that is seen from the side.
 fn plane_distance_m(
     seen: &Seen,
     surface: &Point3<f64>,
@@ -326,8 +326,6 @@ fn plane_distance_m(
     let is_steep = |normal: &Vector3<f64>| {
         normal.dot(&surface.coords).abs() / surface.coords.norm() < STEEPEST_COSINE
     };
-    match normal.filter(|normal| !is_steep(normal)) {
-        Some(normal) => offset.dot(&normal).abs(),
-        None => offset.norm(),
-    }
+    let normal = normal.filter(|normal| !is_steep(normal));
+    normal.map_or_else(|| offset.norm(), |normal| offset.dot(&normal).abs())
 }

@@ -3,10 +3,10 @@
 use nalgebra::{Point2, Point3};
 use ppnpack_catalogue::mesh::Bounds;
 
-/// The edge of a cell of the grid that points are joined on, in metres.
+/// Edge of a cell of the grid that points are joined on, in metres.
 const CELL_M: f64 = 0.004;
 
-/// The most cells along a side; larger regions have larger cells.
+/// Maximum number of cells along a side; larger regions have larger cells.
 const MAX_CELLS: f64 = 1024.0;
 
 /// A grid over the support, row-major. Points beyond it belong to the cells at its end.
@@ -18,7 +18,7 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// A grid over a box.
+    /// Makes a grid over a box.
     pub(crate) fn over(bounds: &Bounds) -> Self {
         let extents = bounds.extents_m();
         let edge_m = CELL_M.max(extents.x.max(extents.y) / MAX_CELLS);
@@ -31,7 +31,7 @@ impl Cells {
         }
     }
 
-    /// Which cells hold points within the grid.
+    /// Says of each cell whether it holds points.
     pub(crate) fn covered(&self, points: &[Point3<f64>]) -> Vec<bool> {
         let mut is_covered = vec![false; self.nx * self.ny];
         for point in points {
@@ -42,14 +42,14 @@ impl Cells {
         is_covered
     }
 
-    /// The cell of a point, none of whose coordinates is less than the origin's.
+    /// Gives the cell of a point, none of whose coordinates is less than the origin's.
     pub(crate) fn at(&self, point: &Point3<f64>) -> usize {
         let offset = (point.xy() - self.origin) / self.edge_m;
         let (x, y) = (offset.x as usize, offset.y as usize);
         x.min(self.nx - 1) * self.ny + y.min(self.ny - 1)
     }
 
-    /// The cells within a distance in cells.
+    /// Gives the cells within a distance in cells.
     fn around(&self, cell: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
         let (x, y) = (cell / self.ny, cell % self.ny);
         let xs = x.saturating_sub(reach)..(x + reach + 1).min(self.nx);
@@ -62,7 +62,7 @@ impl Cells {
 /// Stands for a cell of no group.
 const NO_GROUP: u32 = u32::MAX;
 
-/// Points in groups: seen from above, no gap within a group is wider than `join_m`.
+/// Groups points: seen from above, no gap within a group is wider than `join_m`.
 pub(crate) fn joined(points: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f64>>> {
     let Some(bounds) = Bounds::of(&points) else {
         return Vec::new();
@@ -81,33 +81,29 @@ pub(crate) fn joined(points: Vec<Point3<f64>>, join_m: f64) -> Vec<Vec<Point3<f6
     groups
 }
 
-/// The group of each covered cell, and how many groups there are.
+/// Gives the group of each covered cell, and the number of groups.
 fn labels(cells: &Cells, is_covered: &[bool], reach: usize) -> (Vec<u32>, usize) {
     let mut group_of = vec![NO_GROUP; is_covered.len()];
     let mut next_group = 0;
-    let mut queue = Vec::new();
-    let is_free = |cell: usize, group_of: &[u32]| {
-        is_covered.get(cell).copied().unwrap_or(false) && group_of.get(cell) == Some(&NO_GROUP)
+    let mut take = |cell: usize, group: u32| match (is_covered.get(cell), group_of.get_mut(cell)) {
+        (Some(true), Some(own)) if *own == NO_GROUP => {
+            *own = group;
+            true
+        }
+        _ => false,
     };
+    let mut queue = Vec::new();
     for start in 0..is_covered.len() {
-        if !is_free(start, &group_of) {
-            continue;
-        }
-        queue.push(start);
-        if let Some(group) = group_of.get_mut(start) {
-            *group = next_group;
-        }
+        queue.extend(take(start, next_group).then_some(start));
+        let is_new = !queue.is_empty();
         while let Some(cell) = queue.pop() {
-            for other in cells.around(cell, reach) {
-                if is_free(other, &group_of)
-                    && let Some(group) = group_of.get_mut(other)
-                {
-                    *group = next_group;
-                    queue.push(other);
-                }
-            }
+            queue.extend(
+                cells
+                    .around(cell, reach)
+                    .filter(|other| take(*other, next_group)),
+            );
         }
-        next_group += 1;
+        next_group += u32::from(is_new);
     }
     (group_of, next_group as usize)
 }

@@ -1,8 +1,8 @@
-//! Whether a placed item lies where it was planned.
+//! Inspection of placed items: whether each lies where it was planned.
 //!
-//! After an item was placed, the container is seen again from above. What is new against the surface before is the item,
-//! if it fits: first near the planned pose, then in any orientation. What is said is what is seen; where that is not
-//! enough, it is [`Inspection::Unclear`].
+//! After an item was placed, the container is seen again from above. What is new against the
+//! surface before is the item, if it fits: first near the planned pose, then in any orientation.
+//! What is said is what is seen; where that is not enough, it is [`Inspection::Unclear`].
 
 mod changes;
 mod judge;
@@ -25,38 +25,41 @@ use crate::refinement::Fit;
 use changes::Changes;
 use lying::Kind;
 use search::Search;
-use stances::{Stance, stances};
+use stances::stances;
 
 pub use lying::Lying;
 pub use outcome::{Absence, ContainerCloud, Inspection, Unclear, UnclearReason};
 pub use settings::InspectionSettings;
 
-/// Where less than this share of the least area is new, the item is not what is new.
+/// Minimum share of the least area that is new by which the item may be what is new.
 const MISSING_SHARE: f64 = 0.25;
 
-/// Of the planned view, at least this share must be new for its absence to be noticed.
+/// Minimum share of the planned view that must be new for the item's absence to be noticed.
 const NOTICED_SHARE: f64 = 0.4;
 
-/// New points with a gap of up to this between them, seen from above, belong together, in metres.
+/// Maximum gap, seen from above, between new points that belong together, in metres.
 const JOIN_M: f64 = 0.008;
-/// Groups of less than this share of all new points are taken for what shifted, or for specks.
+/// Minimum share of all new points of a group; smaller ones are taken for what shifted, or for
+/// specks.
 const LEAST_GROUP_SHARE: f64 = 0.05;
-/// How many groups are looked at each by itself.
+/// Maximum number of groups that are looked at each by itself.
 const ALONE: usize = 3;
 
-/// A fit near the planned pose that loses at most this share of the limits needs no search: as planned, and moved.
+/// Maximum share of the limits that a fit near the planned pose may lose and need no search: as
+/// planned, and moved.
 const GOOD_ENOUGH: f64 = 0.3;
 const EXCELLENT: f64 = 0.2;
 
-/// Fits nearer to each other than this say the same, in metres.
+/// Maximum distance of fits that say the same, in metres.
 const SAME_PLACE_M: f64 = 0.015;
 
-/// What became of an item that was placed at `planned` (`container_from_item`).
+/// Says what became of an item that was placed at `planned` (`container_from_item`).
 ///
-/// `before` is the surface of the container's content before, `after` what is seen now. Points that rise above the surface
-/// around them are new. Where there are hardly any, the item is missing, unless it could lie hidden. Else the object is
-/// aligned with them from the planned pose, and where it does not agree well then, from orientations all over; a pose
-/// counts if the camera should see what it sees, and if it is possible among what was there before.
+/// `before` is the surface of the container's content before, `after` what is seen now. Points that
+/// rise above the surface around them are new. Where there are hardly any, the item is missing,
+/// unless it could lie hidden. Else the object is aligned with them from the planned pose, and
+/// where it does not agree well then, from orientations all over; a pose counts if the camera
+/// should see what it sees, and if it is possible among what was there before.
 pub fn inspect(
     object: &LibraryObject,
     planned: &Isometry3<f64>,
@@ -65,12 +68,13 @@ pub fn inspect(
     container: ContainerSize,
     settings: &InspectionSettings,
 ) -> Inspection {
+    let bounds = object.model.mesh.bounds();
     let inspector = Inspector {
         object,
         planned,
         container,
         eye_m: after.eye_m,
-        diameter_m: diameter_m(object),
+        diameter_m: bounds.map_or(0.0, |bounds| bounds.extents_m().norm()),
         settings,
     };
     if !inspector.is_usable() {
@@ -87,18 +91,13 @@ fn unclear(reason: UnclearReason, best: Option<Lying>) -> Inspection {
     Inspection::Unclear(Unclear { reason, best })
 }
 
-/// The diagonal of an object's box, in metres.
-fn diameter_m(object: &LibraryObject) -> f64 {
-    let bounds = object.model.mesh.bounds();
-    bounds.map_or(0.0, |bounds| bounds.extents_m().norm())
-}
-
 /// An inspection under way.
 struct Inspector<'item> {
     object: &'item LibraryObject,
     planned: &'item Isometry3<f64>,
     container: ContainerSize,
     eye_m: Point3<f64>,
+    /// Diagonal of the object's box.
     diameter_m: f64,
     settings: &'item InspectionSettings,
 }
@@ -116,7 +115,7 @@ impl Inspector<'_> {
     fn judged(&self, changes: &Changes<'_>) -> Inspection {
         let seen_share = changes.seen_share;
         if seen_share < self.settings.least_container_seen {
-            return unclear(UnclearReason::LittleSeen { seen_share }, None);
+            return unclear(UnclearReason::LittleSeen(seen_share), None);
         }
         let stances = stances(self.object);
         let areas_m2 = stances.iter().map(|stance| stance.area_m2);
@@ -125,31 +124,26 @@ impl Inspector<'_> {
             least_m2: areas_m2.fold(f64::INFINITY, f64::min),
             seen_share,
         };
-        if absence.new_m2 < MISSING_SHARE * absence.least_m2 {
-            return self.missing(changes, &stances, absence);
-        }
         let points = changes.new_m.len();
-        if points < self.settings.least_points {
-            return unclear(UnclearReason::FewPoints { points }, None);
-        }
-        self.found(changes)
-    }
-
-    fn missing(&self, changes: &Changes<'_>, stances: &[Stance], absence: Absence) -> Inspection {
-        if self.noticed_share(changes) < NOTICED_SHARE || changes.could_hide(stances) {
-            unclear(UnclearReason::CouldHide, None)
+        if absence.new_m2 < MISSING_SHARE * absence.least_m2 {
+            let could_hide =
+                self.noticed_share(changes) < NOTICED_SHARE || changes.could_hide(&stances);
+            match could_hide {
+                true => unclear(UnclearReason::CouldHide, None),
+                false => Inspection::Missing(absence),
+            }
+        } else if points < self.settings.least_points {
+            unclear(UnclearReason::FewPoints(points), None)
         } else {
-            Inspection::Missing(absence)
+            self.found(changes)
         }
     }
 
-    /// The share of the item's upper side in the planned pose that would be new.
+    /// Gives the share of the item's upper side in the planned pose that would be new.
     fn noticed_share(&self, changes: &Changes<'_>) -> f64 {
         let (mut upper, mut noticed) = (0_u32, 0_u32);
-        for point in &self.object.points {
-            if (self.planned.rotation * point.normal).z < 0.3 {
-                continue;
-            }
+        let points = self.object.points.iter();
+        for point in points.filter(|point| (self.planned.rotation * point.normal).z >= 0.3) {
             let place = self.planned * point.point;
             let below_m = changes.blurred_at(place.x, place.y);
             let least_m = self.settings.least_rise_m;
@@ -166,10 +160,8 @@ impl Inspector<'_> {
         if groups.len() > 1 {
             sets.extend(groups.into_iter().take(ALONE));
         }
-        let mut searches: Vec<Search<'_>> = sets
-            .iter()
-            .filter_map(|own_m| self.search(own_m, changes))
-            .collect();
+        let searches = sets.iter().filter_map(|own_m| self.search(own_m, changes));
+        let mut searches: Vec<Search<'_>> = searches.collect();
         let mut starts = Vec::new();
         for search in &mut searches {
             let fit = search.near_planned(self.planned, self.settings.least_margin);
@@ -186,19 +178,14 @@ impl Inspector<'_> {
         let mut refused = None;
         for (search, start) in searches.iter_mut().zip(starts) {
             match self.searched(search, start, changes) {
-                Inspection::Unclear(unclear) => {
-                    refused.get_or_insert(unclear);
-                }
+                unclear @ Inspection::Unclear(_) => refused = refused.or(Some(unclear)),
                 told => return told,
             }
         }
-        match refused {
-            Some(refused) => Inspection::Unclear(refused),
-            None => unclear(UnclearReason::FewPoints { points: together }, None),
-        }
+        refused.unwrap_or_else(|| unclear(UnclearReason::FewPoints(together), None))
     }
 
-    /// A search at some of the new points; all others are its surroundings.
+    /// Makes a search at some of the new points; all others are its surroundings.
     fn search<'scene>(
         &'scene self,
         own_m: &'scene [Point3<f64>],
@@ -211,16 +198,13 @@ impl Inspector<'_> {
         if own_m.len() < changes.new_m.len() {
             let key = |point: &Point3<f64>| [point.x, point.y, point.z].map(f64::to_bits);
             let own: std::collections::HashSet<_> = own_m.iter().map(key).collect();
-            let rest = changes
-                .new_m
-                .iter()
-                .filter(|point| !own.contains(&key(point)));
-            others_m.extend(rest.copied());
+            let all = changes.new_m.iter().copied();
+            others_m.extend(all.filter(|point| !own.contains(&key(point))));
         }
         Search::new(self.object, own_m, &others_m, self.eye_m, self.diameter_m)
     }
 
-    /// The best fit from anywhere, with the one from the planned pose.
+    /// Chooses the best fit from anywhere, with the one from the planned pose.
     fn searched<'object>(
         &self,
         search: &mut Search<'object>,
@@ -244,15 +228,15 @@ impl Inspector<'_> {
             .unwrap_or_else(|| unclear(UnclearReason::DoesNotFit, best))
     }
 
-    /// The fit that is told, of some that agree about equally well; the first may be the one that lies near the plan. To
-    /// lie as planned, or to have slid there, is more likely than to have come to lie otherwise and look the same.
+    /// Chooses the fit that is told, of some that agree about equally well; the first may be the
+    /// one that lies near the plan. To lie as planned, or to have slid there, is more likely than
+    /// to have come to lie otherwise and look the same.
     fn chosen(&self, search: &mut Search<'_>, ways: &[Lying], is_near: bool) -> Option<Inspection> {
         let is_planned = |lying: &&Lying| lying.kind(self.settings) == Kind::AsPlanned;
         let best = ways.iter().find(is_planned).or(ways.first())?;
         let seen_share = search.seen_share(&best.container_from_item);
         if seen_share < self.settings.least_seen {
-            let hidden = UnclearReason::ItemHidden { seen_share };
-            return Some(unclear(hidden, Some(*best)));
+            return Some(unclear(UnclearReason::ItemHidden(seen_share), Some(*best)));
         }
         let says_the_same = |other: &Lying| {
             let centre = |lying: &Lying| lying.container_from_item * self.object.centre_m;
@@ -275,16 +259,11 @@ impl Inspector<'_> {
     }
 
     fn lying(&self, fit: &Fit<'_>) -> Lying {
-        Lying::new(
-            self.object,
-            self.planned,
-            &fit.pose,
-            self.container,
-            fit.agreement,
-        )
+        let poses = [self.planned, &fit.pose];
+        Lying::new(self.object, poses, self.container, fit.agreement)
     }
 
-    /// Whether a fit agrees within a share of what the settings allow it to lose.
+    /// Says whether a fit agrees within a share of what the settings allow it to lose.
     fn agrees(&self, fit: &Fit<'_>, share: f64) -> bool {
         let settings = self.settings;
         let loss =
@@ -296,7 +275,8 @@ impl Inspector<'_> {
     }
 }
 
-/// The new points that hang together in groups worth a look: all of them, and by group, the largest first.
+/// Gives the new points that hang together in groups worth a look: all of them, and by group, the
+/// largest first.
 fn grouped(new_m: &[Point3<f64>]) -> (Vec<Point3<f64>>, Vec<Vec<Point3<f64>>>) {
     let mut groups = joined(new_m.to_vec(), JOIN_M);
     let least = LEAST_GROUP_SHARE * new_m.len() as f64;

@@ -1,9 +1,10 @@
-//! Which catalogue object a point cloud shows, and how it lies.
+//! Recognition of catalogue objects in point clouds, with their poses.
 //!
-//! [`segmentation`] finds the items on a support; a [`library::Library`] holds the objects that can be recognised, prepared
-//! once; a [`recognise::Recogniser`] says of each item which object it is and in which pose, or that it is unknown, and why.
-//! Both can be packed: a known one as it lies ([`posed`]), an unknown one as far as it was seen ([`unknown_item`]).
-//! Whether an item lies where it was placed, [`inspection`] tells.
+//! [`segmentation`] finds the items on a support; a [`library::Library`] holds the objects that can
+//! be recognised, prepared once; a [`recognise::Recogniser`] says of each item which object it is
+//! and in which pose, or that it is unknown, and why. Both can be packed: a known one as it lies
+//! ([`posed`]), an unknown one as far as it was seen ([`unknown_item`]). Whether an item lies where
+//! it was placed, [`inspection`] tells.
 //!
 //! The crate is pure and synchronous; it knows neither the wire nor any sensor.
 //!

@@ -14,7 +14,7 @@ pub use crate::object::{LibraryObject, LibrarySettings, PoseTemplate, Twin};
 pub struct Library {
     /// The objects.
     pub objects: Vec<LibraryObject>,
-    /// What they were prepared with.
+    /// Settings that they were prepared with.
     pub settings: LibrarySettings,
 }
 
@@ -49,18 +49,16 @@ impl Library {
         Ok(Self { objects, settings })
     }
 
-    /// The index of an object that lies in this library.
+    /// Gives the index of an object that lies in this library.
     pub(crate) fn index_of(&self, object: &LibraryObject) -> Option<usize> {
-        self.objects
-            .iter()
-            .position(|other| std::ptr::eq(other, object))
+        let mut objects = self.objects.iter();
+        objects.position(|other| std::ptr::eq(other, object))
     }
 
-    /// Whether two objects are the same or twins.
+    /// Says whether two objects are the same or twins.
     pub fn are_alike(&self, one: usize, other: usize) -> bool {
-        let Some(object) = self.objects.get(one) else {
-            return false;
-        };
-        one == other || object.twins.iter().any(|twin| twin.object == other)
+        let is_twin = |object: &LibraryObject| object.twins.iter().any(|twin| twin.object == other);
+        let object = self.objects.get(one);
+        object.is_some_and(|object| one == other || is_twin(object))
     }
 }

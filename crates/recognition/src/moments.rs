@@ -2,16 +2,13 @@
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
-/// The mean of points; `None` where there is none.
+/// Gives the mean of points; `None` where there is none.
 pub(crate) fn centroid(points: &[Point3<f64>]) -> Option<Point3<f64>> {
-    if points.is_empty() {
-        return None;
-    }
     let sum: Vector3<f64> = points.iter().map(|point| point.coords).sum();
-    Some(Point3::from(sum / points.len() as f64))
+    (!points.is_empty()).then(|| Point3::from(sum / points.len() as f64))
 }
 
-/// The axes along which points scatter about their mean, and how far.
+/// Gives the axes along which points scatter about their mean, and how far.
 pub(crate) fn scatter(
     points: &[Point3<f64>],
     mean: &Point3<f64>,

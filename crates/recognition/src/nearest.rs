@@ -1,8 +1,9 @@
 //! The nearest point of a mesh, looked up in a grid.
 //!
-//! A pose search asks for the nearest surface millions of times for a few fixed meshes. A grid that knows the nearest
-//! triangle of each cell's centre answers in constant time, where a k-d tree descends; the exact point follows from that
-//! triangle and, where the foot lies on its border, from its neighbours.
+//! A pose search asks for the nearest surface millions of times for a few fixed meshes. A grid that
+//! knows the nearest triangle of each cell's centre answers in constant time, where a k-d tree
+//! descends; the exact point follows from that triangle and, where the foot lies on its border,
+//! from its neighbours.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,29 +15,29 @@ use std::collections::HashMap;
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 
-/// How far the grid reaches beyond the mesh, in metres. Farther points start from the nearest cell.
+/// Reach of the grid beyond the mesh, in metres. Farther points start from the nearest cell.
 const MARGIN_M: f64 = 0.012;
-/// Cells along the mesh's longest side, where the pitch's limits allow it.
+/// Number of cells along the mesh's longest side, where the pitch's limits allow it.
 const CELLS_ALONG: f64 = 60.0;
-/// The least and greatest edge of a cell, in metres.
+/// Minimum and maximum edge of a cell, in metres.
 const PITCH_M: (f64, f64) = (0.002, 0.005);
-/// The most cells along one side, for meshes of any size.
+/// Maximum number of cells along one side, for meshes of any size.
 const MOST_CELLS_ALONG: f64 = 160.0;
 
-/// How often the walk from triangle to triangle goes on at most.
+/// Maximum number of steps of the walk from triangle to triangle.
 const MAX_STEPS: usize = 6;
 
 /// Stands for no triangle.
 const NONE: u32 = u32::MAX;
 
-/// Where a mesh is nearest to a point.
+/// The place of a mesh that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Nearest {
     /// The point of the surface.
     pub foot: Point3<f64>,
     /// The unit normal of the triangle it lies on.
     pub normal: Vector3<f64>,
-    /// How far it is, in metres.
+    /// The distance, in metres.
     pub distance_m: f64,
 }
 
@@ -109,11 +110,12 @@ impl NearestSurface {
         Some(surface)
     }
 
-    /// The point of the surface nearest to a point with finite coordinates.
+    /// Finds the point of the surface nearest to a point with finite coordinates.
     ///
-    /// Within the grid, which reaches 12 mm around the mesh, the distance is at most two half diagonals of a cell above
-    /// the least, and exact but where parts of the surface that do not touch are about equally near. Beyond the grid, the
-    /// foot is a point of the surface near the nearest.
+    /// Within the grid, which reaches 12 mm around the mesh, the distance is at most two half
+    /// diagonals of a cell above the least, and exact but where parts of the surface that do not
+    /// touch are about equally near. Beyond the grid, the foot is a point of the surface near the
+    /// nearest.
     #[inline]
     pub fn nearest(&self, point: &Point3<f64>) -> Nearest {
         let mut at = self.cells[self.cell_of(point)] as usize;
@@ -123,10 +125,8 @@ impl NearestSurface {
                 break;
             }
             let mut next = at;
-            for neighbour in self.neighbours[at] {
-                if neighbour == NONE {
-                    continue;
-                }
+            let neighbours = self.neighbours[at].into_iter();
+            for neighbour in neighbours.filter(|neighbour| *neighbour != NONE) {
                 let other = self.triangles[neighbour as usize].foot(point);
                 if other.squared_m2 < foot.squared_m2 * (1.0 - 1e-9) {
                     foot = other;
@@ -145,7 +145,7 @@ impl NearestSurface {
         }
     }
 
-    /// The cell that a point lies in, or the nearest one.
+    /// Gives the cell that a point lies in, or the nearest one.
     #[inline]
     fn cell_of(&self, point: &Point3<f64>) -> usize {
         let offset = (point - self.lowest) * self.cells_per_m;
@@ -157,13 +157,8 @@ impl NearestSurface {
         (x * ny + y) * nz + z
     }
 
-    fn centre(&self, x: usize, y: usize, z: usize) -> Point3<f64> {
-        let offset = Vector3::new(x as f64, y as f64, z as f64).add_scalar(0.5);
-        self.lowest + offset / self.cells_per_m
-    }
-
-    /// Finds the nearest triangle of each cell: exactly near the surface, and from there outwards, each cell taking the
-    /// nearest of its neighbours' triangles, in sweeps.
+    /// Finds the nearest triangle of each cell: exactly near the surface, and from there outwards,
+    /// each cell taking the nearest of its neighbours' triangles, in sweeps.
     fn fill(&mut self) {
         let mut squared_m2 = vec![f64::INFINITY; self.cells.len()];
         self.seed(&mut squared_m2);
@@ -197,29 +192,29 @@ impl NearestSurface {
         if self.cells[cell] == triangle {
             return;
         }
-        let found = self.triangles[triangle as usize].foot(&self.centre(x, y, z));
+        let offset = Vector3::new(x as f64, y as f64, z as f64).add_scalar(0.5);
+        let centre = self.lowest + offset / self.cells_per_m;
+        let found = self.triangles[triangle as usize].foot(&centre);
         if found.squared_m2 < squared_m2[cell] {
             squared_m2[cell] = found.squared_m2;
             self.cells[cell] = triangle;
         }
     }
 
-    /// Gives the cells that a triangle passes through, and those beside them, their nearest triangle.
+    /// Gives the cells that a triangle passes through, and those beside them, their nearest
+    /// triangle.
     fn seed(&mut self, squared_m2: &mut [f64]) {
         let [nx, ny, nz] = self.sizes;
         let pitch_m = 1.0 / self.cells_per_m;
         for number in 0..self.triangles.len() {
             let triangle = self.triangles[number];
-            let longest_m = triangle
-                .ab
-                .norm()
-                .max(triangle.ac.norm())
-                .max((triangle.ab - triangle.ac).norm());
+            let (ab, ac) = (triangle.ab, triangle.ac);
+            let longest_m = ab.norm().max(ac.norm()).max((ab - ac).norm());
             let steps = (longest_m / pitch_m).ceil().max(1.0) as usize;
             for i in 0..=steps {
                 for j in 0..=steps - i {
                     let (s, t) = (i as f64 / steps as f64, j as f64 / steps as f64);
-                    let point = triangle.a + triangle.ab * s + triangle.ac * t;
+                    let point = triangle.a + ab * s + ac * t;
                     let middle = self.cell_of(&point);
                     let (x, y, z) = (middle / (ny * nz), middle / nz % ny, middle % nz);
                     for x in x.saturating_sub(1)..(x + 2).min(nx) {
@@ -244,7 +239,7 @@ struct Foot {
 }
 
 impl Triangle {
-    /// The nearest point by regions (Ericson, Real-Time Collision Detection, 5.1.5).
+    /// Finds the nearest point by regions (Ericson, Real-Time Collision Detection, 5.1.5).
     #[inline]
     fn foot(&self, point: &Point3<f64>) -> Foot {
         let (s, t, is_inside) = self.coordinates(point);

@@ -12,7 +12,7 @@ use crate::symmetry::{SameSurface, Symmetry};
 use ppnpack_numbers::settings;
 
 settings! {
-    /// How objects are prepared.
+    /// Settings of the preparation of objects.
     #[derive(Copy)]
     pub struct LibrarySettings {
         /// Resting poses less likely than this are not searched, unless there is no other.
@@ -28,25 +28,24 @@ settings! {
                 root_mean_square_m: 0.0015,
                 nearly_all_m: 0.004,
             },
-        /// What is lower than this over the support is not seen as part of an item, in metres; as
-        /// in the segmentation.
+        /// Minimum height over the support of what is seen as part of an item, in metres; as in the
+        /// segmentation.
         pub least_height_m: f64 = 0.004,
     }
 }
 
-/// Points that an object's surface is sampled at.
+/// Number of points that an object's surface is sampled at.
 const SURFACE_POINTS: usize = 500;
 
-/// The most resting poses between which symmetries are looked for.
+/// Maximum number of resting poses between which symmetries are looked for.
 const MAX_SYMMETRIC_POSES: usize = 8;
 
 /// A resting pose as the search uses it.
 #[derive(Debug, Clone)]
 pub struct PoseTemplate {
-    /// The object on the support: its lowest point at height 0, the middle of what is seen from above over the origin.
+    /// The object on the support: its lowest point at height 0, the middle of what is seen from
+    /// above over the origin.
     pub support_from_item: Isometry3<f64>,
-    /// The chance of this pose and of those that are searched with it.
-    pub probability: f64,
     pub(crate) surface: UpperSurface,
     pub(crate) outline: Outline,
 }
@@ -56,7 +55,8 @@ pub struct PoseTemplate {
 pub struct Twin {
     /// Its index in the library.
     pub object: usize,
-    /// The twin's item frame from that of the object it is a twin of, such that their surfaces coincide.
+    /// The twin's item frame from that of the object it is a twin of, such that their surfaces
+    /// coincide.
     pub twin_from_item: Isometry3<f64>,
 }
 
@@ -69,12 +69,12 @@ pub struct LibraryObject {
     pub nearest: NearestSurface,
     /// Points spread evenly over its surface, in the item frame.
     pub points: Vec<SurfacePoint>,
-    /// How it looks the same to the search: resting poses that it joins are one.
+    /// Turns after which it looks the same to the search: resting poses that these join are one.
     pub symmetry: Symmetry,
-    /// How it looks nearly the same: orientations are compared modulo these turns.
+    /// Turns after which it looks nearly the same: orientations are compared modulo these.
     pub near_symmetry: Symmetry,
-    /// The point of the item frame that its near symmetry leaves in place, in metres: positions are compared there. The centre
-    /// of mass of an object that looks the same after no turn.
+    /// The point of the item frame that its near symmetry leaves in place, in metres: positions are
+    /// compared there. The centre of mass of an object that looks the same after no turn.
     pub centre_m: Point3<f64>,
     /// The resting poses that are searched, the most probable first.
     pub poses: Vec<PoseTemplate>,
@@ -83,7 +83,8 @@ pub struct LibraryObject {
 }
 
 impl LibraryObject {
-    /// Prepares a model; `None` where it has no surface or no resting pose. Its twins are not known yet.
+    /// Prepares a model; `None` where it has no surface or no resting pose. Its twins are not known
+    /// yet.
     pub(crate) fn new(model: &Arc<Model>, settings: &LibrarySettings) -> Option<Self> {
         let nearest = NearestSurface::of(&model.mesh)?;
         let points = surface_points(&model.mesh, SURFACE_POINTS);
@@ -114,12 +115,13 @@ impl LibraryObject {
     }
 }
 
-/// The direction of the item frame that points down.
+/// Gives the direction of the item frame that points down.
 fn down(support_from_item: &UnitQuaternion<f64>) -> Unit<Vector3<f64>> {
     Unit::new_unchecked(support_from_item.inverse() * -Vector3::z())
 }
 
-/// The resting poses of a model by falling probability; of those searched as one, the likeliest with the chance of all.
+/// Gives the resting poses of a model by falling probability; of those searched as one, the
+/// likeliest with the chance of all.
 fn grouped(model: &Model, settings: &LibrarySettings, symmetry: &Symmetry) -> Vec<RestingPose> {
     let mut groups: Vec<RestingPose> = Vec::new();
     for pose in &model.resting_poses {
@@ -144,16 +146,12 @@ impl PoseTemplate {
         let lowest_m = turned.bounds()?.lowest.z;
         let lift = Translation3::new(0.0, 0.0, -lowest_m);
         let standing = turned.transformed(&nalgebra::convert(lift));
-        let surface = UpperSurface::of_mesh(&standing, settings.least_height_m)?;
-        let centre = surface.outline()?.centre;
+        let seen = |mesh| UpperSurface::of_mesh(mesh, settings.least_height_m);
+        let centre = seen(&standing)?.outline()?.centre;
         let shift = Translation3::new(-centre.x, -centre.y, 0.0);
-        let surface = UpperSurface::of_mesh(
-            &standing.transformed(&nalgebra::convert(shift)),
-            settings.least_height_m,
-        )?;
+        let surface = seen(&standing.transformed(&nalgebra::convert(shift)))?;
         Some(Self {
             support_from_item: shift * lift * group.rotation,
-            probability: group.probability,
             outline: surface.outline()?,
             surface,
         })

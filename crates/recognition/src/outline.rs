@@ -4,10 +4,10 @@ use nalgebra::{Point2, Point3, Vector2};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::raster::{Raster, rasterise};
 
-/// The edge of a cell, in metres.
+/// Edge of a cell, in metres.
 pub(crate) const CELL_M: f64 = 0.003;
 
-/// The most cells along a side; larger things are cut off.
+/// Maximum number of cells along a side; larger things are cut off.
 const MAX_CELLS: f64 = 400.0;
 
 /// Stands for a cell without material.
@@ -21,7 +21,7 @@ pub(crate) struct UpperSurface {
     heights_m: Vec<f32>,
 }
 
-/// What a surface looks like whatever its yaw.
+/// Numbers of a surface that do not depend on its yaw.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Outline {
     /// The middle of the covered cells.
@@ -34,7 +34,8 @@ pub(crate) struct Outline {
     pub(crate) width_m: f64,
     /// Standard deviations of the covered cells along the longer and the shorter principal axis.
     pub(crate) spreads_m: [f64; 2],
-    /// The mean of heights times the distance from the middle, over the mean height: how far out the material is.
+    /// The mean of heights times the distance from the middle, over the mean height: how far out
+    /// the material is.
     pub(crate) reach_m: f64,
 }
 
@@ -54,7 +55,8 @@ impl UpperSurface {
         }
     }
 
-    /// Of a mesh that stands on the plane; what is below `least_height_m` is left out.
+    /// Gives the surface of a mesh that stands on the plane; what is below `least_height_m` is left
+    /// out.
     pub(crate) fn of_mesh(mesh: &Mesh, least_height_m: f64) -> Option<Self> {
         let bounds = mesh.bounds()?;
         let mut surface = Self::empty(bounds.lowest.xy(), bounds.highest.xy());
@@ -67,7 +69,7 @@ impl UpperSurface {
         Some(surface)
     }
 
-    /// Of points over the plane.
+    /// Gives the surface of points over the plane.
     pub(crate) fn of_points(points: &[Point3<f64>], least_height_m: f64) -> Option<Self> {
         let bounds = Bounds::of(points)?;
         let lowest = bounds.lowest.xy();
@@ -93,34 +95,31 @@ impl UpperSurface {
         }
     }
 
-    /// The height at a place, in metres; 0 where there is nothing.
+    /// Gives the height at a place, in metres; 0 where there is nothing.
     #[inline]
     pub(crate) fn at(&self, place: &Point2<f64>) -> f32 {
         let offset = (place - self.cells.origin) / CELL_M;
-        if offset.x < 0.0 || offset.y < 0.0 {
-            return NOTHING;
-        }
         let (x, y) = (offset.x as usize, offset.y as usize);
-        if x >= self.cells.nx || y >= self.cells.ny {
+        let is_before = offset.x < 0.0 || offset.y < 0.0;
+        if is_before || x >= self.cells.nx || y >= self.cells.ny {
             return NOTHING;
         }
         let height_m = self.heights_m.get(x * self.cells.ny + y);
         height_m.copied().unwrap_or(NOTHING)
     }
 
-    /// The middles and heights of covered cells, in metres.
+    /// Gives the middles and heights of covered cells, in metres.
     pub(crate) fn covered(&self) -> impl Iterator<Item = (Point2<f64>, f32)> + '_ {
         let cells = self.heights_m.iter().enumerate();
-        cells
-            .filter(|(_, height_m)| **height_m > NOTHING)
-            .map(|(index, height_m)| {
-                let (x, y) = (index / self.cells.ny, index % self.cells.ny);
-                let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * CELL_M;
-                (self.cells.origin + middle, *height_m)
-            })
+        let covered = cells.filter(|(_, height_m)| **height_m > NOTHING);
+        covered.map(|(index, height_m)| {
+            let (x, y) = (index / self.cells.ny, index % self.cells.ny);
+            let middle = Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * CELL_M;
+            (self.cells.origin + middle, *height_m)
+        })
     }
 
-    /// What does not depend on the yaw; `None` where nothing is covered.
+    /// Gives the numbers that do not depend on the yaw; `None` where nothing is covered.
     pub(crate) fn outline(&self) -> Option<Outline> {
         let mut heights_m: Vec<f32> = Vec::new();
         let mut sum = Vector2::zeros();
@@ -159,7 +158,8 @@ impl UpperSurface {
 }
 
 impl Outline {
-    /// How unlike two outlines are: the squares of their differences in units of what the sensor leaves uncertain.
+    /// Gives the difference of two outlines: the sum of the squares of their numbers' differences,
+    /// in units of the sensor's uncertainty.
     pub(crate) fn difference(&self, other: &Self) -> f64 {
         let [long, short] = self.spreads_m;
         let [other_long, other_short] = other.spreads_m;

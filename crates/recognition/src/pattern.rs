@@ -6,41 +6,43 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::object::LibraryObject;
 
-/// How a pose is moved by a step, to both sides.
+/// A move of a pose by a step, to both sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Move {
-    /// Shifted along x.
+    /// A shift along x.
     X,
-    /// Shifted along y.
+    /// A shift along y.
     Y,
-    /// Shifted along z.
+    /// A shift along z.
     Z,
-    /// Turned about the vertical through the object's centre, such that the object's border moves by the step.
+    /// A turn about the vertical through the object's centre, such that the object's border moves
+    /// by the step.
     Turn,
 }
 
-/// What a search tries. The order matters: each move starts from the best pose so far.
+/// Moves that a search tries. The order matters: each starts from the best pose so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pattern {
     /// The first step, in metres.
     pub(crate) first_step_m: f64,
     /// The moves in their order.
     pub(crate) moves: [Move; 3],
-    /// How often all moves are tried with each step.
+    /// Number of times that all moves are tried with each step.
     pub(crate) sweeps: usize,
 }
 
-/// How many steps are tried, each half as long as the one before.
+/// Number of steps that are tried, each half as long as the one before.
 const STEPS: i32 = 3;
 
-/// An object's border is taken to be at least this far from its centre, in metres.
+/// Minimum distance of an object's border from its centre, in metres.
 const LEAST_ARM_M: f64 = 0.003;
 
 impl Pattern {
-    /// The pose near another at which a cost is least, with that cost; it starts from a pose with its cost.
+    /// Finds the pose near another at which a cost is least, with that cost; it starts from a pose
+    /// with its cost.
     ///
-    /// Each move that lowers the cost is kept at once, and the step is halved whether or not one did (Hooke and Jeeves
-    /// 1961, without their extrapolation).
+    /// Each move that lowers the cost is kept at once, and the step is halved whether or not one
+    /// did (Hooke and Jeeves 1961, without their extrapolation).
     pub(crate) fn least(
         &self,
         object: &LibraryObject,
@@ -71,7 +73,7 @@ impl Pattern {
     }
 }
 
-/// How far a posed object reaches from its centre, seen from above, in metres.
+/// Gives the reach of a posed object from its centre, seen from above, in metres.
 fn arm_m(object: &LibraryObject, pose: &Isometry3<f64>) -> f64 {
     let centre = pose * object.centre_m;
     let points = object.points.iter();
@@ -79,7 +81,7 @@ fn arm_m(object: &LibraryObject, pose: &Isometry3<f64>) -> f64 {
     arms_m.fold(LEAST_ARM_M, f64::max)
 }
 
-/// A pose turned about the vertical through the object's centre.
+/// Turns a pose about the vertical through the object's centre.
 fn turned(object: &LibraryObject, pose: &Isometry3<f64>, yaw_rad: f64) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     Isometry3::rotation_wrt_point(turn, pose * object.centre_m) * pose

@@ -9,7 +9,8 @@ use ppnpack_packing::rectangle::least_rectangle_rad;
 
 use crate::rest::turn_to_rest;
 
-/// An object that leans by at most this is taken to be at rest, in radians. Planners take maps that lean a little more.
+/// Maximum lean of an object that is taken to be at rest, in radians. Planners take maps that lean
+/// a little more.
 const AT_REST_RAD: f64 = 0.12;
 
 /// An object as it lies.
@@ -21,8 +22,9 @@ pub struct PosedItem {
     pub heightmap_from_item: UnitQuaternion<f64>,
 }
 
-/// The heightmaps of an object that was seen in a pose (`world_from_item`, the world's z axis up), at each yaw of a
-/// resolution. A pose that is nearly one at rest is taken for that: the object stands on something flat.
+/// Makes the heightmaps of an object that was seen in a pose (`world_from_item`, the world's z axis
+/// up), at each yaw of a resolution. A pose that is nearly one at rest is taken for that: the
+/// object stands on something flat.
 ///
 /// # Errors
 /// [`ViewError`] where it has more cells or units than the engine represents.
@@ -46,21 +48,11 @@ pub fn posed_item(
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point3, Translation3};
+    use nalgebra::Translation3;
     use ppnpack_catalogue::build::{ModelSettings, model};
-    use ppnpack_catalogue::mesh::Bounds;
+    use ppnpack_catalogue::mesh::Mesh;
 
     use super::*;
-
-    fn brick() -> Model {
-        let bounds = Bounds {
-            lowest: Point3::new(-0.05, -0.03, 0.0),
-            highest: Point3::new(0.05, 0.03, 0.02),
-        };
-        model("brick", bounds.mesh(), &ModelSettings::default())
-            .unwrap()
-            .0
-    }
 
     #[test]
     fn a_brick_on_its_end_is_as_high_as_it_is_long() {
@@ -68,8 +60,9 @@ mod tests {
             UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2);
         let askew = UnitQuaternion::from_euler_angles(0.03, -0.02, 0.7);
         let seen = Translation3::new(0.2, 0.1, 0.0) * (askew * on_end);
-        let resolution = Resolution::reference();
-        let posed = posed_item(&brick(), &seen, &resolution).unwrap();
+        let brick = Mesh::cuboid([-0.05, -0.03, 0.0], [0.05, 0.03, 0.02]);
+        let (brick, _) = model("brick", brick, &ModelSettings::default()).unwrap();
+        let posed = posed_item(&brick, &seen, &Resolution::reference()).unwrap();
         let view = &posed.item.views()[0];
         let (short, long) = (view.nx().min(view.ny()), view.nx().max(view.ny()));
         assert_eq!((short, long), (2, 6), "it stands exactly, along the axes");

@@ -19,26 +19,25 @@ use crate::samples::spread;
 use crate::segmentation::Cluster;
 
 settings! {
-    /// How clusters are recognised.
+    /// Settings of the recognition of clusters.
     #[derive(Copy)]
     pub struct RecognitionSettings with validate {
-        /// Clusters of fewer points are not looked at.
+        /// Minimum number of points of clusters that are looked at.
         pub least_points: usize = 30,
-        /// How many objects in resting poses go on from the comparison of outlines.
+        /// Number of objects in resting poses that go on from the comparison of outlines.
         pub templates: usize = 90 => within("1 to 10,000", 1.0..=1e4),
-        /// How many poses go on from the comparison of heights.
+        /// Number of poses that go on from the comparison of heights.
         pub hypotheses: usize = 24 => within("1 to 10,000", 1.0..=1e4),
-        /// How many poses go on from the quick alignment.
+        /// Number of poses that go on from the quick alignment.
         pub finalists: usize = 4 => within("1 to 10,000", 1.0..=1e4),
         /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to
         /// be off by.
         pub sensor_deviation_m: f64 = 0.001 => within("0 to 0.1 m", 0.0..=0.1),
-        /// Below this fitness, an item is unknown; as a sensor without noise would give it.
+        /// Minimum fitness of a known item, as a sensor without noise would give it.
         pub least_fitness: f64 = 0.9725 => within("0 to 1", 0.0..=1.0),
-        /// Where more than this share of an item's points is not explained, it is unknown.
+        /// Maximum share of a known item's points that is not explained.
         pub most_unexplained: f64 = 0.03 => within("0 to 1", 0.0..=1.0),
-        /// Where the camera looks through more than this share of what should be seen, an item is
-        /// unknown.
+        /// Maximum share of what should be seen of a known item that the camera looks through.
         pub most_contradicted: f64 = 0.02 => within("0 to 1", 0.0..=1.0),
     }
 }
@@ -52,18 +51,18 @@ pub struct Candidate {
     pub name: String,
     /// Its item frame in the world.
     pub world_from_item: Isometry3<f64>,
-    /// How well it agrees.
+    /// Its agreement with what is seen.
     pub agreement: Agreement,
 }
 
 /// A recognised item.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// What it is and how it lies.
+    /// The object and its pose.
     pub best: Candidate,
     /// The best other object, twins aside; `None` where no other was worth a closer look.
     pub runner_up: Option<Candidate>,
-    /// By how much the fitness is above the runner-up's; the whole fitness without one.
+    /// Excess of the fitness over the runner-up's; the whole fitness without one.
     pub margin: f64,
 }
 
@@ -87,7 +86,7 @@ pub struct Unknown {
     pub candidates: Vec<Candidate>,
 }
 
-/// What a cluster shows.
+/// The result of recognising a cluster.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Recognition {
     /// An object of the library.
@@ -96,19 +95,20 @@ pub enum Recognition {
     Unknown(Unknown),
 }
 
-/// The square root of the area that the smallest item covers, in metres.
+/// Square root of the area that the smallest item covers, in metres.
 const LEAST_WIDTH_M: f64 = 0.008;
 
-/// The most points of a cluster that are looked at.
+/// Maximum number of points of a cluster that are looked at.
 const MAX_POINTS: usize = 40_000;
 
-/// How an item may lie other than at rest: meshes and supports are not perfect.
+/// Deviations of an item from rest: meshes and supports are not perfect.
 const NEARLY_AT_REST: Hold = Hold {
     tilt_rad: 0.05,
     height_m: 0.0015,
 };
 
-/// How hypotheses are refined. Clusters of many points are of large items, whose poses alignment alone finds.
+/// Settings by which hypotheses are refined. Clusters of many points are of large items, whose
+/// poses alignment alone finds.
 const REFINEMENT: RefinementSettings = RefinementSettings {
     quick: PassSettings {
         pixel_spacings: 2.0,
@@ -138,21 +138,18 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
     },
 };
 
-/// How many of the best fits are laid exactly at rest.
+/// Number of the best fits that are laid exactly at rest.
 const LAID_AT_REST: usize = 2;
-/// A fit that leans more than this from each resting pose stays as it is, in radians.
+/// Maximum lean from a resting pose of a fit that is laid at rest, in radians.
 const MOST_LEAN_RAD: f64 = 0.2;
-/// The pose at rest is preferred where its fitness is at most this much lower.
+/// Maximum loss of fitness for which the pose at rest is preferred.
 const MOST_LOST: f64 = 0.001;
-/// How the pose at rest is aligned.
-const AT_REST: AlignSettings = AlignSettings {
-    rounds: 8,
-    scale_m: (0.003, 0.0015),
-    hold: Some(Hold {
-        tilt_rad: 0.0005,
-        height_m: 0.0001,
-    }),
+/// Settings by which the pose at rest is aligned.
+const EXACTLY_AT_REST: Hold = Hold {
+    tilt_rad: 0.0005,
+    height_m: 0.0001,
 };
+const AT_REST: AlignSettings = AlignSettings::new(8, (0.003, 0.0015), Some(EXACTLY_AT_REST));
 
 /// Recognises clusters as objects of a library.
 #[derive(Debug, Clone)]
@@ -162,20 +159,21 @@ pub struct Recogniser {
 }
 
 impl Recogniser {
-    /// A recogniser of the objects of a library.
+    /// Makes a recogniser of the objects of a library.
     pub fn new(library: Arc<Library>, settings: RecognitionSettings) -> Self {
         Self { library, settings }
     }
 
-    /// The objects that it knows.
+    /// Gives the objects that it knows.
     pub fn library(&self) -> &Library {
         &self.library
     }
 
-    /// What a cluster shows. Points that are not finite are left out.
+    /// Recognises a cluster. Points that are not finite are left out.
     ///
-    /// The first cut compares outlines and heights over the support; iterative closest points refine what is left; and
-    /// the views that the camera should have of the refined poses are compared with what it sees.
+    /// The first cut compares outlines and heights over the support; iterative closest points
+    /// refine what is left; and the views that the camera should have of the refined poses are
+    /// compared with what it sees.
     pub fn recognise(&self, cluster: &Cluster) -> Recognition {
         let cluster = &thinned(cluster);
         if cluster.points_m.len() < self.settings.least_points {
@@ -186,7 +184,8 @@ impl Recogniser {
         self.decided(candidates.collect())
     }
 
-    /// Poses with their agreement, best first; `None` where the cluster cannot be compared with any.
+    /// Gives poses with their agreement, best first; `None` where the cluster cannot be compared
+    /// with any.
     fn ranked(&self, cluster: &Cluster) -> Option<Vec<Fit<'_>>> {
         let least_height_m = self.library.settings.least_height_m;
         let surface = UpperSurface::of_points(&cluster.points_m, least_height_m)?;
@@ -221,7 +220,7 @@ impl Recogniser {
         })
     }
 
-    /// Known or unknown, of candidates from the best down.
+    /// Decides whether the cluster is known, by candidates from the best down.
     fn decided(&self, mut candidates: Vec<Candidate>) -> Recognition {
         let Some(best) = candidates.first() else {
             return unknown(UnknownReason::NoCandidate, candidates);
@@ -236,8 +235,7 @@ impl Recogniser {
             return unknown(UnknownReason::PoorFit, candidates);
         }
         let best = candidates.remove(0);
-        let is_other =
-            |candidate: &Candidate| !self.library.are_alike(best.object, candidate.object);
+        let is_other = |other: &Candidate| !self.library.are_alike(best.object, other.object);
         let runner_up = candidates.into_iter().find(is_other);
         let below = runner_up
             .as_ref()
@@ -250,24 +248,21 @@ impl Recogniser {
     }
 }
 
-/// The fit laid exactly at rest, where a resting pose is near and agrees about as well.
+/// Lays a fit exactly at rest, where a resting pose is near and agrees about as well.
 fn at_rest<'library>(pass: &mut Pass, fit: &Fit<'library>) -> Fit<'library> {
     let Some(resting) = laid_at_rest(fit.object, &fit.pose, MOST_LEAN_RAD) else {
         return *fit;
     };
     let rested = pass.aligned(fit.object, &resting, &AT_REST);
-    if rested.agreement.fitness + MOST_LOST >= fit.agreement.fitness {
-        rested
-    } else {
-        *fit
-    }
+    let is_as_good = rested.agreement.fitness + MOST_LOST >= fit.agreement.fitness;
+    if is_as_good { rested } else { *fit }
 }
 
 fn unknown(reason: UnknownReason, candidates: Vec<Candidate>) -> Recognition {
     Recognition::Unknown(Unknown { reason, candidates })
 }
 
-/// The cluster with its finite points only, and of very many evenly spaced ones.
+/// Gives the cluster with its finite points only, and of very many evenly spaced ones.
 fn thinned(cluster: &Cluster) -> Cluster {
     let some = |points: &[Point3<f64>]| {
         let is_sound = |point: &&Point3<f64>| point.iter().all(|value| value.abs() < 1e3);

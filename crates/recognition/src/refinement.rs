@@ -1,7 +1,8 @@
 //! Poses refined from many rough ones to a few exact ones.
 //!
-//! Recognition looks for many objects on a support, an inspection for one that may lie anyhow. Both align all they
-//! start from with few points, those that then agree best with more, and lay the best where the outline fits.
+//! Recognition looks for many objects on a support, an inspection for one that may lie anyhow. Both
+//! align all they start from with few points, those that then agree best with more, and lay the
+//! best where the outline fits.
 
 use nalgebra::{Isometry3, Point3};
 
@@ -13,20 +14,20 @@ use crate::samples::spread;
 use crate::segmentation::Cluster;
 use crate::spacing::spacing_m;
 
-/// How poses are refined.
+/// Settings of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RefinementSettings {
     /// The pass over all poses.
     pub(crate) quick: PassSettings,
     /// The pass over those that agree best after the quick one.
     pub(crate) thorough: PassSettings,
-    /// When poses after the quick pass are one.
+    /// Limits within which poses after the quick pass are one.
     pub(crate) same: SamePose,
     /// The search for the outline.
     pub(crate) polish: PolishSettings,
 }
 
-/// How finely poses are aligned and compared.
+/// Settings of a pass, in which poses are aligned and compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PassSettings {
     /// The width of the expected view's pixels, in spacings of the points.
@@ -35,29 +36,30 @@ pub(crate) struct PassSettings {
     pub(crate) compared: usize,
     /// Points of the cluster that are aligned.
     pub(crate) aligned: usize,
-    /// How they are aligned.
+    /// Settings of their alignment.
     pub(crate) align: AlignSettings,
 }
 
-/// How a pose is laid where the outline fits.
+/// Settings of the search for the pose where the outline fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PolishSettings {
     /// The width of the expected view's pixels, in spacings of the points.
     pub(crate) pixel_spacings: f64,
     /// Points of the cluster that are compared.
     pub(crate) compared: usize,
-    /// With more points than this, the surroundings' included, alignment is exact enough, and a search would take long.
+    /// Maximum number of points, the surroundings' included. With more, alignment is exact enough,
+    /// and a search would take long.
     pub(crate) most_points: usize,
     /// The shifts and turns that are tried.
     pub(crate) pattern: Pattern,
 }
 
-/// When two poses count as one.
+/// Limits within which two poses count as one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SamePose {
-    /// Their orientations are nearer than this, in radians.
+    /// Angle between their orientations, in radians.
     pub(crate) angle_rad: f64,
-    /// Their origins are nearer than this, in metres.
+    /// Distance of their origins, in metres.
     pub(crate) distance_m: f64,
 }
 
@@ -85,12 +87,12 @@ pub(crate) struct Refinement {
     settings: &'static RefinementSettings,
     quick: Option<Pass>,
     pub(crate) thorough: Pass,
-    /// What the outline is fitted to; `None` where that would not help.
+    /// The view that the outline is fitted to; `None` where that would not help.
     outline: Option<Observation>,
 }
 
 impl Refinement {
-    /// `None` where the cluster is not before the camera.
+    /// Makes a refinement; `None` where the cluster is not before the camera.
     pub(crate) fn new(cluster: &Cluster, settings: &'static RefinementSettings) -> Option<Self> {
         let spacing_m = spacing_m(cluster);
         let polish = &settings.polish;
@@ -103,7 +105,7 @@ impl Refinement {
         })
     }
 
-    /// The fits that poses are aligned to, best first: all quickly, and as many thoroughly as asked for.
+    /// Aligns poses to fits, best first: all quickly, and as many thoroughly as asked for.
     pub(crate) fn refined<'object>(
         &mut self,
         starts: impl IntoIterator<Item = Start<'object>>,
@@ -122,10 +124,11 @@ impl Refinement {
         self.thorough.refined(starts, &self.settings.thorough.align)
     }
 
-    /// A pose near another at which the expected view fits better; `None` where a search would not help.
+    /// Finds a pose near another at which the expected view fits better; `None` where a search
+    /// would not help.
     ///
-    /// Alignment pulls a surface to the points but does not push it away from where the camera saw none. On small items
-    /// that leaves some degrees of yaw; the outline holds them.
+    /// Alignment pulls a surface to the points but does not push it away from where the camera saw
+    /// none. On small items that leaves some degrees of yaw; the outline holds them.
     pub(crate) fn polished(
         &mut self,
         object: &LibraryObject,
@@ -159,14 +162,13 @@ impl Pass {
         settings: &AlignSettings,
     ) -> Vec<Fit<'object>> {
         let starts = starts.into_iter();
-        let mut fits: Vec<Fit<'object>> = starts
-            .map(|(object, pose)| self.aligned(object, &pose, settings))
-            .collect();
+        let fits = starts.map(|(object, pose)| self.aligned(object, &pose, settings));
+        let mut fits: Vec<Fit<'object>> = fits.collect();
         sort(&mut fits);
         fits
     }
 
-    /// The fit that a pose is aligned to.
+    /// Aligns a pose to a fit.
     pub(crate) fn aligned<'object>(
         &mut self,
         object: &'object LibraryObject,
@@ -177,7 +179,7 @@ impl Pass {
         self.compared(object, &pose)
     }
 
-    /// The fit of a pose as it is.
+    /// Gives the fit of a pose as it is.
     pub(crate) fn compared<'object>(
         &mut self,
         object: &'object LibraryObject,
@@ -190,7 +192,7 @@ impl Pass {
         }
     }
 
-    /// The share of what should be seen of an object in a pose that is seen, about.
+    /// Gives the share of what should be seen of an object in a pose that is seen, about.
     pub(crate) fn seen_share(&mut self, object: &LibraryObject, pose: &Isometry3<f64>) -> f64 {
         self.observation.seen_share(object, pose)
     }
@@ -201,14 +203,11 @@ pub(crate) fn sort(fits: &mut [Fit<'_>]) {
     fits.sort_by(|a, b| b.agreement.fitness.total_cmp(&a.agreement.fitness));
 }
 
-/// The first of those that are the same, in their order, as many as asked for.
+/// Gives the first of those that are the same, in their order, as many as asked for.
 pub(crate) fn distinct<T>(all: Vec<T>, count: usize, is_same: impl Fn(&T, &T) -> bool) -> Vec<T> {
     let mut chosen: Vec<T> = Vec::with_capacity(count);
     for one in all {
-        if chosen.len() >= count {
-            break;
-        }
-        if !chosen.iter().any(|other| is_same(other, &one)) {
+        if chosen.len() < count && !chosen.iter().any(|other| is_same(other, &one)) {
             chosen.push(one);
         }
     }

@@ -5,7 +5,8 @@ use ppnpack_catalogue::object::Model;
 
 use crate::object::LibraryObject;
 
-/// The least turn that lays an object, turned like this, in a resting pose; z is up. `None` beyond `most_rad` of each.
+/// Gives the least turn that lays an object, turned like this, in a resting pose; z is up. `None`
+/// beyond `most_rad` of each.
 pub(crate) fn turn_to_rest(
     model: &Model,
     rotation: &UnitQuaternion<f64>,
@@ -21,8 +22,8 @@ pub(crate) fn turn_to_rest(
     (turn.angle() <= most_rad).then_some(turn)
 }
 
-/// A pose turned as little as possible so that the object rests on the support; `None` where it leans more than `most_rad`
-/// from each resting pose.
+/// Turns a pose as little as possible so that the object rests on the support; `None` where it
+/// leans more than `most_rad` from each resting pose.
 pub(crate) fn laid_at_rest(
     object: &LibraryObject,
     support_from_item: &Isometry3<f64>,
@@ -33,9 +34,8 @@ pub(crate) fn laid_at_rest(
     let turned = Isometry3::rotation_wrt_point(turn, centre) * support_from_item;
     let rotation = turned.rotation.to_rotation_matrix();
     let vertices = object.model.mesh.vertices.iter();
-    let lowest_m = vertices
-        .map(|vertex| (rotation * vertex).z)
-        .fold(f64::INFINITY, f64::min);
+    let heights_m = vertices.map(|vertex| (rotation * vertex).z);
+    let lowest_m = heights_m.fold(f64::INFINITY, f64::min);
     let lift_m = -lowest_m - turned.translation.vector.z;
     Some(Translation3::new(0.0, 0.0, lift_m) * turned)
 }

@@ -1,4 +1,5 @@
-//! Points spread evenly over a mesh's surface, directions over the sphere, angles over a turn, and some of many points.
+//! Points spread evenly over a mesh's surface, directions over the sphere, angles over a turn, and
+//! some of many points.
 
 use nalgebra::{Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
@@ -6,16 +7,17 @@ use ppnpack_catalogue::mesh::Mesh;
 /// A point of a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is, in metres.
+    /// Its place, in metres.
     pub point: Point3<f64>,
     /// The unit normal there.
     pub normal: Vector3<f64>,
 }
 
-/// `count` points of a mesh, each standing for the same area; none where it has no area.
+/// Gives `count` points of a mesh, each standing for the same area; none where it has no area.
 ///
-/// Goes through the area in even steps; the place within a triangle follows a sequence of low discrepancy (the additive
-/// recurrence of the plastic number), so that equal meshes give equal points.
+/// Goes through the area in even steps; the place within a triangle follows a sequence of low
+/// discrepancy (the additive recurrence of the plastic number), so that equal meshes give equal
+/// points.
 pub fn surface_points(mesh: &Mesh, count: usize) -> Vec<SurfacePoint> {
     let triangles: Vec<_> = mesh.corners().collect();
     let area = |[a, b, c]: &[Point3<f64>; 3]| (b - a).cross(&(c - a)).norm() / 2.0;
@@ -50,7 +52,7 @@ pub fn surface_points(mesh: &Mesh, count: usize) -> Vec<SurfacePoint> {
     points
 }
 
-/// One of `count` directions spread evenly over the sphere along a spiral.
+/// Gives one of `count` directions spread evenly over the sphere along a spiral.
 pub(crate) fn direction(number: usize, count: usize) -> Vector3<f64> {
     let z = 1.0 - 2.0 * (number as f64 + 0.5) / count as f64;
     let turn_rad = number as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
@@ -58,18 +60,19 @@ pub(crate) fn direction(number: usize, count: usize) -> Vector3<f64> {
     Vector3::new(radius * turn_rad.cos(), radius * turn_rad.sin(), z)
 }
 
-/// `count` angles spread evenly over a full turn, from 0, in radians.
+/// Gives `count` angles spread evenly over a full turn, from 0, in radians.
 pub(crate) fn yaws_rad(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |step| std::f64::consts::TAU * step as f64 / count as f64)
 }
 
-/// Some of the points, evenly spaced in their order.
+/// Gives some of the points, evenly spaced in their order.
 pub(crate) fn spread<T: Copy>(points: &[T], count: usize) -> Vec<T> {
     if points.len() <= count {
         return points.to_vec();
     }
     let step = points.len() as f64 / count as f64;
-    (0..count)
-        .filter_map(|number| points.get((number as f64 * step) as usize).copied())
+    let places = (0..count).map(|number| (number as f64 * step) as usize);
+    places
+        .filter_map(|place| points.get(place).copied())
         .collect()
 }

@@ -19,29 +19,29 @@ pub struct Region {
 }
 
 impl Region {
-    /// Whether a point lies within; never one with a coordinate that is not a number.
+    /// Says whether a point lies within; never one with a coordinate that is not a number.
     pub fn contains(&self, point: &Point3<f64>) -> bool {
         // Points compare along every axis.
         *point >= self.lowest_m && *point <= self.highest_m
     }
 }
 
-/// How points become clusters.
+/// Settings by which points become clusters.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SegmentationSettings {
-    /// Where items may be, in the world. Keep the tray's walls out of it.
+    /// The region of items, in the world. Keep the tray's walls out of it.
     pub region: Region,
-    /// The plane that they stand on.
+    /// The plane that items stand on.
     #[serde(default)]
     pub support: Support,
-    /// What is lower than this over the support is no item, in metres: four standard deviations of the noise.
+    /// Minimum height of items over the support, in metres: four standard deviations of the noise.
     #[serde(default = "least_height_m")]
     pub least_height_m: f64,
-    /// Points with a gap of up to this between them, seen from above, belong to one item, in metres.
+    /// Maximum gap, seen from above, between points of one item, in metres.
     #[serde(default = "join_m")]
     pub join_m: f64,
-    /// Clusters of fewer points are specks.
+    /// Minimum number of points of clusters; those of fewer are specks.
     #[serde(default = "least_points")]
     pub least_points: usize,
 }
@@ -59,7 +59,7 @@ fn least_points() -> usize {
 }
 
 impl SegmentationSettings {
-    /// The usual settings for a region.
+    /// Gives the usual settings for a region.
     pub fn of(region: Region) -> Self {
         Self {
             region,
@@ -89,57 +89,58 @@ impl SegmentationSettings {
     }
 }
 
-/// What is taken for one item, in the support frame: z up, the support at height 0.
+/// Points that are taken for one item, in the support frame: z up, the support at height 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cluster {
     /// Its points, in metres.
     pub points_m: Vec<Point3<f64>>,
     /// Points around it that are not its own, in metres: the support, and other items.
     pub surroundings_m: Vec<Point3<f64>>,
-    /// Where the camera is, in metres.
+    /// The place of the camera, in metres.
     pub eye_m: Point3<f64>,
     /// The support frame in the world.
     pub world_from_support: Isometry3<f64>,
 }
 
-/// What a cloud shows.
+/// Clusters of a cloud.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segmentation {
     /// The items, those with the most points first.
     pub clusters: Vec<Cluster>,
-    /// The support frame in the world; `None` where no support was found, and then there are no clusters.
+    /// The support frame in the world; `None` where no support was found, and then there are no
+    /// clusters.
     pub world_from_support: Option<Isometry3<f64>>,
-    /// How many clusters were dropped as specks.
+    /// Number of clusters that were dropped as specks.
     pub specks: usize,
 }
 
-/// The most points that are looked at; of more, evenly spaced ones.
+/// Maximum number of points that are looked at; of more, evenly spaced ones.
 const MAX_POINTS: usize = 2_000_000;
 
-/// How far the surroundings of a cluster reach, in metres.
+/// Reach of the surroundings of a cluster, in metres.
 const SURROUNDINGS_M: f64 = 0.015;
 
 impl Cluster {
-    /// The least box around the points, along the support frame's axes, in metres; it starts at the support.
+    /// Gives the least box around the points, along the support frame's axes, in metres; it starts
+    /// at the support.
     pub fn extents_m(&self) -> Vector3<f64> {
-        let Some(bounds) = Bounds::of(&self.points_m) else {
-            return Vector3::zeros();
-        };
-        let sides_m = bounds.extents_m();
-        Vector3::new(sides_m.x, sides_m.y, bounds.highest.z)
+        Bounds::of(&self.points_m).map_or_else(Vector3::zeros, |bounds| {
+            let sides_m = bounds.extents_m();
+            Vector3::new(sides_m.x, sides_m.y, bounds.highest.z)
+        })
     }
 }
 
-/// The clusters of a cloud in the world, in metres, seen from `eye_m`. Points that are not finite are left out.
+/// Finds the clusters of a cloud in the world, in metres, seen from `eye_m`. Points that are not
+/// finite are left out.
 pub fn segment(
     points_m: impl IntoIterator<Item = Point3<f64>>,
     eye_m: &Point3<f64>,
     settings: &SegmentationSettings,
 ) -> Segmentation {
-    let mut within: Vec<Point3<f64>> = points_m
-        .into_iter()
-        .filter(|point| settings.region.contains(point))
-        .collect();
+    let points_m = points_m.into_iter();
+    let within = points_m.filter(|point| settings.region.contains(point));
+    let mut within: Vec<Point3<f64>> = within.collect();
     if within.len() > MAX_POINTS {
         let stride = within.len().div_ceil(MAX_POINTS);
         within = within.into_iter().step_by(stride).collect();
@@ -154,11 +155,17 @@ pub fn segment(
     let support_from_world = world_from_support.inverse();
     let rotation = support_from_world.rotation.to_rotation_matrix();
     let shift = support_from_world.translation.vector;
-    within
-        .iter_mut()
-        .for_each(|point| *point = rotation * *point + shift);
+    for point in &mut within {
+        *point = rotation * *point + shift;
+    }
     let eye_m = support_from_world * eye_m;
-    let (mut groups, specks) = groups(&within, settings);
+    let raised = within
+        .iter()
+        .filter(|point| point.z >= settings.least_height_m);
+    let mut groups = joined(raised.copied().collect(), settings.join_m);
+    let found = groups.len();
+    groups.retain(|group| group.len() >= settings.least_points);
+    let specks = found - groups.len();
     groups.sort_by_key(|group| std::cmp::Reverse(group.len()));
     let clusters = groups.into_iter().map(|points_m| Cluster {
         surroundings_m: surroundings(&points_m, &eye_m, &within, settings.least_height_m),
@@ -173,24 +180,7 @@ pub fn segment(
     }
 }
 
-/// The points above the support in groups that hang together seen from above, and the number of specks.
-fn groups(
-    points: &[Point3<f64>],
-    settings: &SegmentationSettings,
-) -> (Vec<Vec<Point3<f64>>>, usize) {
-    let raised: Vec<Point3<f64>> = points
-        .iter()
-        .filter(|point| point.z >= settings.least_height_m)
-        .copied()
-        .collect();
-    let mut groups = joined(raised, settings.join_m);
-    let found = groups.len();
-    groups.retain(|group| group.len() >= settings.least_points);
-    let specks = found - groups.len();
-    (groups, specks)
-}
-
-/// The points around those of a cluster that are not its own.
+/// Gives the points around those of a cluster that are not its own.
 fn surroundings(
     points_m: &[Point3<f64>],
     eye_m: &Point3<f64>,

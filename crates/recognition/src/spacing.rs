@@ -1,21 +1,21 @@
-//! How far apart the points of a cloud lie.
+//! The spacing of a cloud's points.
 
 use nalgebra::Vector2;
 
 use crate::groups::Cells;
 use crate::segmentation::Cluster;
 
-/// The edge of the squares that points are counted in, in metres.
+/// Edge of the squares that points are counted in, in metres.
 const SQUARE_M: f64 = 0.005;
 
-/// The most squares along a side, less one.
+/// Maximum number of squares along a side, less one.
 const MOST_SQUARES: usize = 400;
 
-/// The least and greatest spacing, in metres.
+/// Minimum and maximum spacing, in metres.
 const SPACING_M: (f64, f64) = (0.0007, 0.004);
 
-/// The distance between neighbouring points of a cluster at the support, in metres: of what a square in the middle of
-/// others holds, at the support's distance from the camera.
+/// Gives the distance between neighbouring points of a cluster at the support, in metres: of what a
+/// square in the middle of others holds, at the support's distance from the camera.
 pub(crate) fn spacing_m(cluster: &Cluster) -> f64 {
     let all = || cluster.points_m.iter().chain(&cluster.surroundings_m);
     let none = (Vector2::repeat(f64::MAX), Vector2::repeat(f64::MIN));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::moments::{centroid, scatter};
 
-/// Where the support plane is.
+/// The support plane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Support {
@@ -18,9 +18,10 @@ pub enum Support {
     },
     /// The plane that most points lie on, among those whose normal is near the world's z axis.
     Fitted {
-        /// How far the plane may lean, in radians.
+        /// Maximum lean of the plane, in radians.
         greatest_lean_rad: f64,
-        /// Points within this distance lie on the plane, in metres; some standard deviations of the noise.
+        /// Maximum distance of points that lie on the plane, in metres; some standard deviations of
+        /// the noise.
         tolerance_m: f64,
     },
 }
@@ -34,20 +35,21 @@ impl Default for Support {
     }
 }
 
-/// How many points a fit looks at.
+/// Number of points that a fit looks at.
 const POINTS: usize = 3000;
-/// How many planes it tries.
+/// Number of planes that it tries.
 const TRIALS: usize = 150;
-/// How often the best is moved to the mean of the points on it.
+/// Number of times that the best is moved to the mean of the points on it.
 const ROUNDS: usize = 3;
-/// The least number of points that make a plane.
+/// Minimum number of points that make a plane.
 const LEAST_POINTS: usize = 20;
 
 impl Support {
-    /// The support frame in the world; `None` where no plane is found.
+    /// Gives the support frame in the world; `None` where no plane is found.
     ///
-    /// A fit is random sample consensus (Fischler and Bolles 1981) with a fixed seed, then least squares. The frame's
-    /// origin is where the plane meets the world's z axis, and it is turned as little as possible.
+    /// A fit is random sample consensus (Fischler and Bolles 1981) with a fixed seed, then least
+    /// squares. The frame's origin is where the plane meets the world's z axis, and it is turned as
+    /// little as possible.
     pub(crate) fn world_from_support(&self, points: &[Point3<f64>]) -> Option<Isometry3<f64>> {
         match self {
             Self::Known { world_from_support } => Some(*world_from_support),
@@ -66,8 +68,8 @@ struct Plane {
 }
 
 impl Plane {
-    fn height_m(&self, point: &Point3<f64>) -> f64 {
-        (point - self.at).dot(&self.normal)
+    fn is_near(&self, point: &Point3<f64>, tolerance_m: f64) -> bool {
+        (point - self.at).dot(&self.normal).abs() < tolerance_m
     }
 }
 
@@ -97,10 +99,8 @@ fn fitted(
             continue;
         }
         let plane = Plane { at: a, normal };
-        let count = few
-            .iter()
-            .filter(|point| plane.height_m(point).abs() < tolerance_m)
-            .count();
+        let near = few.iter().filter(|point| plane.is_near(point, tolerance_m));
+        let count = near.count();
         if best.as_ref().is_none_or(|(most, _)| count > *most) {
             best = Some((count, plane));
         }
@@ -110,9 +110,8 @@ fn fitted(
         return None;
     }
     for _ in 0..ROUNDS {
-        let is_near = |point: &&Point3<f64>| plane.height_m(point).abs() < tolerance_m;
-        let near: Vec<Point3<f64>> = few.iter().filter(is_near).copied().collect();
-        plane = least_squares(&near)?;
+        let near = few.iter().filter(|point| plane.is_near(point, tolerance_m));
+        plane = least_squares(&near.copied().collect::<Vec<_>>())?;
     }
     if plane.normal.z < least_up {
         return None;
@@ -136,7 +135,7 @@ fn least_squares(points: &[Point3<f64>]) -> Option<Plane> {
     })
 }
 
-/// A unit normal, turned up.
+/// Turns a unit normal up.
 fn upwards(normal: Vector3<f64>) -> Unit<Vector3<f64>> {
     Unit::new_unchecked(if normal.z < 0.0 { -normal } else { normal })
 }

@@ -1,4 +1,6 @@
-//! Which turns an object looks the same after, found numerically.
+//! Symmetries: turns after which an object looks the same, found numerically.
+
+use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
@@ -9,9 +11,10 @@ use crate::samples::{SurfacePoint, yaws_rad};
 use ppnpack_numbers::settings;
 
 settings! {
-    /// When two surfaces count as the same.
+    /// Limits within which two surfaces count as the same.
     ///
-    /// What a sensor with 1 mm of noise hardly tells apart, and the 3 mm within which a pose counts as right.
+    /// A sensor with 1 mm of noise hardly tells these apart, and 3 mm are those within which a pose
+    /// counts as right.
     #[derive(Copy)]
     pub struct SameSurface {
         /// The root of the mean square of distances is at most this, in metres.
@@ -37,26 +40,28 @@ pub enum Symmetry {
     Turns(Vec<UnitQuaternion<f64>>),
 }
 
-/// Yaws that are tried about each axis and between two resting poses.
+/// Number of yaws that are tried about each axis and between two resting poses.
 const YAWS: usize = 24;
-/// The most guesses that are fitted; the best are first.
+/// Maximum number of guesses that are fitted; the best are first.
 const MOST_FITS: usize = 48;
-/// Near a guess that was fitted, no other is, in radians.
+/// Minimum angle between guesses that are fitted, in radians.
 const TRIED_RAD: f64 = 0.3;
-/// Turns nearer to each other than this are one, in radians.
+/// Minimum angle between turns that are not one, in radians.
 const SAME_RAD: f64 = 0.1;
-/// Turns that show whether an object is round about an axis: no fractions of a full turn, then as many evenly spaced.
+/// Turns that show whether an object is round about an axis: no fractions of a full turn, then as
+/// many evenly spaced.
 const ODD_RAD: [f64; 2] = [0.31, 1.37];
 const EVEN: usize = 7;
 
-/// How many surface points a first look at a guess takes.
+/// Number of surface points that a first look at a guess takes.
 const LOOKED_AT: usize = 40;
-/// A guess is worth fitting where the mean distance is within this many of the greatest root mean square of a fit.
+/// Maximum mean distance of a guess that is worth fitting, in units of the greatest root mean
+/// square of a fit.
 const WORTH_FITTING: f64 = 5.0;
-/// How a surface is fitted to another.
+/// Settings by which a surface is fitted to another.
 const FIT: AlignSettings = AlignSettings::new(12, (0.01, 0.003), None);
 
-/// The distances of points, moved by a transform, from a surface, in metres.
+/// Gives the distances of points, moved by a transform, from a surface, in metres.
 fn distances_m<'point>(
     surface: &NearestSurface,
     points: impl Iterator<Item = &'point SurfacePoint>,
@@ -68,22 +73,20 @@ fn distances_m<'point>(
     })
 }
 
-/// The mean distance of some points, moved by a transform, from a surface, in metres.
+/// Gives the mean distance of some points, moved by a transform, from a surface, in metres.
 pub(crate) fn mean_distance_m(
     surface: &NearestSurface,
     points: &[SurfacePoint],
     surface_from_points: &Isometry3<f64>,
 ) -> f64 {
     let some = points.iter().step_by((points.len() / LOOKED_AT).max(1));
-    let (sum_m, count) = distances_m(surface, some, surface_from_points)
-        .fold((0.0, 0), |(sum, count), distance| {
-            (sum + distance, count + 1)
-        });
+    let distances_m = distances_m(surface, some, surface_from_points);
+    let (sum_m, count) = distances_m.fold((0.0, 0), |all, next| (all.0 + next, all.1 + 1));
     sum_m / f64::from(count.max(1))
 }
 
 impl SameSurface {
-    /// Whether points moved by a transform lie on a surface; no points lie on none.
+    /// Says whether points moved by a transform lie on a surface; no points lie on none.
     pub fn holds<'point>(
         &self,
         surface: &NearestSurface,
@@ -104,7 +107,8 @@ impl SameSurface {
             && *nearly_all_m <= self.nearly_all_m
     }
 
-    /// The transform near a first guess after which points lie on a surface; `None` where they do not.
+    /// Finds the transform near a first guess after which points lie on a surface; `None` where
+    /// they do not.
     pub(crate) fn fitted(
         &self,
         surface: &NearestSurface,
@@ -124,10 +128,11 @@ impl SameSurface {
 impl Symmetry {
     /// Finds the symmetry of a surface, and the point that all its turns leave in place.
     ///
-    /// `downs` are the directions of the item frame that point down in its resting poses: an object that looks the same
-    /// after a turn also rests in the turned pose, so that turns between resting poses, by any yaw, are all there are to
-    /// try. Turns about the principal axes are tried too. All turns are about `middle`, near which the centre is taken to
-    /// be, and may shift as they are fitted.
+    /// `downs` are the directions of the item frame that point down in its resting poses: an object
+    /// that looks the same after a turn also rests in the turned pose, so that turns between
+    /// resting poses, by any yaw, are all there are to try. Turns about the principal axes are
+    /// tried too. All turns are about `middle`, near which the centre is taken to be, and may shift
+    /// as they are fitted.
     pub(crate) fn of(
         surface: &NearestSurface,
         points: &[SurfacePoint],
@@ -141,16 +146,13 @@ impl Symmetry {
             middle: *middle,
             same,
         };
-        let axes: Vec<Unit<Vector3<f64>>> = principal_axes(points)
-            .into_iter()
-            .chain(downs.iter().copied())
-            .collect();
+        let axes = [&principal_axes(points)[..], downs].concat();
         let mut round = axes.iter().filter_map(|axis| search.round_about(axis));
         if let Some((axis, centre)) = round.next() {
             if round.any(|(other, _)| other.dot(&axis).abs() < 0.8) {
                 return (Self::Ball, centre);
             }
-            let half_turn = UnitQuaternion::from_axis_angle(&across(&axis), std::f64::consts::PI);
+            let half_turn = UnitQuaternion::from_axis_angle(&across(&axis), PI);
             let is_reversible = search.near(&half_turn).is_some();
             return (
                 Self::Axis {
@@ -163,7 +165,8 @@ impl Symmetry {
         search.turns(guesses(&axes, downs))
     }
 
-    /// The least angle between two orientations of the object, over all that look the same, in radians.
+    /// Gives the least angle between two orientations of the object, over all that look the same,
+    /// in radians.
     pub fn angle_between(&self, one: &UnitQuaternion<f64>, other: &UnitQuaternion<f64>) -> f64 {
         match self {
             Self::Ball => 0.0,
@@ -172,20 +175,17 @@ impl Symmetry {
                 is_reversible,
             } => {
                 let angle = (one * axis).angle(&(other * axis));
-                if *is_reversible {
-                    angle.min(std::f64::consts::PI - angle)
-                } else {
-                    angle
-                }
+                let reversed = is_reversible.then_some(PI - angle);
+                reversed.map_or(angle, |reversed| angle.min(reversed))
             }
-            Self::Turns(turns) => turns
-                .iter()
-                .map(|turn| one.angle_to(&(other * turn)))
-                .fold(std::f64::consts::PI, f64::min),
+            Self::Turns(turns) => {
+                let angles = turns.iter().map(|turn| one.angle_to(&(other * turn)));
+                angles.fold(PI, f64::min)
+            }
         }
     }
 
-    /// Whether some turn brings one direction of the item frame to within an angle of another.
+    /// Says whether some turn brings one direction of the item frame to within an angle of another.
     pub fn joins(
         &self,
         one: &Unit<Vector3<f64>>,
@@ -199,18 +199,19 @@ impl Symmetry {
                 is_reversible,
             } => {
                 let (angle, other_angle) = (axis.angle(one), axis.angle(other));
-                let reversed = std::f64::consts::PI - other_angle;
+                let reversed = PI - other_angle;
                 (angle - other_angle).abs() < within_rad
                     || (*is_reversible && (angle - reversed).abs() < within_rad)
             }
-            Self::Turns(turns) => turns
-                .iter()
-                .any(|turn| (turn * one).angle(other) < within_rad),
+            Self::Turns(turns) => {
+                let mut turns = turns.iter();
+                turns.any(|turn| (turn * one).angle(other) < within_rad)
+            }
         }
     }
 }
 
-/// What a search for symmetries looks at.
+/// A search for symmetries.
 struct Search<'surface> {
     surface: &'surface NearestSurface,
     points: &'surface [SurfacePoint],
@@ -223,7 +224,8 @@ impl Search<'_> {
         Isometry3::rotation_wrt_point(*turn, self.middle)
     }
 
-    /// The transform near a turn after which the object looks the same; `None` where it does not.
+    /// Finds the transform near a turn after which the object looks the same; `None` where it does
+    /// not.
     fn near(&self, turn: &UnitQuaternion<f64>) -> Option<Isometry3<f64>> {
         let guess = self.about_middle(turn);
         let (same, surface, points) = (self.same, self.surface, self.points);
@@ -233,7 +235,7 @@ impl Search<'_> {
         fitted.or_else(|| same.holds(surface, points, &guess).then_some(guess))
     }
 
-    /// The centre of an object that is round about an axis through it, and that axis.
+    /// Finds the centre of an object that is round about an axis through it, and that axis.
     fn round_about(&self, axis: &Unit<Vector3<f64>>) -> Option<(Unit<Vector3<f64>>, Point3<f64>)> {
         for angle_rad in ODD_RAD {
             self.near(&UnitQuaternion::from_axis_angle(axis, angle_rad))?;
@@ -252,7 +254,7 @@ impl Search<'_> {
         Some((found, Point3::from(sum / EVEN as f64)))
     }
 
-    /// The turns among guesses after which the object looks the same.
+    /// Finds the turns among guesses after which the object looks the same.
     fn turns(&self, guesses: Vec<UnitQuaternion<f64>>) -> (Symmetry, Point3<f64>) {
         let mut turns = vec![UnitQuaternion::identity()];
         let mut sum = self.middle.coords;
@@ -273,15 +275,14 @@ impl Search<'_> {
                 continue;
             }
             tried.push(guess);
-            let Some(fitted) =
-                self.same
-                    .fitted(self.surface, self.points, &self.about_middle(&guess))
-            else {
-                continue;
+            let guess = self.about_middle(&guess);
+            let is_new = |fitted: &Isometry3<f64>| {
+                let mut turns = turns.iter();
+                turns.all(|turn| turn.angle_to(&fitted.rotation) >= SAME_RAD)
             };
-            let found = fitted.rotation;
-            if turns.iter().all(|turn| turn.angle_to(&found) >= SAME_RAD) {
-                turns.push(found);
+            let fitted = self.same.fitted(self.surface, self.points, &guess);
+            if let Some(fitted) = fitted.filter(is_new) {
+                turns.push(fitted.rotation);
                 sum += (fitted * self.middle).coords;
             }
         }
@@ -290,7 +291,7 @@ impl Search<'_> {
     }
 }
 
-/// The principal axes of a surface.
+/// Gives the principal axes of a surface.
 fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
     let points: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
     let axes = centroid(&points).map(|middle| scatter(&points, &middle).eigenvectors);
@@ -299,33 +300,28 @@ fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
         .collect()
 }
 
-/// Some direction at a right angle.
+/// Gives some direction at a right angle.
 fn across(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
-    let least = if axis.x.abs() < 0.6 {
-        Vector3::x()
-    } else {
-        Vector3::y()
-    };
+    let is_far = axis.x.abs() < 0.6;
+    let least = if is_far { Vector3::x() } else { Vector3::y() };
     Unit::new_normalize(axis.cross(&least))
 }
 
-/// Turns worth trying: about the axes, and from each resting pose to each other.
+/// Gives turns worth trying: about the axes, and from each resting pose to each other.
 fn guesses(axes: &[Unit<Vector3<f64>>], downs: &[Unit<Vector3<f64>>]) -> Vec<UnitQuaternion<f64>> {
     let about_axes = axes.iter().flat_map(|axis| {
         let yaws_rad = yaws_rad(YAWS).skip(1);
         yaws_rad.map(move |yaw_rad| UnitQuaternion::from_axis_angle(axis, yaw_rad))
     });
-    let between = downs.iter().flat_map(|from| {
-        downs
-            .iter()
-            .filter(move |to| *to != from)
-            .flat_map(move |to| {
-                let tilt = UnitQuaternion::rotation_between(from, to).unwrap_or_else(|| {
-                    UnitQuaternion::from_axis_angle(&across(from), std::f64::consts::PI)
-                });
-                yaws_rad(YAWS)
-                    .map(move |yaw_rad| UnitQuaternion::from_axis_angle(to, yaw_rad) * tilt)
-            })
-    });
+    let pairs = downs
+        .iter()
+        .flat_map(|from| downs.iter().map(move |to| (from, to)));
+    let between = pairs
+        .filter(|(from, to)| from != to)
+        .flat_map(|(from, to)| {
+            let half_turn = || UnitQuaternion::from_axis_angle(&across(from), PI);
+            let tilt = UnitQuaternion::rotation_between(from, to).unwrap_or_else(half_turn);
+            yaws_rad(YAWS).map(move |yaw_rad| UnitQuaternion::from_axis_angle(to, yaw_rad) * tilt)
+        });
     about_axes.chain(between).collect()
 }

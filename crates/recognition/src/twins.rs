@@ -6,33 +6,32 @@ use crate::object::{LibraryObject, Twin};
 use crate::samples::yaws_rad;
 use crate::symmetry::{SameSurface, mean_distance_m};
 
-/// The greatest ratio of the volumes of twins.
+/// Maximum ratio of the volumes of twins.
 const MOST_VOLUME_RATIO: f64 = 1.25;
-/// The greatest difference of their outlines in a resting pose.
+/// Maximum difference of their outlines in a resting pose.
 const MOST_OUTLINE_DIFFERENCE: f64 = 40.0;
-/// Yaws at which a pose of one is compared with a pose of the other.
+/// Number of yaws at which a pose of one is compared with a pose of the other.
 const YAWS: usize = 24;
 
-/// The twins of an object among all.
+/// Finds the twins of an object among all.
 pub(crate) fn twins(
     objects: &[LibraryObject],
     object: &LibraryObject,
     same: &SameSurface,
 ) -> Vec<Twin> {
-    objects
-        .iter()
-        .enumerate()
-        .filter(|(_, other)| !std::ptr::eq(*other, object))
-        .filter_map(|(index, other)| {
-            Some(Twin {
-                object: index,
-                twin_from_item: coincidence(object, other, same)?,
-            })
+    let others = objects.iter().enumerate();
+    let others = others.filter(|(_, other)| !std::ptr::eq(*other, object));
+    let twins = others.filter_map(|(index, other)| {
+        Some(Twin {
+            object: index,
+            twin_from_item: coincidence(object, other, same)?,
         })
-        .collect()
+    });
+    twins.collect()
 }
 
-/// The transform that brings an object's surface onto another's, both ways; `None` where they differ.
+/// Finds the transform that brings an object's surface onto another's, both ways; `None` where they
+/// differ.
 fn coincidence(
     object: &LibraryObject,
     other: &LibraryObject,

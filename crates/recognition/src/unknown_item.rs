@@ -8,13 +8,14 @@ use ppnpack_packing::rectangle::least_rectangle_rad;
 
 use crate::segmentation::Cluster;
 
-/// An item made of what was seen of it. Its upper surface is the seen one; as nothing is known of its lower side, there
-/// is material from every seen place down to the support.
+/// An item made of what was seen of it. Its upper surface is the seen one; as nothing is known of
+/// its lower side, there is material from every seen place down to the support.
 #[derive(Debug)]
 pub struct UnknownItem {
     /// The item, with a view per yaw.
     pub item: Item,
-    /// The item frame in the world: on the support, under the middle of the seen points, along their least rectangle.
+    /// The item frame in the world: on the support, under the middle of the seen points, along
+    /// their least rectangle.
     pub world_from_item: Isometry3<f64>,
 }
 
@@ -25,18 +26,15 @@ pub enum UnknownItemError {
     /// It has no point that is finite.
     #[error("nothing is seen of the item")]
     NoPoints,
-    /// It has more cells or units than the engine represents.
-    #[error("an item of {0:.2} x {1:.2} x {2:.2} m is too large for the grid", .extents_m.x, .extents_m.y, .extents_m.z)]
-    TooLarge {
-        /// Its extents, in metres.
-        extents_m: Vector3<f64>,
-    },
+    /// It has more cells or units than the engine represents, by its extents in metres.
+    #[error("an item of {:.2} x {:.2} x {:.2} m is too large for the grid", .0.x, .0.y, .0.z)]
+    TooLarge(Vector3<f64>),
     /// Its surfaces make no item.
     #[error(transparent)]
     Item(#[from] ItemError),
 }
 
-/// An item of a cluster, at each yaw of a resolution.
+/// Makes an item of a cluster, at each yaw of a resolution.
 ///
 /// # Errors
 /// [`UnknownItemError`] where there is no point, or the item is too large.
@@ -67,7 +65,7 @@ pub fn unknown_item(
     })
 }
 
-/// The surfaces at one yaw.
+/// Gives the surfaces at one yaw.
 fn view(
     points: &[Point3<f64>],
     yaw_rad: f64,
@@ -86,64 +84,54 @@ fn view(
     let limit_m = MAX_CELLS as f64 * cell_m;
     let is_large = extents_m.x > limit_m || extents_m.y > limit_m;
     if is_large || extents_m.z > f64::from(MAX_UNITS) * resolution.height_unit_m() {
-        return Err(UnknownItemError::TooLarge { extents_m });
+        return Err(UnknownItemError::TooLarge(extents_m));
     }
     let cells = |width_m: f64| ((width_m / cell_m).ceil() as usize).clamp(1, MAX_CELLS);
     let (nx, ny) = (cells(extents_m.x), cells(extents_m.y));
     let mut heights_m = vec![f64::NEG_INFINITY; nx * ny];
     for point in &turned {
         let offset = (point.xy() - lowest.xy()) / cell_m;
-        let (x, y) = (
-            (offset.x as usize).min(nx - 1),
-            (offset.y as usize).min(ny - 1),
-        );
+        let (x, y) = (offset.x as usize, offset.y as usize);
+        let (x, y) = (x.min(nx - 1), y.min(ny - 1));
         if let Some(height_m) = heights_m.get_mut(x * ny + y) {
             *height_m = height_m.max(point.z);
         }
     }
     close_gaps(&mut heights_m, nx, ny);
     let column = |height_m: &f64| -> (Units, Units) {
-        if height_m.is_finite() {
-            (resolution.units_above(*height_m).max(1), 0)
-        } else {
-            (0, ABSENT)
+        match height_m.is_finite() {
+            true => (resolution.units_above(*height_m).max(1), 0),
+            false => (0, ABSENT),
         }
     };
     let (top, bottom) = heights_m.iter().map(column).unzip();
     Ok(ViewSurfaces {
-        nx,
-        ny,
-        top,
-        bottom,
-        underside: None,
         origin_from_corner_m: Vector3::new(-lowest.x, -lowest.y, 0.0),
         centre_of_mass_m: centre(&heights_m, ny, cell_m),
+        ..ViewSurfaces::of_cells(nx, ny, top, bottom)
     })
 }
 
-/// Gives cells without a point between two covered ones the height of their highest neighbour: the sensor missed them.
+/// Gives cells without a point between two covered ones the height of their highest neighbour: the
+/// sensor missed them.
 fn close_gaps(heights_m: &mut [f64], nx: usize, ny: usize) {
     let seen = heights_m.to_vec();
     let at = |x: usize, y: usize| {
         let height_m = (x < nx && y < ny).then(|| seen.get(x * ny + y));
         height_m.flatten().copied().unwrap_or(f64::NEG_INFINITY)
     };
-    for x in 0..nx {
-        for y in 0..ny {
-            if at(x, y).is_finite() {
-                continue;
-            }
-            let (before, after) = (at(x.wrapping_sub(1), y), at(x + 1, y));
-            let (left, right) = (at(x, y.wrapping_sub(1)), at(x, y + 1));
-            let is_between = before.min(after).is_finite() || left.min(right).is_finite();
-            if let (true, Some(height_m)) = (is_between, heights_m.get_mut(x * ny + y)) {
-                *height_m = before.max(after).max(left).max(right);
-            }
+    for (index, height_m) in heights_m.iter_mut().enumerate() {
+        let (x, y) = (index / ny, index % ny);
+        let (before, after) = (at(x.wrapping_sub(1), y), at(x + 1, y));
+        let (left, right) = (at(x, y.wrapping_sub(1)), at(x, y + 1));
+        let is_between = before.min(after).is_finite() || left.min(right).is_finite();
+        if is_between && !height_m.is_finite() {
+            *height_m = before.max(after).max(left).max(right);
         }
     }
 }
 
-/// The centre of the columns, from the corner.
+/// Gives the centre of the columns, from the corner.
 fn centre(heights_m: &[f64], ny: usize, cell_m: f64) -> Option<Point2<f64>> {
     let mut moment = Vector2::zeros();
     let mut total_m = 0.0;
@@ -156,7 +144,7 @@ fn centre(heights_m: &[f64], ny: usize, cell_m: f64) -> Option<Point2<f64>> {
     (total_m > 0.0).then(|| Point2::from(moment * (cell_m / total_m)))
 }
 
-/// The volume of all columns, in cubic metres.
+/// Gives the volume of all columns, in cubic metres.
 fn columns_m3(view: &ViewSurfaces, resolution: &Resolution) -> f64 {
     let units: f64 = view.top.iter().map(|top| f64::from(*top)).sum();
     units * resolution.height_unit_m() * resolution.cell_m().powi(2)

@@ -1,4 +1,4 @@
-//! What is new in a container, and where something new would go unnoticed.
+//! Changes of a container, and places where something new would go unnoticed.
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::ContainerSize;
@@ -10,39 +10,42 @@ use crate::inspection::squares::{NOTHING_M, Squares};
 use crate::inspection::stances::Stance;
 use crate::object::LibraryObject;
 
-/// Points farther than this above or below the container's origin are no measurements, in metres.
+/// Maximum height of measurements above or below the container's origin, in metres.
 const FARTHEST_M: f64 = 100.0;
-/// Points around the container that are kept, in metres: its walls, and what hangs over its rim.
+/// Maximum distance of points around the container that are kept, in metres: its walls, and what
+/// hangs over its rim.
 const AROUND_M: f64 = 0.1;
-/// The most points that are looked at; of more, evenly spaced ones.
+/// Maximum number of points that are looked at; of more, evenly spaced ones.
 const MOST_POINTS: usize = 1_000_000;
-/// A sample counts as seen where a point lies within this many spacings of the points.
+/// Maximum distance of a point from a sample that counts as seen, in spacings of the points.
 const SEEN_SPACINGS: f64 = 1.5;
 
-/// A new item is noticed where it rises above what was there by less than this share of its height.
+/// Share of an item's height by which it rises above what was there, and is noticed at the latest.
 const NOTICED_SHARE: f64 = 0.8;
 
-/// An item can hide where this share of its length and of its width is out of sight.
+/// Minimum share of an item's length and of its width that is out of sight where it can hide.
 const HIDING_SHARE: f64 = 0.75;
 
-/// How deep a surface may lie in the floor, in what was there, and in the walls, in metres.
+/// Maximum depth of a surface in the floor, in what was there, and in the walls, in metres.
 const SUNK_M: f64 = 0.008;
-/// The greatest share of the surface that may lie deeper.
+/// Maximum share of the surface that may lie deeper.
 const MOST_SUNK: f64 = 0.08;
-/// An item this far above everything below it does not rest on it, in metres.
+/// Maximum distance of an item from everything below it that it rests on, in metres.
 const FLOATING_M: f64 = 0.015;
 
-/// A cloud of a container compared with what was there before; everything in the container frame, in metres.
+/// A cloud of a container compared with what was there before; everything in the container frame,
+/// in metres.
 #[derive(Debug)]
 pub(crate) struct Changes<'settings> {
     pub(crate) squares: Squares,
-    /// How high the content was at most: where not seen, as high as what hid it, or above the rim if that is unknown.
+    /// Maximum height of the content before: where not seen, that of what hid it, or above the rim
+    /// if that is unknown.
     most_m: Vec<f32>,
-    /// How high it was at least.
+    /// Minimum height of the content before.
     least_m: Vec<f32>,
-    /// The most that was there before, wider by the blur.
+    /// Maximum height of the content before, wider by the blur.
     blurred_m: Vec<f32>,
-    /// What was there before, narrower by the blur.
+    /// Height of the content before, narrower by the blur.
     certain_m: Vec<f32>,
     /// The greatest height of points around each square; [`NOTHING_M`] where none is.
     after_m: Vec<f32>,
@@ -58,7 +61,8 @@ pub(crate) struct Changes<'settings> {
 }
 
 impl<'settings> Changes<'settings> {
-    /// `None` where the surface or the container is none. What rises above `highest_m` is no item of interest.
+    /// Compares a cloud; `None` where the surface or the container is none. What rises above
+    /// `highest_m` is no item of interest.
     pub(crate) fn new(
         before: &Surface,
         after: &ContainerCloud<'_>,
@@ -70,27 +74,26 @@ impl<'settings> Changes<'settings> {
         let rim_m = container.z_m as f32;
         let heights_m = before.heights_m();
         let is_known = |height_m: f32| height_m < rim_m;
-        let mut known_m = heights_m.to_vec();
-        for height_m in known_m.iter_mut().filter(|height_m| !is_known(**height_m)) {
-            *height_m = NOTHING_M;
-        }
+        let known_m = |height_m: &f32| {
+            if is_known(*height_m) {
+                *height_m
+            } else {
+                NOTHING_M
+            }
+        };
+        let known_m: Vec<f32> = heights_m.iter().map(known_m).collect();
         let highest_known_m = greatest(&known_m);
         let most_m = |(square, height_m): (usize, &f32)| {
             let shadow_m = || squares.shadow_m(&known_m, highest_known_m, &after.eye_m, square);
             let hidden_m = (!is_known(*height_m)).then(shadow_m);
-            hidden_m
-                .filter(|hidden_m| *hidden_m > 0.0)
-                .unwrap_or(*height_m)
+            let hidden_m = hidden_m.filter(|hidden_m| *hidden_m > 0.0);
+            hidden_m.unwrap_or(*height_m)
         };
         let most_m: Vec<f32> = heights_m.iter().enumerate().map(most_m).collect();
         let reach = squares.reach(settings.blur_m);
         // What was only possible there is not certain.
-        let upside_down = before.support_m().iter().map(|height_m| -height_m);
-        let upside_down: Vec<f32> = upside_down.collect();
-        let mut certain_m = squares.greatest(&upside_down, reach);
-        certain_m
-            .iter_mut()
-            .for_each(|height_m| *height_m = -*height_m);
+        let negated = |heights_m: &[f32]| -> Vec<f32> { heights_m.iter().map(|m| -m).collect() };
+        let certain_m = negated(&squares.greatest(&negated(before.support_m()), reach));
         let mut changes = Self {
             squares,
             blurred_m: squares.greatest(&most_m, reach),
@@ -121,18 +124,14 @@ impl<'settings> Changes<'settings> {
             if !self.is_around(point) {
                 continue;
             }
-            let square = self
-                .is_within_walls(point.x, point.y)
-                .then(|| self.squares.at(point.x, point.y))
-                .flatten();
+            let is_within = self.is_within_walls(point.x, point.y);
+            let square = self.squares.at(point.x, point.y).filter(|_| is_within);
             let blurred_m = square.and_then(|square| self.blurred_m.get(square));
             let rise_m = blurred_m.map(|height_m| point.z - f64::from(*height_m));
-            if rise_m.is_some_and(|rise_m| rise_m > self.settings.least_rise_m)
-                && point.z < highest_m
-            {
-                self.new_m.push(*point);
-            } else {
-                self.others_m.push(*point);
+            let has_risen = rise_m.is_some_and(|rise_m| rise_m > self.settings.least_rise_m);
+            match has_risen && point.z < highest_m {
+                true => self.new_m.push(*point),
+                false => self.others_m.push(*point),
             }
             if let Some(height_m) = square.and_then(|square| after_m.get_mut(square)) {
                 inside += 1;
@@ -142,10 +141,9 @@ impl<'settings> Changes<'settings> {
         let area_m2 = self.container.x_m * self.container.y_m;
         let spacing_m = (area_m2 / f64::from(inside.max(1))).sqrt();
         // With few points, most of the container is unseen, whatever their spacing.
-        let reach = self
-            .squares
-            .reach(SEEN_SPACINGS * spacing_m - 0.5 * self.squares.pitch_m);
-        self.after_m = self.squares.greatest(&after_m, reach.clamp(1, 4));
+        let (squares, seen_m) = (self.squares, SEEN_SPACINGS * spacing_m);
+        let reach = squares.reach(seen_m - 0.5 * squares.pitch_m).clamp(1, 4);
+        self.after_m = squares.greatest(&after_m, reach);
         let within = (0..self.most_m.len()).filter(|square| !self.is_margin(*square));
         let (mut all, mut seen) = (0_u32, 0_u32);
         for square in within {
@@ -178,12 +176,8 @@ impl<'settings> Changes<'settings> {
         after_m.is_some_and(|height_m| *height_m > NOTHING_M)
     }
 
-    /// How high the content was at the lowest place nearby; `None` beyond the walls and where it was not known.
-    fn certain_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
-        self.known(&self.certain_m, x_m, y_m)
-    }
-
-    /// The same, of the highest place nearby.
+    /// Gives the height of the content before at the highest place nearby; `None` beyond the walls
+    /// and where it was not known.
     pub(crate) fn blurred_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
         self.known(&self.blurred_m, x_m, y_m)
     }
@@ -194,13 +188,13 @@ impl<'settings> Changes<'settings> {
         (height_m < self.container.z_m).then_some(height_m)
     }
 
-    /// How high the points around a place reach now; `None` where there are none.
+    /// Gives the height of the points around a place now; `None` where there are none.
     pub(crate) fn after_at(&self, x_m: f64, y_m: f64) -> Option<f64> {
         let height_m = *self.after_m.get(self.squares.at(x_m, y_m)?)?;
         (height_m > NOTHING_M).then_some(f64::from(height_m))
     }
 
-    /// The area of the squares that hold new points, in square metres.
+    /// Gives the area of the squares that hold new points, in square metres.
     pub(crate) fn new_area_m2(&self) -> f64 {
         let mut is_new = vec![false; self.most_m.len()];
         for point in &self.new_m {
@@ -213,30 +207,25 @@ impl<'settings> Changes<'settings> {
         count as f64 * self.squares.pitch_m * self.squares.pitch_m
     }
 
-    /// Whether an object could be in the container in one of some stances without anything new being seen: in what is not
-    /// seen, and where what was there is about as high.
+    /// Says whether an object could be in the container in one of some stances without anything new
+    /// being seen: in what is not seen, and where what was there is about as high.
     pub(crate) fn could_hide(&self, stances: &[Stance]) -> bool {
         let highest_m = greatest(&self.after_m);
-        let shadow_m = |square: usize| {
-            let shadow_m = self
-                .squares
-                .shadow_m(&self.after_m, highest_m, &self.eye_m, square);
-            f64::from(shadow_m)
-        };
-        let shadows_m: Vec<f64> = (0..self.most_m.len()).map(shadow_m).collect();
+        let (after_m, eye_m) = (&self.after_m, &self.eye_m);
+        let shadow_m = |square| self.squares.shadow_m(after_m, highest_m, eye_m, square);
+        let shadows_m: Vec<f32> = (0..self.most_m.len()).map(shadow_m).collect();
         stances.iter().any(|stance| {
             let rise_m = NOTICED_SHARE * stance.height_m;
             let squares = shadows_m.iter().enumerate();
-            let is_blind: Vec<bool> = squares
-                .map(|(square, shadow_m)| self.is_blind(square, rise_m, *shadow_m))
-                .collect();
-            let length_m = HIDING_SHARE * stance.length_m;
-            let width_m = HIDING_SHARE * stance.width_m;
-            self.squares.holds_stretch(&is_blind, length_m, width_m)
+            let are_blind =
+                squares.map(|(square, shadow_m)| self.is_blind(square, rise_m, (*shadow_m).into()));
+            let are_blind: Vec<bool> = are_blind.collect();
+            let [length_m, width_m] = [stance.length_m, stance.width_m].map(|m| HIDING_SHARE * m);
+            self.squares.holds_stretch(&are_blind, length_m, width_m)
         })
     }
 
-    /// Whether something `rise_m` high on the content of a square could go unnoticed.
+    /// Says whether something `rise_m` high on the content of a square could go unnoticed.
     fn is_blind(&self, square: usize, rise_m: f64, shadow_m: f64) -> bool {
         let height_m = |heights_m: &[f32]| heights_m.get(square).copied().map_or(0.0, f64::from);
         let top_m = height_m(&self.least_m) + rise_m;
@@ -248,7 +237,8 @@ impl<'settings> Changes<'settings> {
             || !(self.is_seen(square) || is_in_shadow)
     }
 
-    /// Whether a pose is possible among what was there: neither in the floor, the walls or the content, nor in the air.
+    /// Says whether a pose is possible among what was there: neither in the floor, the walls or the
+    /// content, nor in the air.
     pub(crate) fn admit(
         &self,
         object: &LibraryObject,
@@ -265,7 +255,7 @@ impl<'settings> Changes<'settings> {
                 .max(place.x - container.x_m)
                 .max(place.y - container.y_m);
             let is_in_wall = beyond_m > SUNK_M && place.z < container.z_m - SUNK_M;
-            let content_m = self.certain_at(place.x, place.y).unwrap_or(0.0);
+            let content_m = self.known(&self.certain_m, place.x, place.y).unwrap_or(0.0);
             sunk += u32::from(is_in_wall || place.z < content_m - SUNK_M);
             // On what is unknown, and on the rim, anything may rest.
             let below_m = self.blurred_at(place.x, place.y);
@@ -275,7 +265,7 @@ impl<'settings> Changes<'settings> {
     }
 }
 
-/// The greatest of some heights, in metres; at least that of the floor.
+/// Gives the greatest of some heights, in metres; at least that of the floor.
 fn greatest(heights_m: &[f32]) -> f64 {
     f64::from(heights_m.iter().copied().fold(0.0, f32::max))
 }

@@ -1,4 +1,5 @@
-//! A quick look at a pose: how far new points are from it, and how much of it the camera looks through.
+//! A quick look at a pose: how far new points are from it, and how much of it the camera looks
+//! through.
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -7,17 +8,19 @@ use crate::object::LibraryObject;
 use crate::pattern::{Move, Pattern};
 use crate::samples::{SurfacePoint, spread};
 
-/// New points that a hypothesis is judged by.
+/// Number of new points that a hypothesis is judged by.
 const POINTS: usize = 48;
-/// Points of the surface that it is judged by.
+/// Number of points of the surface that it is judged by.
 const SURFACE: usize = 96;
-/// A point farther than this from a hypothesis is as bad as any other, in metres.
+/// Distance of a point from a hypothesis beyond which none is worse, in metres.
 const FAR_M: f64 = 0.012;
-/// A surface this much higher than any point there should be seen, in metres.
+/// Minimum height above any point there of a surface that should be seen, in metres.
 const SEEN_THROUGH_M: f64 = 0.006;
-/// The share of new points beyond the box that they are taken to fill, at each side: some are not the item's.
+/// Share of new points beyond the box that they are taken to fill, at each side: some are not the
+/// item's.
 const BEYOND: f64 = 0.01;
-/// How a hypothesis is shifted to where it is judged best; twice, as one direction may open another.
+/// Shifts of a hypothesis to the place where it is judged best; twice, as one direction may open
+/// another.
 const PATTERN: Pattern = Pattern {
     first_step_m: 0.008,
     moves: [Move::X, Move::Y, Move::Z],
@@ -59,7 +62,7 @@ impl<'scene> Judge<'scene> {
         }
     }
 
-    /// The turned object with its outline in the middle of the points, and as high.
+    /// Gives the turned object with its outline in the middle of the points, and as high.
     pub(crate) fn at_points(&self, rotation: &UnitQuaternion<f64>) -> Isometry3<f64> {
         let matrix = rotation.to_rotation_matrix();
         let (mut lowest, mut highest) = (Vector3::repeat(f64::MAX), Vector3::repeat(f64::MIN));
@@ -72,18 +75,18 @@ impl<'scene> Judge<'scene> {
         Translation3::from(shift) * *rotation
     }
 
-    /// What speaks against a pose: 0 nothing, 2 everything.
+    /// Gives the cost of a pose, from 0, where nothing speaks against it, to 2.
     pub(crate) fn cost(&self, pose: &Isometry3<f64>) -> f64 {
         self.distance_cost(pose) + self.seen_through(pose)
     }
 
-    /// A pose shifted to where its cost is least nearby, with that cost.
+    /// Shifts a pose to where its cost is least nearby; gives it with that cost.
     pub(crate) fn shifted(&self, cost: f64, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
         let start = (cost, *pose);
         PATTERN.least(self.object, start, |pose| self.cost(pose))
     }
 
-    /// The mean square distance of points from a pose, cut off and scaled to at most 1.
+    /// Gives the mean square distance of points from a pose, cut off and scaled to at most 1.
     fn distance_cost(&self, pose: &Isometry3<f64>) -> f64 {
         let inverse = pose.inverse();
         let rotation = inverse.rotation.to_rotation_matrix();
@@ -95,14 +98,12 @@ impl<'scene> Judge<'scene> {
         costs.sum::<f64>() / self.points.len().max(1) as f64
     }
 
-    /// The share of points of the posed surface's upper side that the camera looks through.
+    /// Gives the share of points of the posed surface's upper side that the camera looks through.
     fn seen_through(&self, pose: &Isometry3<f64>) -> f64 {
         let (mut all, mut through) = (0_u32, 0_u32);
         let rotation = pose.rotation.to_rotation_matrix();
-        for point in &self.surface {
-            if (rotation * point.normal).z < 0.0 {
-                continue;
-            }
+        let surface = self.surface.iter();
+        for point in surface.filter(|point| (rotation * point.normal).z >= 0.0) {
             let place = rotation * point.point + pose.translation.vector;
             let height_m = self.changes.after_at(place.x, place.y);
             let is_through = height_m.is_some_and(|height_m| place.z > height_m + SEEN_THROUGH_M);

@@ -1,4 +1,6 @@
-//! How an item lies, against how it was to lie.
+//! The pose of an item against the planned one.
+
+use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use ppnpack_packing::grid::ContainerSize;
@@ -13,22 +15,23 @@ use crate::symmetry::Symmetry;
 pub struct Lying {
     /// Its item frame in the container frame.
     pub container_from_item: Isometry3<f64>,
-    /// The horizontal distance of its centre from the planned one, in metres. The centre is the centre of mass; of an
-    /// object that nearly looks the same after some turns, the point that they leave in place.
+    /// The horizontal distance of its centre from the planned one, in metres. The centre is the
+    /// centre of mass; of an object that nearly looks the same after some turns, the point that
+    /// they leave in place.
     pub slide_m: f64,
-    /// How much higher its centre is than planned, in metres.
+    /// The height of its centre above the planned one, in metres.
     pub rise_m: f64,
-    /// By how much it is tilted from the planned pose, whatever its yaw, modulo its near symmetry; in radians.
+    /// The tilt from the planned pose, whatever its yaw, modulo its near symmetry; in radians.
     pub tilt_rad: f64,
     /// The whole angle from the planned orientation, modulo its near symmetry, in radians.
     pub turn_rad: f64,
     /// Whether its centre of mass lies within the walls and below the rim.
     pub is_inside: bool,
-    /// How well it agrees with what is seen.
+    /// Its agreement with what is seen.
     pub agreement: Agreement,
 }
 
-/// What an item did that was placed.
+/// A kind of change of an item that was placed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     AsPlanned,
@@ -39,8 +42,7 @@ pub(crate) enum Kind {
 impl Lying {
     pub(crate) fn new(
         object: &LibraryObject,
-        planned: &Isometry3<f64>,
-        found: &Isometry3<f64>,
+        [planned, found]: [&Isometry3<f64>; 2],
         container: ContainerSize,
         agreement: Agreement,
     ) -> Self {
@@ -77,8 +79,8 @@ fn is_inside(point: &Point3<f64>, container: ContainerSize) -> bool {
         && point.z <= container.z_m
 }
 
-/// The least angle between the vertical and the direction that is upright in the planned pose, over all turns that
-/// nearly look the same.
+/// Gives the least angle between the vertical and the direction that is upright in the planned
+/// pose, over all turns that nearly look the same.
 fn tilt_rad(
     symmetry: &Symmetry,
     planned: &UnitQuaternion<f64>,
@@ -95,15 +97,13 @@ fn tilt_rad(
             let was_rad = axis.angle(&upright);
             let is_rad = (found * axis).angle(&vertical);
             let apart_rad = (is_rad - was_rad).abs();
-            if *is_reversible {
-                apart_rad.min((std::f64::consts::PI - is_rad - was_rad).abs())
-            } else {
-                apart_rad
-            }
+            let reversed_rad = is_reversible.then_some((PI - is_rad - was_rad).abs());
+            reversed_rad.map_or(apart_rad, |reversed_rad| apart_rad.min(reversed_rad))
         }
-        Symmetry::Turns(turns) => turns
-            .iter()
-            .map(|turn| (found * (turn * upright)).angle(&vertical))
-            .fold(std::f64::consts::PI, f64::min),
+        Symmetry::Turns(turns) => {
+            let angles_rad = turns.iter();
+            let angles_rad = angles_rad.map(|turn| (found * (turn * upright)).angle(&vertical));
+            angles_rad.fold(PI, f64::min)
+        }
     }
 }

@@ -1,5 +1,7 @@
 //! Poses of one object at new points.
 
+use std::f64::consts::PI;
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 
@@ -15,19 +17,20 @@ use crate::samples::{direction, yaws_rad};
 use crate::segmentation::Cluster;
 use crate::symmetry::Symmetry;
 
-/// Directions of the sphere that are tried to be down, besides those in which the object rests.
+/// Number of directions of the sphere that are tried to be down, besides those in which the object
+/// rests.
 const DIRECTIONS: usize = 32;
-/// The most resting poses that are tried.
+/// Maximum number of resting poses that are tried.
 const RESTING: usize = 24;
-/// Yaws that each direction is tried at.
+/// Number of yaws that each direction is tried at.
 const YAWS: usize = 20;
-/// Hypotheses that are shifted.
+/// Number of hypotheses that are shifted.
 const SHIFTED: usize = 60;
-/// Hypotheses that are aligned quickly, and thoroughly.
+/// Number of hypotheses that are aligned quickly, and thoroughly.
 const QUICK: usize = 24;
 const THOROUGH: usize = 5;
 
-/// How hypotheses are refined. An item may lie anyhow.
+/// Settings by which hypotheses are refined. An item may lie anyhow.
 const REFINEMENT: RefinementSettings = RefinementSettings {
     quick: PassSettings {
         pixel_spacings: 2.0,
@@ -57,24 +60,23 @@ const REFINEMENT: RefinementSettings = RefinementSettings {
     },
 };
 
-/// How many of the best fits are laid where the outline fits, and how they are aligned then.
+/// Number of the best fits that are laid where the outline fits, and settings by which they are
+/// aligned then.
 const POLISHED_FITS: usize = 2;
 const POLISHED: AlignSettings = AlignSettings::new(6, (0.003, 0.0015), None);
 
-/// How the planned pose is aligned.
+/// Settings by which the planned pose is aligned.
 const NEAR_PLAN: AlignSettings = AlignSettings::new(16, (0.012, 0.0015), None);
-/// A fit that turned from the planned pose by more than this is compared with an upright one, in radians.
+/// Minimum turn from the planned pose of a fit that is compared with an upright one, in radians.
 const UPRIGHT_FROM_RAD: f64 = 0.1;
-/// How an upright one is aligned.
-const UPRIGHT: AlignSettings = AlignSettings {
-    rounds: 10,
-    scale_m: (0.006, 0.0015),
-    hold: Some(Hold {
-        tilt_rad: 0.01,
-        height_m: 0.1,
-    }),
+/// Settings by which an upright one is aligned.
+const HELD_UPRIGHT: Hold = Hold {
+    tilt_rad: 0.01,
+    height_m: 0.1,
 };
-/// Where the outline near the planned pose is off by more than this, as shares of points, it is fitted.
+const UPRIGHT: AlignSettings = AlignSettings::new(10, (0.006, 0.0015), Some(HELD_UPRIGHT));
+/// Minimum deviation of the outline near the planned pose, as shares of points, for which it is
+/// fitted.
 const POLISH_FROM: f64 = 0.008;
 
 /// Looks for poses of an object that agree with new points.
@@ -85,7 +87,8 @@ pub(crate) struct Search<'scene> {
 }
 
 impl<'scene> Search<'scene> {
-    /// `own_m` are new points, `others_m` all that is seen besides. `None` where nothing can be compared.
+    /// Makes a search at `own_m`, new points; `others_m` is all that is seen besides. `None` where
+    /// nothing can be compared.
     pub(crate) fn new(
         object: &'scene LibraryObject,
         own_m: &'scene [Point3<f64>],
@@ -111,7 +114,7 @@ impl<'scene> Search<'scene> {
         })
     }
 
-    /// The fit that alignment leads to from the planned pose; one that is as upright as planned where it agrees about as
+    /// Aligns the planned pose; gives a fit that is as upright as planned where it agrees about as
     /// well, by `margin`. What is nearly round turns freely under alignment.
     pub(crate) fn near_planned(&mut self, planned: &Isometry3<f64>, margin: f64) -> Fit<'scene> {
         let (object, thorough) = (self.object, &mut self.refinement.thorough);
@@ -131,13 +134,13 @@ impl<'scene> Search<'scene> {
         fit
     }
 
-    /// The share of what should be seen of a pose that is seen, about.
+    /// Gives the share of what should be seen of a pose that is seen, about.
     pub(crate) fn seen_share(&mut self, container_from_item: &Isometry3<f64>) -> f64 {
         let thorough = &mut self.refinement.thorough;
         thorough.seen_share(self.object, container_from_item)
     }
 
-    /// Fits from all orientations, best first.
+    /// Finds fits from all orientations, best first.
     pub(crate) fn anywhere(
         &mut self,
         planned: &Isometry3<f64>,
@@ -168,7 +171,8 @@ impl<'scene> Search<'scene> {
         }
     }
 
-    /// Poses in all orientations whose outline is where the new points are, the most alike first.
+    /// Gives poses in all orientations whose outline is where the new points are, the most alike
+    /// first.
     fn hypotheses(&self, planned: &Isometry3<f64>, changes: &Changes<'_>) -> Vec<Isometry3<f64>> {
         let judge = Judge::new(self.object, self.own_m, changes);
         let mut judged: Vec<(f64, Isometry3<f64>)> = Vec::new();
@@ -194,7 +198,8 @@ impl<'scene> Search<'scene> {
         chosen.into_iter().map(|(_, pose)| pose).collect()
     }
 
-    /// Orientations that differ in what is down: the planned one, those at rest, and others spread over the sphere.
+    /// Gives orientations that differ in what is down: the planned one, those at rest, and others
+    /// spread over the sphere.
     fn orientations(&self, planned: &Isometry3<f64>) -> Vec<UnitQuaternion<f64>> {
         let mut all = vec![planned.rotation];
         if matches!(self.object.near_symmetry, Symmetry::Ball) {
@@ -202,12 +207,11 @@ impl<'scene> Search<'scene> {
         }
         let poses = self.object.poses.iter().take(RESTING);
         all.extend(poses.map(|pose| pose.support_from_item.rotation));
+        let half_turn = || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+        let directions = (0..DIRECTIONS).map(|number| direction(number, DIRECTIONS));
         let down = -Vector3::z();
-        all.extend((0..DIRECTIONS).map(|number| {
-            UnitQuaternion::rotation_between(&direction(number, DIRECTIONS), &down).unwrap_or_else(
-                || UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
-            )
-        }));
+        let turns = directions.map(|from| UnitQuaternion::rotation_between(&from, &down));
+        all.extend(turns.map(|turn| turn.unwrap_or_else(half_turn)));
         all
     }
 }

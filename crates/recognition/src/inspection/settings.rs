@@ -1,18 +1,19 @@
-//! How a placed item is inspected.
+//! Settings of the inspection of placed items.
 
 use std::f64::consts::PI;
 
 use ppnpack_numbers::{settings, within};
 
 settings! {
-    /// How a placed item is looked for in a container, and when it counts as what.
+    /// Settings by which a placed item is looked for in a container, and by which it counts as
+    /// what.
     #[derive(Copy)]
     pub struct InspectionSettings with validate {
-        /// A point this far above what was there before is new, in metres: five standard deviations
-        /// of the noise.
+        /// Minimum height of a new point above what was there before, in metres: five standard
+        /// deviations of the noise.
         pub least_rise_m: f64 = 0.005 => within("0 to 1 m", 0.0..=1.0),
-        /// What was there before counts as this much wider: items shift, and cameras blur edges. In
-        /// metres.
+        /// Distance by which the content before counts as wider, in metres: items shift, and
+        /// cameras blur edges.
         pub blur_m: f64 = 0.005 => within("0 to 1 m", 0.0..=1.0),
         /// Points within this distance of the walls' inner faces, or beyond them, may show the wall
         /// itself. In metres.
@@ -20,21 +21,19 @@ settings! {
         /// The standard deviation of the sensor's noise, in metres: what a good fit is expected to
         /// be off by.
         pub sensor_deviation_m: f64 = 0.001 => within("0 to 1 m", 0.0..=1.0),
-        /// Fewer new points than this are too few to tell a pose.
+        /// Minimum number of new points that tell a pose.
         pub least_points: usize = 30,
-        /// Below this fitness, a pose is not taken; as a sensor without noise would give it.
+        /// Minimum fitness of a pose, as a sensor without noise would give it.
         pub least_fitness: f64 = 0.85 => within("0 to 1", 0.0..=1.0),
-        /// Where more than this share of the new points is not explained, a pose is not taken.
+        /// Maximum share of the new points that a pose does not explain.
         pub most_unexplained: f64 = 0.08 => within("0 to 1", 0.0..=1.0),
-        /// Where the camera looks through more than this share of what should be seen, a pose is
-        /// not taken.
+        /// Maximum share of what should be seen of a pose that the camera looks through.
         pub most_contradicted: f64 = 0.04 => within("0 to 1", 0.0..=1.0),
-        /// Of what should be seen of the item, this share must be, with nothing before it.
+        /// Minimum share of what should be seen of the item that is, with nothing before it.
         pub least_seen: f64 = 0.4 => within("0 to 1", 0.0..=1.0),
-        /// A pose goes before another that means something else only where its fitness is higher by
-        /// this.
+        /// Minimum excess of fitness by which a pose goes before another that means something else.
         pub least_margin: f64 = 0.005 => within("0 to 1", 0.0..=1.0),
-        /// With less than this share of the container seen, nothing is said.
+        /// Minimum share of the container that is seen; with less, nothing is said.
         pub least_container_seen: f64 = 0.6 => within("0 to 1", 0.0..=1.0),
         /// An item whose centre is nearer to where it was planned than this, seen from above, lies
         /// as planned. In metres.

@@ -16,7 +16,8 @@ pub(crate) struct Squares {
 }
 
 impl Squares {
-    /// `None` where a surface has no samples, or they have no sound distance.
+    /// Gives the squares of a surface; `None` where it has no samples, or they have no sound
+    /// distance.
     pub(crate) fn of(surface: &Surface) -> Option<Self> {
         let pitch_m = surface.pitch_m();
         let is_sound = pitch_m > 1e-4 && pitch_m < 1.0 && surface.nx() > 0 && surface.ny() > 0;
@@ -27,7 +28,7 @@ impl Squares {
         })
     }
 
-    /// The square that a place lies in.
+    /// Gives the square that a place lies in.
     pub(crate) fn at(&self, x_m: f64, y_m: f64) -> Option<usize> {
         if !(x_m >= 0.0 && y_m >= 0.0) {
             return None;
@@ -37,17 +38,15 @@ impl Squares {
         (x < self.nx && y < self.ny).then(|| x * self.ny + y)
     }
 
-    /// How many squares a length reaches.
+    /// Counts the squares that a length reaches.
     pub(crate) fn reach(&self, length_m: f64) -> usize {
         ((length_m / self.pitch_m - 1e-6).ceil().max(0.0) as usize).min(self.nx.max(self.ny))
     }
 
-    /// The greatest value within a distance in squares, along both axes.
+    /// Gives the greatest value within a distance in squares of each, along both axes.
     pub(crate) fn greatest(&self, values: &[f32], reach: usize) -> Vec<f32> {
-        let along_y: Vec<f32> = values
-            .chunks_exact(self.ny)
-            .flat_map(|row| window_greatest(row, reach))
-            .collect();
+        let rows = values.chunks_exact(self.ny);
+        let along_y: Vec<f32> = rows.flat_map(|row| window_greatest(row, reach)).collect();
         let mut greatest = vec![0.0; along_y.len()];
         for y in 0..self.ny {
             let column: Vec<f32> = along_y.iter().skip(y).step_by(self.ny).copied().collect();
@@ -59,8 +58,8 @@ impl Squares {
         greatest
     }
 
-    /// How high a square is hidden from an eye by what stands before it, in metres; [`NOTHING_M`] where nothing does.
-    /// `highest_m` is the greatest of the heights.
+    /// Gives the height to which a square is hidden from an eye by what stands before it, in
+    /// metres; [`NOTHING_M`] where nothing does. `highest_m` is the greatest of the heights.
     pub(crate) fn shadow_m(
         &self,
         heights_m: &[f32],
@@ -87,13 +86,14 @@ impl Squares {
         shadows_m.fold(f64::from(NOTHING_M), f64::max) as f32
     }
 
-    /// The middle of a square, in metres.
+    /// Gives the middle of a square, in metres.
     pub(crate) fn middle(&self, square: usize) -> Point2<f64> {
         let along = |index: usize| (index as f64 + 0.5) * self.pitch_m;
         Point2::new(along(square / self.ny), along(square % self.ny))
     }
 
-    /// Whether a stretch `length_m` long and `width_m` wide fits in some direction where a condition holds, bends too.
+    /// Says whether a stretch `length_m` long and `width_m` wide fits in some direction where a
+    /// condition holds, bends too.
     pub(crate) fn holds_stretch(&self, is_true: &[bool], length_m: f64, width_m: f64) -> bool {
         let side = ((width_m / self.pitch_m + 0.25).round().max(1.0) as usize).min(self.nx);
         let mut is_free = self.opened(is_true, side);
@@ -104,7 +104,8 @@ impl Squares {
         (0..is_free.len()).any(|start| self.taken(&mut is_free, start).is_some_and(is_long))
     }
 
-    /// What squares of `side` samples cover that fit where a condition holds.
+    /// Gives the samples that are covered by squares of `side` samples that fit where a condition
+    /// holds.
     fn opened(&self, is_true: &[bool], side: usize) -> Vec<bool> {
         let mut opened = vec![false; is_true.len()];
         // The side of the greatest square that ends at each sample.
@@ -112,17 +113,12 @@ impl Squares {
         for (x, row) in is_true.chunks_exact(self.ny).enumerate() {
             let (mut left, mut above_left) = (0, 0);
             for (y, (is_true, above)) in row.iter().zip(above.iter_mut()).enumerate() {
-                let here = if *is_true {
-                    1 + left.min(above_left).min(*above)
-                } else {
-                    0
-                };
-                if here >= side {
-                    let squares = (x + 1 - side..=x).map(|x| x * self.ny + y + 1 - side);
-                    squares.for_each(|first| {
-                        let covered = opened.get_mut(first..first + side);
-                        covered.unwrap_or_default().fill(true);
-                    });
+                let here = usize::from(*is_true) * (1 + left.min(above_left).min(*above));
+                let rows = (here >= side).then(|| x + 1 - side..=x);
+                for x in rows.into_iter().flatten() {
+                    let first = x * self.ny + y + 1 - side;
+                    let covered = opened.get_mut(first..first + side);
+                    covered.unwrap_or_default().fill(true);
                 }
                 (above_left, left) = (*above, here);
                 *above = here;
@@ -131,7 +127,8 @@ impl Squares {
         opened
     }
 
-    /// Takes the samples out that hang together with one; gives the least and greatest indices along x and y.
+    /// Takes the samples out that hang together with one; gives the least and greatest indices
+    /// along x and y.
     fn taken(&self, is_free: &mut [bool], start: usize) -> Option<[usize; 4]> {
         let mut queue = Vec::new();
         let mut bounds: Option<[usize; 4]> = None;
@@ -159,14 +156,13 @@ fn take(is_free: &mut [bool], square: usize, queue: &mut Vec<usize>) {
     }
 }
 
-/// The greatest value within a distance of each.
+/// Gives the greatest value within a distance of each.
 fn window_greatest(values: &[f32], reach: usize) -> Vec<f32> {
-    (0..values.len())
-        .map(|index| {
-            let end = (index + reach + 1).min(values.len());
-            let window = values.get(index.saturating_sub(reach)..end);
-            let window = window.unwrap_or_default().iter().copied();
-            window.fold(f32::MIN, f32::max)
-        })
-        .collect()
+    let greatest = (0..values.len()).map(|index| {
+        let end = (index + reach + 1).min(values.len());
+        let window = values.get(index.saturating_sub(reach)..end);
+        let window = window.unwrap_or_default().iter().copied();
+        window.fold(f32::MIN, f32::max)
+    });
+    greatest.collect()
 }

@@ -90,14 +90,10 @@ fn symmetries_are_those_of_the_shapes() {
     };
     // The bracket is the same upside down about the line between its legs only if they are equal.
     assert_eq!((turns(0), turns(1), turns(2), turns(3)), (1, 4, 8, 24));
-    match &library.objects[4].symmetry {
-        Symmetry::Axis {
-            axis,
-            is_reversible,
-        } => assert!(axis.z.abs() > 0.999 && *is_reversible),
-        other => panic!("{other:?}"),
-    }
     let can = &library.objects[4].symmetry;
+    let is_round =
+        matches!(can, Symmetry::Axis { axis, is_reversible: true } if axis.z.abs() > 0.999);
+    assert!(is_round, "{can:?}");
     let yaw = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 1.0);
     let roll = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.3);
     assert!(can.angle_between(&yaw, &UnitQuaternion::identity()) < 0.02);
@@ -112,16 +108,11 @@ fn twins_are_found_with_the_transform_between_them() {
         made("can", cylinder(0.03, 0.1)),
         made("blue bracket", bracket().transformed(&turned)),
     ]);
-    assert!(
-        library.are_alike(0, 2)
-            && library.are_alike(2, 0)
-            && !library.are_alike(0, 1)
-            && !library.are_alike(1, 2)
-    );
+    let are_alike = [(0, 2), (2, 0), (0, 1), (1, 2)].map(|(a, b)| library.are_alike(a, b));
+    assert_eq!(are_alike, [true, true, false, false]);
     let truth = Isometry3::new(Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.0, 0.5, 0.0));
-    let error = library
-        .pose_error(0, &truth, 2, &(truth * turned.inverse()))
-        .unwrap();
+    let error = library.pose_error(0, &truth, 2, &(truth * turned.inverse()));
+    let error = error.unwrap();
     assert!(error.is_within(0.0005, 0.01), "{error:?}");
     let off = truth * Isometry3::new(Vector3::new(0.002, 0.0, 0.0), Vector3::new(0.0, 0.0, 0.05));
     let error = library.pose_error(0, &truth, 0, &off).unwrap();
@@ -147,11 +138,10 @@ fn an_unknown_item_is_full_below_what_is_seen() {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), *yaw_rad);
         let support_from_item = clusters[0].world_from_support.inverse() * unknown.world_from_item;
         for point in &clusters[0].points_m {
-            let in_view =
-                turn * (support_from_item.inverse() * point) + view.origin_from_corner_m();
-            let cell =
-                |value: f64, count: usize| ((value / resolution.cell_m()) as usize).min(count - 1);
-            let at = cell(in_view.x, view.nx()) * view.ny() + cell(in_view.y, view.ny());
+            let point_m = support_from_item.inverse() * point;
+            let in_view = (turn * point_m + view.origin_from_corner_m()) / resolution.cell_m();
+            let (x, y) = (in_view.x as usize, in_view.y as usize);
+            let at = x.min(view.nx() - 1) * view.ny() + y.min(view.ny() - 1);
             assert_eq!(view.bottom()[at], 0);
             assert!(f64::from(view.top()[at]) * resolution.height_unit_m() > point.z - 1e-6);
         }
@@ -170,15 +160,13 @@ fn unknown_items_of_nothing_or_too_much_are_refused() {
         world_from_support: Isometry3::identity(),
     };
     let make = |points| unknown_item("none", &cluster(points), &Resolution::reference());
-    assert!(matches!(make(Vec::new()), Err(UnknownItemError::NoPoints)));
-    assert!(matches!(
-        make(vec![Point3::new(f64::NAN, 0.0, 0.0)]),
-        Err(UnknownItemError::NoPoints)
-    ));
+    for nothing in [vec![], vec![Point3::new(f64::NAN, 0.0, 0.0)]] {
+        assert!(matches!(make(nothing), Err(UnknownItemError::NoPoints)));
+    }
     let wide = vec![Point3::origin(), Point3::new(100.0, 0.0, 0.1)];
-    assert!(matches!(make(wide), Err(UnknownItemError::TooLarge { .. })));
+    assert!(matches!(make(wide), Err(UnknownItemError::TooLarge(_))));
     let tall = vec![Point3::origin(), Point3::new(0.0, 0.0, 1e9)];
-    assert!(matches!(make(tall), Err(UnknownItemError::TooLarge { .. })));
+    assert!(matches!(make(tall), Err(UnknownItemError::TooLarge(_))));
     let one = make(vec![Point3::new(0.1, 0.2, 0.03)]).unwrap();
     assert_eq!(one.item.views()[0].voxel_count(), 15);
 }

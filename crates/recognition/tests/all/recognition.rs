@@ -76,21 +76,13 @@ proptest! {
 #[test]
 fn a_noisy_tray_of_several_objects_is_told_apart() {
     let library = ALL.library();
-    let places = [
-        (-0.15, -0.08),
-        (0.0, -0.08),
-        (0.15, -0.08),
-        (-0.1, 0.1),
-        (0.12, 0.1),
-    ];
-    let items = library
-        .objects
-        .iter()
-        .zip(places)
-        .map(|(object, (x_m, y_m))| {
-            let truth = at_rest(&object.model, 0, 1.0 + x_m, x_m, y_m);
-            (&*object.model, truth)
-        });
+    let near = [-0.15, 0.0, 0.15].map(|x_m| (x_m, -0.08));
+    let places = near.into_iter().chain([(-0.1, 0.1), (0.12, 0.1)]);
+    let items = library.objects.iter().zip(places);
+    let items = items.map(|(object, (x_m, y_m))| {
+        let truth = at_rest(&object.model, 0, 1.0 + x_m, x_m, y_m);
+        (&*object.model, truth)
+    });
     let items: Vec<_> = items.collect();
     let found = segmented(&items, &NoiseModel::default());
     assert_eq!(found.clusters.len(), items.len());
@@ -203,10 +195,8 @@ fn hostile_clouds_are_unknown() {
         let count = points.len();
         for eye in [above, Point3::new(0.1, 0.1, 0.05), nan] {
             let found = ALL.recognise(&hostile(points.clone(), eye));
-            assert!(
-                matches!(found, Recognition::Unknown(_)),
-                "{count} points: {found:?}"
-            );
+            let is_unknown = matches!(found, Recognition::Unknown(_));
+            assert!(is_unknown, "{count} points: {found:?}");
         }
         let settings = SegmentationSettings {
             support: Support::Known {

@@ -42,9 +42,9 @@ fn real_objects_are_recognised_in_noisy_views() {
                 }
             };
             assert_eq!(best.name, model.name);
-            let error = recogniser
-                .library()
-                .pose_error(index, &truth, best.object, &best.world_from_item)
+            let (library, found) = (recogniser.library(), &best.world_from_item);
+            let error = library
+                .pose_error(index, &truth, best.object, found)
                 .unwrap();
             assert!(
                 error.position_m < 0.005,

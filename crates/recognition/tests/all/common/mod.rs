@@ -19,16 +19,16 @@ use ppnpack_recognition::segmentation::{Region, Segmentation, SegmentationSettin
 pub(crate) fn prism(outline: &[[f64; 2]], height_m: f64) -> Mesh {
     let count = outline.len() as u32;
     let level = |z: f64| outline.iter().map(move |[x, y]| Point3::new(*x, *y, z));
-    let mut triangles = Vec::new();
-    for corner in 1..count - 1 {
-        triangles.push([0, corner + 1, corner]);
-        triangles.push([count, count + corner, count + corner + 1]);
-    }
-    for corner in 0..count {
+    let ends = (1..count - 1).flat_map(|corner| {
+        let top = [count, count + corner, count + corner + 1];
+        [[0, corner + 1, corner], top]
+    });
+    let sides = (0..count).flat_map(|corner| {
         let next = (corner + 1) % count;
-        triangles.push([corner, next, count + next]);
-        triangles.push([corner, count + next, count + corner]);
-    }
+        let upper = [corner, count + next, count + corner];
+        [[corner, next, count + next], upper]
+    });
+    let triangles = ends.chain(sides).collect();
     Mesh {
         vertices: level(0.0).chain(level(height_m)).collect(),
         triangles,
@@ -50,17 +50,14 @@ pub(crate) fn cylinder(radius_m: f64, height_m: f64) -> Mesh {
 /// An angle with legs of two lengths: no turn makes it look the same.
 pub(crate) fn bracket() -> Mesh {
     let (long, short, thick) = (0.11, 0.07, 0.03);
-    prism(
-        &[
-            [thick, thick],
-            [thick, long],
-            [0.0, long],
-            [0.0, 0.0],
-            [short, 0.0],
-            [short, thick],
-        ],
-        0.04,
-    )
+    let legs = [
+        [thick, thick],
+        [thick, long],
+        [0.0, long],
+        [0.0, 0.0],
+        [short, 0.0],
+    ];
+    prism(&[&legs[..], &[[short, thick]]].concat(), 0.04)
 }
 
 pub(crate) fn wedge() -> Mesh {
