@@ -26,7 +26,6 @@ mod found;
 mod frame;
 mod levelled;
 mod mask;
-mod median;
 mod opening;
 mod plane;
 mod rectangle;
@@ -42,7 +41,7 @@ pub use error::CalibrationError;
 pub use settings::CalibrationSettings;
 
 use found::Found;
-use median::median;
+use plane::median;
 
 /// Number of looks at the cloud, with up fitted anew between them.
 const ROUNDS: usize = 3;

@@ -3,15 +3,6 @@
 
 use crate::layers::{is_known, neighbours};
 
-/// Limits of holes that are filled.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Fillable {
-    /// The widest, along x and y, in samples.
-    pub(crate) samples: usize,
-    /// The heights around differ by at most this, in metres.
-    pub(crate) level_m: f32,
-}
-
 /// Memory for the search, kept between maps.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Holes {
@@ -21,20 +12,26 @@ pub(crate) struct Holes {
 
 impl Holes {
     /// Gives the samples of holes the height of the highest sample around, where that is safe: what
-    /// could stand unseen in a narrow hole among level samples is narrower still, while what hides
+    /// could stand unseen in a narrow hole, of at most `most_samples` along x and y, among samples
+    /// within `level_m` of each other is narrower still, while what hides
     /// a hole from the sensor stands up from what is beside it. Samples touch across edges and
     /// corners; those outside the map are level with any.
-    pub(crate) fn fill(&mut self, heights_m: &mut [f32], ny: usize, fillable: Fillable) {
-        self.is_visited.clear();
-        self.is_visited
-            .extend(heights_m.iter().map(|height_m| is_known(*height_m)));
+    pub(crate) fn fill(
+        &mut self,
+        heights_m: &mut [f32],
+        ny: usize,
+        most_samples: usize,
+        level_m: f32,
+    ) {
+        let are_known = heights_m.iter().map(|height_m| is_known(*height_m));
+        self.is_visited = are_known.collect();
         for start in 0..heights_m.len() {
             let Some((lowest_m, highest_m)) = self.visit(heights_m, ny, start) else {
                 continue;
             };
-            let is_level = highest_m - lowest_m <= fillable.level_m;
-            let is_narrow = is_level && self.width(ny) <= fillable.samples;
-            for sample in self.hole.iter().filter(|_| is_narrow) {
+            let is_level = highest_m - lowest_m <= level_m;
+            let is_fillable = is_level && self.width(ny) <= most_samples;
+            for sample in self.hole.iter().filter(|_| is_fillable) {
                 if let Some(height_m) = heights_m.get_mut(*sample) {
                     *height_m = highest_m;
                 }
@@ -93,7 +90,7 @@ mod tests {
 
     fn filled(heights_m: &[f32], ny: usize, samples: usize, level_m: f32) -> Vec<f32> {
         let mut heights_m = heights_m.to_vec();
-        Holes::default().fill(&mut heights_m, ny, Fillable { samples, level_m });
+        Holes::default().fill(&mut heights_m, ny, samples, level_m);
         heights_m
     }
 

@@ -6,7 +6,7 @@ use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 
 use crate::doubts::{Doubt, Watch};
-use crate::holes::{Fillable, Holes};
+use crate::holes::Holes;
 use crate::layers::{NO_POINT, TopLayers, by_cell, is_known, neighbours};
 use crate::settings::MapperSettings;
 use crate::sight::{Sight, bound_m};
@@ -336,9 +336,8 @@ impl Mapper {
         let samples = (self.settings.largest_hole_m / pitch_m + 1e-6) as usize;
         if samples > 0 {
             let level_m = self.settings.level_m as f32;
-            let fillable = Fillable { samples, level_m };
             let ny = self.raster.ny;
-            self.holes.fill(&mut self.samples_m, ny, fillable);
+            self.holes.fill(&mut self.samples_m, ny, samples, level_m);
         }
     }
 

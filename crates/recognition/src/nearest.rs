@@ -164,25 +164,28 @@ impl NearestSurface {
         self.seed(&mut squared_m2);
         let [_, ny, nz] = self.sizes;
         let count = self.cells.len();
-        for sweep in 0..4 {
-            let is_back = sweep % 2 == 1;
-            for number in 0..count {
-                let cell = if is_back { count - 1 - number } else { number };
-                let place = [cell / (ny * nz), cell / nz % ny, cell % nz];
-                let steps = [ny * nz, nz, 1];
-                for ((at, size), step) in place.into_iter().zip(self.sizes).zip(steps) {
-                    let before = if is_back {
-                        (at + 1 < size).then_some(cell + step)
-                    } else {
-                        (at > 0).then(|| cell - step)
-                    };
-                    let triangle = before.map_or(NONE, |before| self.cells[before]);
-                    if triangle != NONE {
-                        self.offer(&mut squared_m2, place, triangle);
-                    }
+        for number in 0..4 * count {
+            let is_back = number / count % 2 == 1;
+            let number = number % count;
+            let cell = if is_back { count - 1 - number } else { number };
+            let place = self.place(cell);
+            let steps = [ny * nz, nz, 1];
+            for ((at, size), step) in place.into_iter().zip(self.sizes).zip(steps) {
+                let before = match is_back {
+                    true => (at + 1 < size).then_some(cell + step),
+                    false => (at > 0).then(|| cell - step),
+                };
+                let triangle = before.map_or(NONE, |before| self.cells[before]);
+                if triangle != NONE {
+                    self.offer(&mut squared_m2, place, triangle);
                 }
             }
         }
+    }
+
+    fn place(&self, cell: usize) -> [usize; 3] {
+        let [_, ny, nz] = self.sizes;
+        [cell / (ny * nz), cell / nz % ny, cell % nz]
     }
 
     /// Gives a cell a triangle where that is nearer than its own.
@@ -204,7 +207,6 @@ impl NearestSurface {
     /// Gives the cells that a triangle passes through, and those beside them, their nearest
     /// triangle.
     fn seed(&mut self, squared_m2: &mut [f64]) {
-        let [nx, ny, nz] = self.sizes;
         let pitch_m = 1.0 / self.cells_per_m;
         for number in 0..self.triangles.len() {
             let triangle = self.triangles[number];
@@ -215,11 +217,11 @@ impl NearestSurface {
                 for j in 0..=steps - i {
                     let (s, t) = (i as f64 / steps as f64, j as f64 / steps as f64);
                     let point = triangle.a + ab * s + ac * t;
-                    let middle = self.cell_of(&point);
-                    let (x, y, z) = (middle / (ny * nz), middle / nz % ny, middle % nz);
-                    for x in x.saturating_sub(1)..(x + 2).min(nx) {
-                        for y in y.saturating_sub(1)..(y + 2).min(ny) {
-                            for z in z.saturating_sub(1)..(z + 2).min(nz) {
+                    let place = self.place(self.cell_of(&point));
+                    let beside = |at: usize, size: usize| at.saturating_sub(1)..(at + 2).min(size);
+                    for x in beside(place[0], self.sizes[0]) {
+                        for y in beside(place[1], self.sizes[1]) {
+                            for z in beside(place[2], self.sizes[2]) {
                                 self.offer(squared_m2, [x, y, z], number as u32);
                             }
                         }

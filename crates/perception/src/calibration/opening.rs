@@ -6,7 +6,7 @@ use nalgebra::{Point2, Point3};
 use super::error::CalibrationError;
 use super::levelled::Levelled;
 use super::mask::Mask;
-use super::median::median;
+use super::plane::median;
 use super::settings::CalibrationSettings;
 
 /// Maximum distance of a container from the middle of the cloud, in metres.

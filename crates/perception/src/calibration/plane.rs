@@ -1,4 +1,4 @@
-//! Planes through points.
+//! Planes through points, and medians.
 
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Unit, Vector3};
 
@@ -56,4 +56,13 @@ pub(super) fn normal_of(scatter: Matrix3<f64>, up: &Vector3<f64>) -> Unit<Vector
     } else {
         normal
     })
+}
+
+/// Gives the median of unsorted values; 0 of none.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -3,8 +3,8 @@
 use nalgebra::{Point2, Vector2};
 
 use super::levelled::Levelled;
-use super::median::median;
 use super::opening::Opening;
+use super::plane::median;
 
 /// Length of the strips that a side is looked at in, about, in metres.
 const STRIP_M: f64 = 0.015;

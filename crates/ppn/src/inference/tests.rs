@@ -1,8 +1,6 @@
 use std::collections::BTreeSet;
 
 use ppnpack_model::architecture::Architecture;
-use ppnpack_model::card::{DataFacts, FORMAT, ModelCard, Versions};
-use ppnpack_model::settings::TrainingSettings;
 use ppnpack_model::weights::to_bytes;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::item::ViewSurfaces;
@@ -19,34 +17,9 @@ fn model(architecture: &Architecture, change: impl Fn(&Parameters)) -> Model {
     let (_, parameters) = Network::new(architecture, tch::Device::Cpu).unwrap();
     change(&parameters);
     let bytes = to_bytes(&all_to_plain(parameters.tensors()).unwrap(), None).unwrap();
-    let card = ModelCard {
-        format: FORMAT,
-        architecture: architecture.clone(),
-        parameters: 0,
-        weights_blake3: blake3::hash(&bytes).to_hex().to_string(),
-        data: DataFacts {
-            hash: String::new(),
-            catalogue_hash: String::new(),
-            cell_m: 0.01,
-            height_unit_m: 0.002,
-            yaws: 4,
-            container_m: [0.32, 0.32, 0.3],
-            training_candidates: 0,
-            validation_candidates: 0,
-            test_candidates: 0,
-        },
-        training: TrainingSettings::default(),
-        device: Device::Cpu,
-        training_s: 0.0,
-        epoch: 0,
-        accuracy: vec![],
-        validation: None,
-        test: None,
-        versions: Versions {
-            ppnpack: String::new(),
-            libtorch: String::new(),
-        },
-    };
+    let mut card = Model::shipped().unwrap().card().clone();
+    card.architecture = architecture.clone();
+    card.weights_blake3 = blake3::hash(&bytes).to_hex().to_string();
     Model::new("a test", &bytes, card).unwrap()
 }
 

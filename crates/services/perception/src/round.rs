@@ -38,61 +38,56 @@ impl<T> Round<T> {
 mod tests {
     use super::*;
 
-    fn put(
-        round: &mut Round<i32>,
-        sensor: usize,
-        state_number: u64,
-        cloud: i32,
-    ) -> Option<Vec<i32>> {
-        round.put(sensor, state_number, cloud);
-        round.take(state_number)
+    /// A cloud of a sensor and a state, and the round that it completes, if any.
+    type Put<'round> = (usize, u64, i32, Option<&'round [i32]>);
+
+    #[test]
+    fn a_round_has_a_cloud_of_each_sensor_that_shows_the_same_state() {
+        let alone: &[Put<'_>] = &[
+            (0, 0, 1, Some(&[1])),
+            (0, 5, 2, Some(&[2])),
+            (0, 1, 1, Some(&[1])),
+        ];
+        let in_turn: &[Put<'_>] = &[
+            (0, 0, 1, None),
+            (0, 0, 2, None),
+            (1, 0, 9, Some(&[2, 9])),
+            (1, 0, 10, None),
+            (0, 0, 3, Some(&[3, 10])),
+        ];
+        // The first is of the state before, the third is late.
+        let of_two_states: &[Put<'_>] = &[
+            (0, 4, 1, None),
+            (1, 5, 1, None),
+            (0, 4, 2, None),
+            (0, 5, 3, Some(&[3, 1])),
+        ];
+        // The first is of a journal that is lost.
+        let counting_anew: &[Put<'_>] = &[
+            (0, u64::MAX, 1, None),
+            (1, 3, 1, None),
+            (0, 3, 2, Some(&[2, 1])),
+        ];
+        for (sensors, clouds) in [
+            (1, alone),
+            (2, in_turn),
+            (2, of_two_states),
+            (2, counting_anew),
+        ] {
+            let mut round = Round::new(sensors);
+            for (sensor, state_number, cloud, completed) in clouds {
+                round.put(*sensor, *state_number, *cloud);
+                assert_eq!(
+                    round.take(*state_number).as_deref(),
+                    *completed,
+                    "{clouds:?}"
+                );
+            }
+        }
     }
 
     #[test]
-    fn one_sensor_completes_a_round_by_itself() {
-        let mut round = Round::new(1);
-        assert_eq!(put(&mut round, 0, 0, 1), Some(vec![1]));
-        assert_eq!(put(&mut round, 0, 5, 2), Some(vec![2]));
-        assert_eq!(put(&mut round, 0, 1, 1), Some(vec![1]));
-    }
-
-    #[test]
-    fn a_round_has_a_cloud_of_each_sensor_since_the_last() {
-        let mut round = Round::new(2);
-        assert_eq!(put(&mut round, 0, 0, 1), None);
-        assert_eq!(put(&mut round, 0, 0, 2), None);
-        assert_eq!(put(&mut round, 1, 0, 9), Some(vec![2, 9]));
-        assert_eq!(put(&mut round, 1, 0, 10), None);
-        assert_eq!(put(&mut round, 0, 0, 3), Some(vec![3, 10]));
-    }
-
-    #[test]
-    fn clouds_of_different_states_are_not_put_together() {
-        let mut round = Round::new(2);
-        assert_eq!(put(&mut round, 0, 4, 1), None);
-        assert_eq!(
-            put(&mut round, 1, 5, 1),
-            None,
-            "the first is of the state before"
-        );
-        assert_eq!(put(&mut round, 0, 4, 2), None, "late");
-        assert_eq!(put(&mut round, 0, 5, 3), Some(vec![3, 1]));
-    }
-
-    #[test]
-    fn a_state_that_is_lower_than_one_before_is_taken_once_all_sensors_show_it() {
-        let mut round = Round::new(2);
-        assert_eq!(
-            put(&mut round, 0, u64::MAX, 1),
-            None,
-            "of a journal that is lost"
-        );
-        assert_eq!(put(&mut round, 1, 3, 1), None);
-        assert_eq!(put(&mut round, 0, 3, 2), Some(vec![2, 1]));
-    }
-
-    #[test]
-    fn what_no_round_came_of_is_given_back() {
+    fn clouds_that_no_round_came_of_are_given_back() {
         let mut round = Round::new(2);
         assert_eq!(round.put(0, 4, 1), None);
         assert_eq!(round.put(0, 4, 2), Some(1));
