@@ -1,29 +1,19 @@
-//! Why a cloud could not be read.
+//! Faults of cloud files.
 
 use std::path::PathBuf;
 
 use crate::cloud::MAX_POINTS;
 
-/// Why a file could not be read.
+/// A file that could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CloudError {
-    /// The system does not give the file.
-    #[error("{} cannot be read: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// The file is no point cloud, or a malformed one.
-    #[error("{}: {source}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// The fault.
-        source: FormatError,
-    },
+    /// A file that the system does not give.
+    #[error("{} cannot be read: {1}", .0.display())]
+    Read(PathBuf, #[source] std::io::Error),
+    /// A file that is no point cloud, or a malformed one.
+    #[error("{}: {1}", .0.display())]
+    Format(PathBuf, #[source] FormatError),
 }
 
 /// A fault of a file's content.

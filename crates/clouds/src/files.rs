@@ -16,14 +16,8 @@ pub const MAX_FILE_BYTES: u64 = (MAX_POINTS as u64) * 32 + (1 << 20);
 /// # Errors
 /// [`CloudError`] names the file and what is wrong with it.
 pub fn read(path: &Path) -> Result<Cloud, CloudError> {
-    let unreadable = |source| CloudError::Read {
-        path: path.to_owned(),
-        source,
-    };
-    let malformed = |source| CloudError::Format {
-        path: path.to_owned(),
-        source,
-    };
+    let unreadable = |error| CloudError::Read(path.to_owned(), error);
+    let malformed = |fault| CloudError::Format(path.to_owned(), fault);
     let file = File::open(path).map_err(unreadable)?;
     let mut content = Vec::new();
     let mut bounded = file.take(MAX_FILE_BYTES + 1);

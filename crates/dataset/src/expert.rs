@@ -66,7 +66,9 @@ impl Expert {
             let Some(optimum) = optima.get_mut(placement.yaw) else {
                 continue;
             };
-            optimum.settle(found.value);
+            // Values come in increasing order: a greater one than the ties' says that there are no
+            // more of them.
+            optimum.is_settled |= found.value > optimum.found.value + TIE_TOLERANCE;
             let is_wanted = !optimum.is_settled || values.is_some();
             if is_wanted && self.is_valid(input, held, &found)? {
                 optimum.add(&found);
@@ -111,12 +113,6 @@ struct Optimum {
 }
 
 impl Optimum {
-    /// Values come in increasing order: a greater one than the ties' says that there are no more of
-    /// them.
-    fn settle(&mut self, value: f64) {
-        self.is_settled |= value > self.found.value + TIE_TOLERANCE;
-    }
-
     /// Adds a valid placement, if it is among the best.
     fn add(&mut self, found: &Evaluated) {
         if self.is_settled {

@@ -24,7 +24,8 @@ impl Holes {
         level_m: f32,
     ) {
         let are_known = heights_m.iter().map(|height_m| is_known(*height_m));
-        self.is_visited = are_known.collect();
+        self.is_visited.clear();
+        self.is_visited.extend(are_known);
         for start in 0..heights_m.len() {
             let Some((lowest_m, highest_m)) = self.visit(heights_m, ny, start) else {
                 continue;

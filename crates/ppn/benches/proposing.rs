@@ -9,6 +9,9 @@
     reason = "a panic here is a failing run"
 )]
 
+#[path = "../tests/support/recorded.rs"]
+mod recorded;
+
 use std::hint::black_box;
 use std::path::PathBuf;
 
@@ -16,29 +19,15 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_packing::plan::{Candidate, Planner, StepInput};
-use ppnpack_packing::proposals::{Percent, Proposals, ProposeAll, Proposer};
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PublishedStability;
+use ppnpack_packing::plan::StepInput;
+use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
 use ppnpack_ppn::proposer::NetworkProposer;
 
-#[derive(Default)]
-struct Recorder(Vec<(Scene, Vec<Candidate>)>);
-
-impl Observer for Recorder {
-    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
-        self.0
-            .push((input.scene.clone(), input.candidates.to_vec()));
-    }
-}
+use recorded::Recorded;
 
 /// The steps of an episode, with the buffer each was planned for.
-fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
+fn steps(grid: &Grid, buffer: usize) -> Vec<Recorded> {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
     let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
     let settings = Settings::default();
@@ -46,20 +35,8 @@ fn steps(grid: &Grid, buffer: usize) -> Vec<(Scene, Vec<Candidate>)> {
     let catalogue = Catalogue::load(&source, &settings, grid.resolution(), &|_, _| {}).unwrap();
     // 37 is coprime to the usual catalogue sizes, so this visits all objects in a mixed order.
     let objects = (0..80).map(|arrival| (arrival * 37 + 11) % catalogue.len());
-    let sequence =
-        Candidate::sequence(objects.map(|object| catalogue.get(object).unwrap().item.clone()));
-    let settings = SearchSettings {
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        ..SearchSettings::default()
-    };
-    let search = Box::new(Search::new(grid, &settings).unwrap());
-    let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
-    let mut planner = Planner::new(Box::new(ProposeAll), search, checks, Order::Balance, 0);
-    let mut recorder = Recorder::default();
-    let (mut cell, how) = (IdealCell::new(grid), Play::with_buffer(buffer));
-    play(grid, &mut planner, &mut cell, sequence, how, &mut recorder).unwrap();
-    recorder.0
+    let arrivals = objects.map(|object| catalogue.get(object).unwrap().item.clone());
+    recorded::steps(grid, arrivals, buffer)
 }
 
 fn proposing(criterion: &mut Criterion) {

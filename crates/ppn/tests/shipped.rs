@@ -1,5 +1,5 @@
-//! What the shipped weights are worth, on steps that the test makes itself: how often the optimum
-//! of the exhaustive search is among the network's best-scored placements.
+//! The worth of the shipped weights, on steps that the test makes itself: how often the optimum of
+//! the exhaustive search is among the network's best-scored placements.
 
 #![allow(
     clippy::unwrap_used,
@@ -7,26 +7,25 @@
     reason = "a panic in a test is a failing test"
 )]
 
+#[path = "support/recorded.rs"]
+mod recorded;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::{Model, WeightTensor, to_bytes};
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::{Percent, ProposeAll, Proposer};
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PublishedStability;
+use ppnpack_packing::proposals::{Percent, ProposeAll};
 use ppnpack_packing::step::{Candidate, StepInput};
 use ppnpack_ppn::proposer::NetworkProposer;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+
+use recorded::{planner, steps};
 
 /// The share of placements that the network proposes, in percent.
 const SHARE: f64 = 5.0;
@@ -113,27 +112,6 @@ fn items(grid: &Grid) -> Vec<Arc<Item>> {
     SOLIDS.iter().map(item).collect()
 }
 
-fn planner(grid: &Grid, proposer: Box<dyn Proposer>) -> Planner {
-    let settings = SearchSettings {
-        heuristic: Heuristic::Sdfm,
-        order: Order::Balance,
-        ..SearchSettings::default()
-    };
-    let search = Box::new(Search::new(grid, &settings).unwrap());
-    let checks: Vec<BoxedCheck> = vec![Box::new(PublishedStability::default())];
-    Planner::new(proposer, search, checks, Order::Balance, 0)
-}
-
-#[derive(Default)]
-struct Recorder(Vec<(Scene, Vec<Candidate>)>);
-
-impl Observer for Recorder {
-    fn on_step(&mut self, _step: &Step, input: &StepInput<'_>) {
-        self.0
-            .push((input.scene.clone(), input.candidates.to_vec()));
-    }
-}
-
 /// Every candidate of every step of some packings, each by itself, with the container it was looked
 /// at for.
 fn cases(grid: &Grid) -> Vec<(Scene, Candidate)> {
@@ -143,20 +121,7 @@ fn cases(grid: &Grid) -> Vec<(Scene, Candidate)> {
         let mut order: Vec<usize> = (0..40).map(|arrival| arrival % items.len()).collect();
         order.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
         let arrivals = order.iter().map(|object| items[*object].clone());
-        let mut recorder = Recorder::default();
-        let mut exhaustive = planner(grid, Box::new(ProposeAll));
-        let mut cell = IdealCell::new(grid);
-        let (arrivals, how) = (Candidate::sequence(arrivals), Play::with_buffer(BUFFER));
-        play(
-            grid,
-            &mut exhaustive,
-            &mut cell,
-            arrivals,
-            how,
-            &mut recorder,
-        )
-        .unwrap();
-        for (scene, candidates) in recorder.0 {
+        for (scene, candidates) in steps(grid, arrivals, BUFFER) {
             let each = candidates.into_iter();
             cases.extend(each.map(|candidate| (scene.clone(), candidate)));
         }

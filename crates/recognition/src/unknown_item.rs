@@ -56,9 +56,10 @@ pub fn unknown_item(
     let views = resolution.yaws().radians().iter();
     let views = views.map(|yaw_rad| view(&centred, *yaw_rad, resolution));
     let views = views.collect::<Result<Vec<_>, _>>()?;
-    let volume_m3 = views
-        .first()
-        .map_or(0.0, |view| columns_m3(view, resolution));
+    // The volume of all columns at the first yaw.
+    let tops = views.first().into_iter().flat_map(|view| &view.top);
+    let units: f64 = tops.map(|top| f64::from(*top)).sum();
+    let volume_m3 = units * resolution.height_unit_m() * resolution.cell_m().powi(2);
     Ok(UnknownItem {
         item: Item::new(name, views, volume_m3)?,
         world_from_item: cluster.world_from_support * support_from_item,
@@ -142,10 +143,4 @@ fn centre(heights_m: &[f64], ny: usize, cell_m: f64) -> Option<Point2<f64>> {
         total_m += height_m;
     }
     (total_m > 0.0).then(|| Point2::from(moment * (cell_m / total_m)))
-}
-
-/// Gives the volume of all columns, in cubic metres.
-fn columns_m3(view: &ViewSurfaces, resolution: &Resolution) -> f64 {
-    let units: f64 = view.top.iter().map(|top| f64::from(*top)).sum();
-    units * resolution.height_unit_m() * resolution.cell_m().powi(2)
 }

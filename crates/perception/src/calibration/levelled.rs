@@ -1,7 +1,7 @@
 //! A cloud seen along the vertical.
 
 use nalgebra::{
-    Isometry3, Matrix3, Point2, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
+    Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3,
 };
 
 /// Points in a level frame at the sensor: z up, x along the sensor's x axis seen from above. All
@@ -34,10 +34,5 @@ impl Levelled {
             ),
             points_m: below.collect(),
         }
-    }
-
-    /// Gives the place where the ray of a point meets a height below the sensor.
-    pub(super) fn along_ray(point: &Point3<f64>, height_m: f64) -> Point2<f64> {
-        point.xy() * (height_m / point.z)
     }
 }

@@ -177,11 +177,6 @@ struct Strip {
 }
 
 impl Frame {
-    /// Gives the direction along the side, a quarter turn counter-clockwise from outwards.
-    fn tangent(&self) -> Vector2<f64> {
-        Vector2::new(-self.outward.y, self.outward.x)
-    }
-
     /// Counts the strips of the side.
     pub(super) fn strips(&self) -> usize {
         ((self.ends_m[1] - self.ends_m[0] - 2.0 * CORNER_M) / STRIP_M).clamp(4.0, 100.0) as usize
@@ -205,9 +200,10 @@ impl Frame {
         Some((self.strip(along_m)?, [along_m, across_m]))
     }
 
-    /// Gives a place along and across.
+    /// Gives a place along, a quarter turn counter-clockwise from outwards, and across.
     pub(super) fn along_and_across(&self, place: &Point2<f64>) -> [f64; 2] {
-        [self.tangent(), self.outward].map(|direction| direction.dot(&place.coords))
+        let along = Vector2::new(-self.outward.y, self.outward.x);
+        [along, self.outward].map(|direction| direction.dot(&place.coords))
     }
 
     /// Finds the inner face of the wall, where enough of it is seen.
@@ -272,7 +268,8 @@ impl Frame {
         let mut rims = vec![Vec::new(); count];
         let mut through = vec![Vec::new(); count];
         for point in &levelled.points_m {
-            let on_rim = Levelled::along_ray(point, opening.rim_m);
+            // The place where its ray meets the rim's height.
+            let on_rim = point.xy() * (opening.rim_m / point.z);
             let Some((strip, on_rim)) = self.in_strip(&on_rim, reach_m) else {
                 continue;
             };

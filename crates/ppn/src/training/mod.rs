@@ -9,7 +9,6 @@ mod loss;
 mod optimiser;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ppnpack_dataset::{Dataset, StepRecord};
@@ -293,15 +292,12 @@ impl<'a> Training<'a> {
             },
         };
         let model = self.request.folder.join(MODEL_FILE);
-        write_card(&model.with_extension("json"), &card)?;
+        let path = model.with_extension("json");
+        let text = serde_json::to_vec_pretty(&card).map_err(|error| damaged(&path, &error))?;
+        write_whole(&path, &text)?;
         write_whole(&model, &bytes)?;
         Ok(card)
     }
-}
-
-fn write_card(path: &Path, card: &ModelCard) -> Result<(), NetworkError> {
-    let text = serde_json::to_vec_pretty(card).map_err(|error| damaged(path, &error))?;
-    Ok(write_whole(path, &text)?)
 }
 
 /// Scores a batch, `[N, R, L]`.

@@ -193,23 +193,17 @@ impl ServiceSettings for Settings {
 #[cfg(test)]
 mod tests {
     use ppnpack_packing::grid::Grid;
-    use ppnpack_perception::extrinsics::Extrinsics;
 
     use super::*;
 
     #[test]
     fn what_decides_what_heightmaps_say_has_another_fingerprint() {
         let cell = Cell::new("cell-1").unwrap();
-        let camera = |cell: &str, x_m| RosCamera {
-            key: "0/camera/points/**".to_owned(),
-            cell: cell.to_owned(),
-            sensor: String::new(),
-            is_tray: false,
-            container_from_sensor: Extrinsics {
-                position_m: [x_m, 0.16, 0.9],
-                orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
-            },
-            message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
+        let camera = |cell: &str, x_m| {
+            let mut camera = ros::tests::camera();
+            camera.cell = cell.to_owned();
+            camera.container_from_sensor.position_m[0] = x_m;
+            camera
         };
         let with = |change: &dyn Fn(&mut Settings)| {
             let mut settings = Settings::default();

@@ -104,10 +104,10 @@ pub(crate) fn validate(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn camera() -> RosCamera {
+    pub(crate) fn camera() -> RosCamera {
         RosCamera {
             key: "0/camera/depth/points/**".to_owned(),
             cell: "cell-1".to_owned(),
