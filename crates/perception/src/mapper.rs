@@ -459,7 +459,6 @@ impl Raster {
         (x < self.nx && y < self.ny).then_some(x * self.ny + y)
     }
 
-    /// Gives the middle of a sample.
     fn middle(&self, sample: usize) -> Point2<f64> {
         let (x, y) = (sample / self.ny, sample % self.ny);
         Point2::new(x as f64 + 0.5, y as f64 + 0.5) / self.samples_per_m

@@ -17,7 +17,6 @@ pub(crate) struct Cells {
 }
 
 impl Symmetry {
-    /// Number of symmetries.
     pub(crate) const COUNT: usize = 8;
 
     /// Gives the symmetry of a number; 0 changes nothing.

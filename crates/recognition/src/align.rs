@@ -9,10 +9,8 @@ use crate::nearest::NearestSurface;
 /// Maximum distance at which the direction to the surface is its normal, in metres.
 const ON_SURFACE_M: f64 = 1e-4;
 
-/// Settings of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct AlignSettings {
-    /// Maximum number of rounds.
     pub(crate) rounds: usize,
     /// Distances, at first and at the end, much beyond which points count little, in metres.
     pub(crate) scale_m: (f64, f64),

@@ -14,7 +14,6 @@ use crate::samples::spread;
 use crate::segmentation::Cluster;
 use crate::spacing::spacing_m;
 
-/// Settings of a refinement.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RefinementSettings {
     /// The pass over all poses.
@@ -36,7 +35,6 @@ pub(crate) struct PassSettings {
     pub(crate) compared: usize,
     /// Points of the cluster that are aligned.
     pub(crate) aligned: usize,
-    /// Settings of their alignment.
     pub(crate) align: AlignSettings,
 }
 

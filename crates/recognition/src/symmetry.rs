@@ -211,7 +211,6 @@ impl Symmetry {
     }
 }
 
-/// A search for symmetries.
 struct Search<'surface> {
     surface: &'surface NearestSurface,
     points: &'surface [SurfacePoint],
@@ -291,7 +290,6 @@ impl Search<'_> {
     }
 }
 
-/// Gives the principal axes of a surface.
 fn principal_axes(points: &[SurfacePoint]) -> Vec<Unit<Vector3<f64>>> {
     let points: Vec<Point3<f64>> = points.iter().map(|point| point.point).collect();
     let axes = centroid(&points).map(|middle| scatter(&points, &middle).eigenvectors);

@@ -51,13 +51,11 @@ pub(super) struct Opening {
     pub(super) spacing_m: f64,
 }
 
-/// A hole that may be an opening.
 struct Hole {
     level_m: f64,
     cells: Vec<(usize, usize)>,
 }
 
-/// Finds the opening.
 pub(super) fn find(
     levelled: &Levelled,
     settings: &CalibrationSettings,

@@ -127,7 +127,6 @@ impl Network {
         by_map.f_permute([1, 0, 2])?.f_reshape([maps, -1])
     }
 
-    /// Gives the network's architecture.
     pub(crate) fn architecture(&self) -> &Architecture {
         &self.architecture
     }

@@ -60,7 +60,6 @@ impl Parameters {
         tensor
     }
 
-    /// Gives all tensors by name.
     pub(crate) fn tensors(&self) -> &BTreeMap<String, Tensor> {
         &self.tensors
     }

@@ -113,7 +113,6 @@ impl Loader {
         }
     }
 
-    /// Gives the next batch.
     pub(crate) fn next(&mut self) -> Result<Batch, NetworkError> {
         let started = Instant::now();
         let turn = self.given % self.batches.len().max(1);

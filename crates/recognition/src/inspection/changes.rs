@@ -52,9 +52,7 @@ pub(crate) struct Changes<'settings> {
     container: ContainerSize,
     eye_m: Point3<f64>,
     settings: &'settings InspectionSettings,
-    /// Points that are new.
     pub(crate) new_m: Vec<Point3<f64>>,
-    /// All others.
     pub(crate) others_m: Vec<Point3<f64>>,
     /// The share of the container that is seen.
     pub(crate) seen_share: f64,

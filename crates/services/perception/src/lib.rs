@@ -161,7 +161,6 @@ fn start_actors(
     Ok((actors, threads))
 }
 
-/// Gives the trays that are set.
 fn known_trays(
     settings: &Settings,
     objects: Option<&Objects>,

@@ -112,7 +112,6 @@ impl Settings {
         first.map_or(0, |first| u64::from_le_bytes(*first))
     }
 
-    /// Gives the sensors of a cell.
     pub(crate) fn sensors_of(&self, cell: &Cell) -> Sensors {
         let names = self.sensors.get(cell.as_str());
         Sensors::new(names.map_or(&[], Vec::as_slice))

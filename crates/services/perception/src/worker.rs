@@ -209,7 +209,6 @@ impl Worker {
         Some(Arrived { at, ..news })
     }
 
-    /// Maps the clouds of a round.
     fn map(&mut self, state_number: u64, clouds: &[News]) -> Result<Mapped, HeightmapError> {
         if state_number != self.state_number {
             self.state_number = state_number;

@@ -110,7 +110,6 @@ impl Rig {
         Self::with(&settings(), stream, |process| Some(objects(process)))
     }
 
-    /// With these settings.
     pub(crate) fn with(
         settings: &Settings,
         stream: Stream,
@@ -149,7 +148,6 @@ impl Rig {
         assert_eq!(self.perception.clouds(fate), before + 1);
     }
 
-    /// Asks for a heightmap of a cell.
     pub(crate) fn ask_for(
         &self,
         cell: &Cell,
