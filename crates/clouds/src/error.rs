@@ -9,10 +9,10 @@ use crate::cloud::MAX_POINTS;
 #[non_exhaustive]
 pub enum CloudError {
     /// A file that the system does not give.
-    #[error("{} cannot be read: {1}", .0.display())]
+    #[error("{path} cannot be read: {1}", path = .0.display())]
     Read(PathBuf, #[source] std::io::Error),
     /// A file that is no point cloud, or a malformed one.
-    #[error("{}: {1}", .0.display())]
+    #[error("{path}: {1}", path = .0.display())]
     Format(PathBuf, #[source] FormatError),
 }
 

@@ -18,13 +18,13 @@ const MAX_BYTES: u64 = 1 << 30;
 #[non_exhaustive]
 pub enum ModelError {
     /// A file that cannot be read.
-    #[error("{} cannot be read: {1}; a model is a .safetensors file with its .json card beside it", .0.display())]
+    #[error("{path} cannot be read: {1}; a model is a .safetensors file with its .json card beside it", path = .0.display())]
     Read(PathBuf, #[source] std::io::Error),
     /// A file of weights that is larger than any network, with its bytes.
-    #[error("{} has {1} bytes, too many for weights of a placement proposal network", .0.display())]
+    #[error("{path} has {1} bytes, too many for weights of a placement proposal network", path = .0.display())]
     TooLarge(PathBuf, u64),
     /// A card that is no model card.
-    #[error("{} is no model card: {1}", .0.display())]
+    #[error("{path} is no model card: {1}", path = .0.display())]
     Card(PathBuf, #[source] serde_json::Error),
     /// A card of another format than this version reads.
     #[error("{0}: the model has format {1}, but this version reads {FORMAT}; train it again")]

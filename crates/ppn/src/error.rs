@@ -70,19 +70,19 @@ pub enum NetworkError {
     #[error(transparent)]
     Write(#[from] WriteError),
     /// A file that cannot be read.
-    #[error("{} cannot be read: {1}", .0.display())]
+    #[error("{path} cannot be read: {1}", path = .0.display())]
     Read(PathBuf, #[source] std::io::Error),
     /// A checkpoint of another training, with the settings that differ.
     #[error(
-        "{} is the checkpoint of another training ({1}): choose another --out, or give the same settings",
-        .0.display()
+        "{path} is the checkpoint of another training ({1}): choose another --out, or give the same settings",
+        path = .0.display()
     )]
     OtherTraining(PathBuf, String),
     /// A checkpoint in the folder of a training that was not asked to go on from it.
-    #[error("{} is the checkpoint of a training: go on with --resume, or choose another --out", .0.display())]
+    #[error("{path} is the checkpoint of a training: go on with --resume, or choose another --out", path = .0.display())]
     Unfinished(PathBuf),
     /// A damaged checkpoint, with the fault.
-    #[error("{} is damaged: {1}; delete it to train anew", .0.display())]
+    #[error("{path} is damaged: {1}; delete it to train anew", path = .0.display())]
     Checkpoint(PathBuf, String),
     /// Data with nothing to train on.
     #[error("the dataset has no {0} with a valid placement")]
