@@ -70,7 +70,7 @@ impl Counts {
         own.map_or("", |(_, label, count, counter)| {
             count.fetch_add(1, Ordering::Relaxed);
             counter.increment(1);
-            label
+            *label
         })
     }
 

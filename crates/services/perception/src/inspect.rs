@@ -146,7 +146,7 @@ impl Inspections {
         let container_from_sensor = cloud.container_from_sensor();
         let points_m = cloud
             .points()
-            .map(|point| container_from_sensor * point.cast());
+            .map(|point| container_from_sensor * point.cast::<f64>());
         let points_m: Vec<Point3<f64>> = points_m.collect();
         let after = ContainerCloud {
             points_m: &points_m,

@@ -99,7 +99,7 @@ impl Tray {
         let container_from_sensor = cloud.container_from_sensor();
         let points = cloud
             .points()
-            .map(|point| container_from_sensor * point.cast());
+            .map(|point| container_from_sensor * point.cast::<f64>());
         let eye = Point3::from(container_from_sensor.translation.vector);
         let found = segment(points, &eye, &self.segmentation);
         let clusters = found.clusters.iter().take(MAX_ITEMS);
