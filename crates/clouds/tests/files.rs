@@ -157,7 +157,11 @@ proptest! {
     }
 
     #[test]
-    fn truncated_files_are_refused(cloud in any_cloud(), layout in proptest::sample::select(&LAYOUTS[..]), share in 0.0..1.0_f64) {
+    fn truncated_files_are_refused(
+        cloud in any_cloud(),
+        layout in proptest::sample::select(&LAYOUTS[..]),
+        share in 0.0..1.0_f64,
+    ) {
         prop_assume!(!cloud.points_m().is_empty());
         let whole = file(layout, &cloud, false);
         // What follows the last vertex is not needed, and a line's end neither; a shorter last
@@ -174,7 +178,11 @@ proptest! {
     }
 
     #[test]
-    fn damaged_files_do_no_harm(cloud in any_cloud(), layout in proptest::sample::select(&LAYOUTS[..]), damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6)) {
+    fn damaged_files_do_no_harm(
+        cloud in any_cloud(),
+        layout in proptest::sample::select(&LAYOUTS[..]),
+        damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+    ) {
         let mut content = file(layout, &cloud, false);
         for (place, byte) in damage {
             let place = place.index(content.len());
@@ -186,11 +194,15 @@ proptest! {
     }
 
     #[test]
-    fn anything_may_follow_a_header(tail in proptest::collection::vec(any::<u8>(), 0..200), layout in proptest::sample::select(&LAYOUTS[..])) {
+    fn anything_may_follow_a_header(
+        tail in proptest::collection::vec(any::<u8>(), 0..200),
+        layout in proptest::sample::select(&LAYOUTS[..]),
+    ) {
         let empty = Cloud::default();
         let text = String::from_utf8_lossy(&file(layout, &empty, false)).into_owned();
-        let mut content = text.replace("WIDTH 0", "WIDTH 4").replace("HEIGHT 0", "HEIGHT 1").replace("POINTS 0", "POINTS 4")
-            .replace("vertex 0", "vertex 4").into_bytes();
+        let text = text.replace("WIDTH 0", "WIDTH 4").replace("HEIGHT 0", "HEIGHT 1");
+        let text = text.replace("POINTS 0", "POINTS 4").replace("vertex 0", "vertex 4");
+        let mut content = text.into_bytes();
         content.extend(tail);
         if let Ok(cloud) = parse(&content) {
             prop_assert_eq!(cloud.points_m().len(), 4);

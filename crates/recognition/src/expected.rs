@@ -66,7 +66,7 @@ impl Observation {
     pub(crate) fn new(cluster: &Cluster, pixel_m: f64, most: usize) -> Option<Self> {
         let middle = centroid(&cluster.points_m)?;
         let forward = (middle - cluster.eye_m).try_normalize(1e-6)?;
-        let across = |axis| forward.cross(&axis).try_normalize(1e-3);
+        let across = |axis: Vector3<f64>| forward.cross(&axis).try_normalize(1e-3);
         let right = across(Vector3::y()).or_else(|| across(Vector3::x()))?;
         let axes = Rotation3::from_basis_unchecked(&[right, forward.cross(&right), forward]);
         let support_from_camera = Isometry3::from_parts(
