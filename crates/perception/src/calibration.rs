@@ -5,15 +5,13 @@
 //! found:
 //!
 //! 1. Floor, rim and ground are parallel: up is where the heights of points concentrate on few
-//! levels (`direction.rs`).
+//!    levels (`direction.rs`).
 //! 2. The rim is the highest level whose points enclose a hole with something deep in it
-//! (`opening.rs`). The floor is the
-//!    level in the hole that has the most points.
+//!    (`opening.rs`). The floor is the level in the hole that has the most points.
 //! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's
-//! inner edge where not
-//!    (`sides.rs`). The four are adjusted to a rectangle (`rectangle.rs`).
+//!    inner edge where not (`sides.rs`). The four are adjusted to a rectangle (`rectangle.rs`).
 //! 4. With the floor and the rim so bounded, up is fitted anew, and the steps from 2 are done
-//! again.
+//!    again.
 //! 5. What does not fit a container of four plane walls that is empty is refused (`checks.rs`).
 //!
 //! The sensor's optical centre is the origin of its frame. The result is that of the seed, for

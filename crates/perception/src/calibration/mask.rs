@@ -51,11 +51,17 @@ impl Mask {
         let is_border =
             |(x, y): &(usize, usize)| *x == 0 || *y == 0 || *x + 1 == self.nx || *y + 1 == self.ny;
         let mut visited = self.clone();
-        let all = (0..self.nx).flat_map(|x| (0..self.ny).map(move |y| (x, y)));
-        let regions = all.filter_map(|(x, y)| (!visited.get(x, y)).then(|| visited.flood(x, y)));
-        regions
-            .filter(|region| !region.iter().any(is_border))
-            .collect()
+        let mut holes = Vec::new();
+        for (x, y) in (0..self.nx).flat_map(|x| (0..self.ny).map(move |y| (x, y))) {
+            if visited.get(x, y) {
+                continue;
+            }
+            let region = visited.flood(x, y);
+            if !region.iter().any(is_border) {
+                holes.push(region);
+            }
+        }
+        holes
     }
 
     /// Marks all cells without a mark that are connected to one, and gives them.

@@ -39,10 +39,8 @@ impl CalibrationSettings {
     pub fn validate(&self) -> Result<(), SettingError> {
         if let Some(size) = self.size {
             let side = within("0.01 to 3 m a side", 0.01..=3.0);
-            let sides_m = [size.x_m, size.y_m, size.z_m].into_iter();
-            sides_m
-                .map(|side_m| side("size", side_m))
-                .collect::<Result<(), _>>()?;
+            let mut sides_m = [size.x_m, size.y_m, size.z_m].into_iter();
+            sides_m.try_for_each(|side_m| side("size", side_m))?;
         }
         self.validate_numbers()
     }
