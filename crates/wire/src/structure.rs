@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn many_empty_parts_are_refused_before_memory_is_taken_for_them() {
         // Field 2 (views), length 0, over and over.
-        let payload = [0x12, 0x00].repeat(MAX_PARTS + 1);
+        let payload = [0x12_u8, 0x00].repeat(MAX_PARTS + 1);
         let item = crate::decode::<v1::Item>(&payload, usize::MAX);
         assert!(matches!(item, Err(WireError::TooManyParts { .. })));
         // The same one level down: items (4) of a request for an evaluation.
