@@ -140,7 +140,7 @@ fn run<S: ServiceSettings>(
     let core = Arc::new(Core::new(service, instance, hash, supervisor));
     let telemetry = Telemetry::start(&configuration.telemetry, &core)?;
     logs::init(&configuration.log, telemetry.layer())?;
-    let code = match run_logged(core, configuration, start) {
+    let code = match run_logged(&core, configuration, start) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tracing::error!("{error:#}");
@@ -152,7 +152,7 @@ fn run<S: ServiceSettings>(
 }
 
 fn run_logged<S: ServiceSettings>(
-    core: Arc<Core>,
+    core: &Arc<Core>,
     configuration: Configuration<S>,
     start: impl FnOnce(&Process, S) -> anyhow::Result<Box<dyn Running>>,
 ) -> anyhow::Result<()> {
@@ -175,7 +175,7 @@ fn run_logged<S: ServiceSettings>(
     let serving = core.health.check("service");
     let connected = core.health.check("zenoh");
     if let AdminListen::At(address) = configuration.admin.listen {
-        let address = admin::serve(runtime.handle(), address, core.clone())?;
+        let address = admin::serve(runtime.handle(), address, Arc::clone(core))?;
         tracing::info!(%address, "admin port open");
     }
     let zenoh = &configuration.zenoh;
@@ -184,7 +184,7 @@ fn run_logged<S: ServiceSettings>(
         tracing::info!("asked to end before there was a connection");
         return Ok(());
     };
-    let process = Process::new(session.clone(), zenoh.max_message_bytes, core.clone())?;
+    let process = Process::new(session.clone(), zenoh.max_message_bytes, Arc::clone(core))?;
     session::watch(&process, zenoh, connected)?;
     let grace = configuration.shutdown_grace();
     let running = start(&process, configuration.service)?;

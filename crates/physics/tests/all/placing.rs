@@ -14,9 +14,11 @@ fn patient() -> SimulatedCell {
     cell(|settings| settings.settle_time_s = 5.0)
 }
 
+type Exactness = (fn() -> SolverSettings, f64, f64);
+
 /// Solvers of contacts, with the most that a box slides which is dropped from 12 cm on another, and
 /// the deepest that it reaches into it, in metres.
-const EXACTNESS: [(fn() -> SolverSettings, f64, f64); 2] = [
+const EXACTNESS: [Exactness; 2] = [
     (|| CellSettings::robot().solver, 2e-3, 0.1e-3),
     (SolverSettings::default, 5e-3, 0.2e-3),
 ];
@@ -223,7 +225,7 @@ fn impossible_poses_and_models_are_refused_and_change_nothing() {
             model.pieces[0]
                 .vertices
                 .iter_mut()
-                .for_each(|at| at.z = 0.0)
+                .for_each(|at| at.z = 0.0);
         }),
         changed(|model| model.pieces[0].vertices.fill(Point3::origin())),
         changed(|model| model.pieces[0].vertices[0].x = f64::NAN),

@@ -429,7 +429,8 @@ fn an_inspection_corrects_where_a_packed_item_is_or_that_it_is_gone() {
 fn a_failure_stays_whatever_is_announced_or_withdrawn_until_the_automatic_mode_is_switched_on() {
     let mut session = session_of(&["a", "b"]);
     session.end(End::Failed("item c was placed, but is missing".into()));
-    let steps: [fn(&mut Session) -> Result<(), SessionError>; 5] = [
+    type Step = fn(&mut Session) -> Result<(), SessionError>;
+    let steps: [Step; 5] = [
         |session| session.announce(vec![announced("a")]),
         |session| session.announce(vec![announced("d")]),
         |session| session.withdraw("b"),
