@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ppnpack_service::ServiceError;
+use ppnpack_service::clock;
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::convert::cloud::{self, Capture};
@@ -17,7 +18,7 @@ use crate::settings::span;
 pub(crate) struct Camera {
     cell: Cell,
     clouds: Publisher<v1::PointCloud>,
-    /// How long after a cloud the next one is due while nothing changes.
+    /// The time between clouds while nothing changes.
     pub(crate) period: Duration,
     sequence: u64,
     /// Trouble is told once, until it ends.
@@ -49,7 +50,8 @@ impl Camera {
     }
 
     fn try_show(&mut self, robot: &mut dyn Robot, state_number: u64) -> Result<(), RobotError> {
-        let captured_at_ns = now_ns();
+        // The time of day, for people: nanoseconds since 1970.
+        let captured_at_ns = i64::try_from(clock::now_ns()).unwrap_or(i64::MAX);
         let views = robot.capture()?;
         self.sequence += 1;
         for view in &views {
@@ -74,9 +76,4 @@ impl Camera {
             ..cloud::write(&capture, &view.points_m)
         }
     }
-}
-
-/// The time for people: nanoseconds since 1970.
-pub(crate) fn now_ns() -> i64 {
-    i64::try_from(ppnpack_service::clock::now_ns()).unwrap_or(i64::MAX)
 }

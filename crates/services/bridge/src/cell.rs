@@ -12,12 +12,12 @@ use crate::robot::Robot;
 use crate::runner::{Jobs, Runner};
 use crate::streams::Streams;
 
-/// What the actors of a cell work with.
+/// The parts that the actors of a cell work with.
 pub(crate) struct CellWorks {
     pub(crate) name: Cell,
     pub(crate) robot: Box<dyn Robot>,
     pub(crate) camera: Camera,
-    /// Where the robot's actor tells what came of its work.
+    /// The address at which the robot's actor reports.
     pub(crate) desk: Address<Message>,
     pub(crate) journal: CellJournal,
     pub(crate) streams: Streams,
@@ -32,7 +32,7 @@ pub(crate) struct CellWorks {
 }
 
 impl CellWorks {
-    /// Works as the desk until the end is asked for. The robot's actor works meanwhile, and tells it what came of that.
+    /// Works as the desk until the end is asked for, with the robot's actor in a thread beside it.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
         let robot = self.robot.as_mut();
         let early = Early {
@@ -52,7 +52,7 @@ impl CellWorks {
             ledger,
             self.journal,
             DeskRobot {
-                actor,
+                _actor: actor,
                 jobs,
                 reach,
                 share: self.share,
@@ -67,7 +67,7 @@ impl CellWorks {
             Ok(runner) => {
                 let name = format!("bridge-{}", self.name);
                 actor::run_watched(&self.supervisor, &name, desk, mailbox);
-                // Without a desk it has no more jobs and ends. A panic of its was told when it happened.
+                // Without a desk it ends. A panic of its was told when it happened.
                 runner.join().ok();
             }
             Err(error) => self.supervisor.give_up(error.to_string()),

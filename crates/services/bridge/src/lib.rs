@@ -1,11 +1,11 @@
 //! The bridge service: a cell, its robot and its sensor behind one interface.
 //!
-//! It accepts placements, has them carried out, each at most once, and says what came of them; it brings empty
-//! containers; it publishes what the sensor sees. The cells are simulated ([`start`]), or whatever implements
-//! [`Robot`] ([`start_robots`]).
+//! It accepts placements, has each carried out at most once, and says how it ended; it brings empty
+//! containers; it publishes the sensors' clouds. The cells are simulated ([`start`]), or anything
+//! that implements [`Robot`] ([`start_robots`]).
 //!
-//! Each cell has two actors: its desk, which answers requests and keeps the journal, and its robot's, which is busy for
-//! as long as a placement takes.
+//! Each cell has two actors. The desk answers requests and keeps the journal; the robot's actor is
+//! busy for as long as a placement takes.
 
 mod camera;
 mod cell;
@@ -45,32 +45,26 @@ use streams::Streams;
 #[doc = include_str!("../../../../docs/guides/real-robot.md")]
 struct RealRobot;
 
-/// How long a robot may take to stop when it is cut off.
+/// The maximum time for a robot to stop when it is cut off.
 const CUT_OFF_PATIENCE: Duration = Duration::from_secs(1);
 
-/// The running service. Dropped, it ends at once; what is being placed then is cut off where that is possible.
+/// The running service. Dropped, it ends at once, and cuts off a placement where that is possible.
 pub struct Bridge {
     // Requests stop coming before the desks end: fields are dropped in this order.
-    inputs: Vec<Input>,
+    inputs: Vec<(Lease, [Listener; 7])>,
     desks: Vec<Address<Message>>,
     threads: Vec<JoinHandle<()>>,
     cut_off: Shutdown,
-    /// Held, as a health check fails when nobody holds it.
+    /// The journal's health check, which fails once it is dropped.
     _health: HealthLatch,
-}
-
-/// Takes the requests for a cell, until it is dropped.
-struct Input {
-    _lease: Lease,
-    _listeners: [Listener; 7],
 }
 
 /// Starts the service with simulated cells.
 ///
 /// # Errors
-/// [`ServiceError`] where a cell cannot be simulated, or the session or threads cannot be had. Where another bridge serves a cell
-/// this waits until that has ended. A journal that cannot be
-/// used is no error: requests are refused until it can, and the health check `journal` says why.
+/// [`ServiceError`] where a cell cannot be simulated, or there is no session or no thread. Where
+/// another bridge serves a cell, this waits for the end of that. A journal that cannot be used is
+/// no error: requests are refused until it can, and the health check `journal` says why.
 pub fn start(
     process: &Process,
     settings: &Settings,
@@ -164,18 +158,16 @@ impl Bridge {
             limits: TimeLimits::of(settings),
             share: Share::new(shared, cell, &address),
         };
-        self.inputs.push(Input {
-            _listeners: [
-                address.listen(process, Some(cell), Message::Place)?,
-                address.listen(process, Some(cell), Message::Outcome)?,
-                address.listen(process, Some(cell), Message::Renew)?,
-                address.listen_past_others(process, Some(cell), Message::Hold)?,
-                address.listen(process, Some(cell), Message::Resume)?,
-                address.listen(process, Some(cell), Message::Changed)?,
-                address.listen(process, Some(cell), Message::State)?,
-            ],
-            _lease: lease,
-        });
+        let listeners = [
+            address.listen(process, Some(cell), Message::Place)?,
+            address.listen(process, Some(cell), Message::Outcome)?,
+            address.listen(process, Some(cell), Message::Renew)?,
+            address.listen_past_others(process, Some(cell), Message::Hold)?,
+            address.listen(process, Some(cell), Message::Resume)?,
+            address.listen(process, Some(cell), Message::Changed)?,
+            address.listen(process, Some(cell), Message::State)?,
+        ];
+        self.inputs.push((lease, listeners));
         let work = move || works.run(&mailbox);
         let thread = process
             .supervisor()
@@ -198,7 +190,7 @@ impl Bridge {
 
 impl Running for Bridge {
     fn finish(mut self: Box<Self>, deadline: Instant) -> Result<(), String> {
-        // What is left at the deadline is cut off when this is dropped.
+        // A placement that is left at the deadline is cut off when this is dropped.
         self.end(deadline)
     }
 }
@@ -206,7 +198,7 @@ impl Running for Bridge {
 impl Drop for Bridge {
     fn drop(&mut self) {
         self.cut_off.request();
-        // What a robot cannot break off ends by itself, later.
+        // A placement that the robot cannot break off ends by itself, later.
         self.end(Instant::now() + CUT_OFF_PATIENCE).ok();
     }
 }

@@ -1,7 +1,7 @@
 //! The actor of a robot: does one job after another, and looks at the container between them.
 //!
-//! The desk puts jobs where the robot finds them, and never waits for it. So the desk takes
-//! whatever comes, and a robot that waits for room in its mailbox is never in a circle.
+//! The desk leaves jobs for the robot and never waits for it, so the desk takes whatever comes. A
+//! robot that waits for room in the desk's mailbox cannot deadlock with it.
 
 use std::convert::Infallible;
 use std::time::Instant;
@@ -11,11 +11,11 @@ use ppnpack_service::actor::{self, Actor, Address, LatestValues, Mailbox};
 use ppnpack_service::supervision::Supervisor;
 
 use crate::camera::Camera;
-use crate::desk::Message;
+use crate::desk::{Ended, Message};
 use crate::robot::{Body, CutOff, Placement, Robot};
 
-/// What waits for a robot: one job of each kind. A newer one to take over or to show says all that
-/// the older one did.
+/// The jobs that wait for a robot, one of each kind. A newer one to take over or to show says all
+/// that the older one did.
 pub(crate) type Jobs = LatestValues<Kind, Job>;
 
 /// Kinds of jobs, in the order in which those that wait are done.
@@ -27,13 +27,13 @@ pub(crate) enum Kind {
     Work,
 }
 
-/// What a robot is told.
+/// A job for a robot.
 pub(crate) enum Job {
     /// Place an item, unless that is broken off.
     Place(Placement, Shutdown),
     /// Bring an empty container.
     Renew,
-    /// People changed what lies in the container, for the so-many-eth time.
+    /// People changed what lies in the container; the number counts their changes.
     Changed(u64, Vec<Body>),
     /// The content of the container is written down as this state: it may be shown.
     Show(u64),
@@ -124,7 +124,10 @@ impl Runner {
             Job::Changed(change, bodies) => {
                 Message::TakenOver(change, self.robot.take_over(bodies))
             }
-            Job::Renew => Message::Renewed(self.robot.renew(), self.robot.bodies()),
+            Job::Renew => {
+                let renewed = self.robot.renew();
+                Message::Ended(Ended::Renewal(renewed, self.robot.bodies()))
+            }
         };
         // A desk that is gone needs to be told nothing.
         self.desk.send(done).ok();
@@ -132,7 +135,7 @@ impl Runner {
 
     fn place(&mut self, placement: &Placement, break_off: &Shutdown) -> Message {
         match self.robot.place(placement, break_off) {
-            Ok(finding) => Message::Placed(finding, self.robot.bodies()),
+            Ok(finding) => Message::Ended(Ended::Placement(finding, self.robot.bodies())),
             Err(CutOff) => Message::CutOff,
         }
     }

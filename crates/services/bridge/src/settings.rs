@@ -1,4 +1,4 @@
-//! What can be set.
+//! Settings of the bridge service.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -20,24 +20,24 @@ use crate::simulated::SimulatedSettings;
 pub struct Settings {
     /// The simulated cells, by their names.
     pub cells: BTreeMap<String, SimulatedSettings>,
-    /// Which cells are containers of one robot, by the names of the robots: it places into one of them at a time, and where one is held,
-    /// all are. A cell that is named nowhere has a robot of its own.
+    /// The cells that are containers of one robot, by the robots' names. It places into one at a
+    /// time, and where one is held, all are. Other cells have a robot each.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub robots: BTreeMap<String, Vec<String>>,
-    /// The file in which is written what was asked for and what came of it; in memory where none is given, and then
-    /// lost with the process.
+    /// The file of requests and their outcomes; without one they are lost with the process.
     pub journal: Option<PathBuf>,
     /// The objects that can be placed: `builtin`, or a folder of meshes.
     pub catalogue: String,
-    /// Requests that wait for a cell at most; more are refused.
+    /// The maximum of requests that wait for a cell; more are refused.
     pub queue: usize,
-    /// How many clouds are published a second while nothing changes. After a change one is published at once.
+    /// Clouds that are published in a second while nothing changes, and one at once after a change.
     pub cloud_rate_hz: f64,
-    /// How often the state is published while it does not change, in seconds.
+    /// The time between states that are published while nothing changes, in seconds.
     pub state_period_s: f64,
-    /// A placement that takes so much longer than its motion has the cell held, in seconds; with 0 none does.
+    /// The maximum by which a placement may take longer than its motion before the cell is held, in
+    /// seconds; 0: any time.
     pub overdue_s: f64,
-    /// A placement that was decided longer ago than this is not begun, in seconds; with 0 that is not asked.
+    /// The maximum age of a decision that begins, in seconds; 0: any age.
     pub decision_age_limit_s: f64,
 }
 
@@ -68,7 +68,7 @@ impl Settings {
         Catalogue::load(&source, &settings, &Resolution::reference(), &|_, _| {})
     }
 
-    /// Each cell has one robot.
+    /// Checks that each cell has one robot.
     fn validate_robots(&self) -> Result<(), String> {
         let mut placed = Vec::new();
         for (robot, cells) in &self.robots {
@@ -86,7 +86,7 @@ impl Settings {
     }
 }
 
-/// A span of the settings; one that is too long to be counted is for ever.
+/// A span of time in the settings; one that is too long to be counted is for ever.
 pub(crate) fn span(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
@@ -134,15 +134,9 @@ mod tests {
         let endless = refused(|s| s.decision_age_limit_s = f64::INFINITY);
         assert!(endless.contains("decision_age_limit_s"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
-        let named = refused(|s| {
-            let cell = SimulatedSettings::default();
-            s.cells.insert("Cell".to_owned(), cell);
-        });
+        let named = refused(|s| drop(s.cells.insert("Cell".to_owned(), Default::default())));
         assert!(named.contains("'Cell'"));
-        let broken = refused(|s| {
-            let cells = s.cells.values_mut();
-            cells.for_each(|cell| cell.place_duration_s = -1.0);
-        });
+        let broken = refused(|s| s.cells.get_mut("cell-1").unwrap().place_duration_s = -1.0);
         assert!(broken.starts_with("cells.cell-1.place_duration_s"));
     }
 }

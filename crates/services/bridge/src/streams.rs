@@ -1,4 +1,4 @@
-//! What a cell publishes of itself, but for the clouds.
+//! The streams of a cell, but for the clouds.
 
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ pub(crate) struct Streams {
     outcomes: Publisher<v1::Outcome>,
     is_simulated: bool,
     state_period: Duration,
-    /// When the state is published although it did not change.
+    /// The time to publish the state although it did not change.
     pub(crate) next_state: Instant,
 }
 
@@ -96,7 +96,7 @@ fn count_outcomes(cell: &Cell, kind: v1::OutcomeKind, count: u64) {
     metrics::counter(Metric::OutcomesTotal, &labels).increment(count);
 }
 
-/// Nothing depends on a stream: what it says can be asked for.
+/// Warns of an error; nothing depends on a stream, as its content can be asked for.
 fn warn(result: Result<(), ServiceError>) {
     if let Err(error) = result {
         tracing::warn!(%error, "not published");

@@ -6,12 +6,12 @@ use crate::Settings;
 use crate::clock;
 use crate::settings::span;
 
-/// How old what is carried out may be, and how long that may take; 0 where it does not matter.
+/// The limits in time of a placement; 0 where it does not matter.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TimeLimits {
-    /// The longest ago that a placement may have been decided.
+    /// The maximum age of a decision that begins.
     pub(super) decision_age: Duration,
-    /// How much longer than its motion a placement may take.
+    /// The maximum by which a placement may take longer than its motion.
     pub(super) overdue: Duration,
 }
 
@@ -23,13 +23,15 @@ impl TimeLimits {
         }
     }
 
-    /// Why a placement that was decided then, by the clock of this bridge, is not begun any more. 0 is not known.
+    /// Says why a placement that was decided then, by the clock of this bridge, does not begin any
+    /// more; 0 is not known.
     pub(super) fn expired(&self, decided_at_ns: u64) -> Option<String> {
         if self.decision_age.is_zero() || decided_at_ns == 0 {
             return None;
         }
         let limit_s = self.decision_age.as_secs_f64();
-        match clock::age(decided_at_ns) {
+        let age = clock::now_ns().checked_sub(decided_at_ns);
+        match age.map(Duration::from_nanos) {
             Some(age) if age <= self.decision_age => None,
             Some(age) => Some(format!(
                 "it was decided {:.1} s ago, and decision_age_limit_s is {limit_s}: plan anew",

@@ -1,78 +1,76 @@
 //! Requests that stop a cell, let it go on, and say what people did in it.
 
-use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use ppnpack_packing::motion::Cycle;
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{WireError, header};
 
-use super::Desk;
+use super::{Desk, Refusal};
 use crate::journal::JournalError;
 use ppnpack_protocol::ledger::{Change, Hold, Holds, Record};
 
-/// The most items or holds that one request may name.
+/// The maximum of items or holds that one request may name.
 const MOST_IDS: usize = 1_000;
 
 impl Desk {
-    /// Holds the cell, whatever becomes of the journal: that it cannot be written is told.
-    pub(super) fn hold(&mut self, incoming: Incoming<v1::HoldRequest>) {
-        self.share.hold_for(&incoming);
-        let mut written = self.follow();
+    /// Holds the robot, even if the journal cannot be written: the answer says so then.
+    pub(super) fn hold(
+        &mut self,
+        incoming: &Incoming<v1::HoldRequest>,
+    ) -> Result<v1::HoldReply, Refusal> {
+        self.robot.share.hold_as_asked(incoming);
+        let mut written = self.copy_robot_holds();
         if written.is_ok() && self.trouble.is_some() {
-            // It may be one that came before, and was not written.
+            // An earlier hold may be unwritten.
             written = self.commit(self.ledger.no_change()).map(drop);
         }
-        if let Err(error) = written {
+        written.map_err(|error| {
             let message = format!("the cell is held, but a restart would forget it: {error}");
-            return incoming.refuse(Status::Unavailable, message);
-        }
-        let reply = v1::HoldReply {
+            Refusal(Status::Unavailable, message)
+        })?;
+        Ok(v1::HoldReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
             hold_id: incoming.header().request_id.clone(),
-        };
-        incoming.reply(reply, Done::default());
+        })
     }
 
-    /// Takes over the holds of the robot, as the desks of all its containers do.
-    fn follow(&mut self) -> Result<(), JournalError> {
-        let (holds, most_placements) = self.share.holds();
-        if holds == self.ledger.head().holds {
-            return Ok(());
-        }
-        if !holds.is_empty() {
-            return self.hold_by(holds);
-        }
-        self.commit(self.ledger.held_by(holds, most_placements))?;
-        self.tell_holds();
-        Ok(())
-    }
-
-    /// Does what was asked for at another container of the robot; until it can be written down, that goes on being tried.
-    pub(super) fn follow_others(&mut self) {
-        if let Err(error) = self.follow() {
-            tracing::error!(%error, "the holds of the robot are not written down");
+    /// Writes the robot's holds into the ledger, as the desks of all its containers do.
+    fn copy_robot_holds(&mut self) -> Result<(), JournalError> {
+        let (holds, most_placements) = self.robot.share.robot_holds();
+        match holds == self.ledger.head().holds {
+            true => Ok(()),
+            false => self.replace_holds(holds, most_placements),
         }
     }
 
-    /// Holds the cell by these, also where that cannot be written down.
-    fn hold_by(&mut self, holds: Holds) -> Result<(), JournalError> {
-        let change = self.ledger.held_by(holds, 0);
-        let written = self.commit(change.clone());
+    /// Copies holds that were made or ended at another container of the robot. What cannot be
+    /// written is tried again at the next tick.
+    pub(super) fn follow_robot(&mut self) {
+        let written = self.copy_robot_holds();
+        log_unwritten(written);
+    }
+
+    /// Replaces the ledger's holds by these. Holds count even if they cannot be written; a cell
+    /// goes on only once that is written.
+    pub(super) fn replace_holds(
+        &mut self,
+        holds: Holds,
+        most_placements: u32,
+    ) -> Result<(), JournalError> {
+        let goes_on = holds.is_empty();
+        let change = self.ledger.held_by(holds, most_placements);
+        let written = self.commit(change.clone()).map(drop);
         if written.is_err() {
+            if goes_on {
+                return written;
+            }
             self.ledger.apply(change);
         }
         self.tell_holds();
-        written.map(drop)
-    }
-
-    /// As [`Self::hold_by`], where nobody waits for it.
-    pub(super) fn be_held_by(&mut self, holds: Holds) {
-        if let Err(error) = self.hold_by(holds) {
-            tracing::error!(%error, "a restart would forget that the cell is held");
-        }
+        written
     }
 
     /// Tells that the cell is held, or goes on.
@@ -87,7 +85,7 @@ impl Desk {
         self.streams.tell_state(&self.ledger);
     }
 
-    /// From now on the placement may take so long.
+    /// Notes when the placement that begins now takes too long for its motion.
     pub(super) fn watch_over(&mut self, cycle: Option<&Cycle>) {
         let longest = cycle.and_then(|cycle| Duration::try_from_secs_f64(cycle.cycle_s).ok());
         let longest = longest.filter(|_| !self.limits.overdue.is_zero());
@@ -96,16 +94,12 @@ impl Desk {
         self.overdue_at = longest.and_then(|longest| Instant::now().checked_add(longest));
     }
 
-    /// Holds the cell where the robot takes longer than its motion says: it may stand before something.
+    /// Holds the robot where it takes longer than its motion says: it may stand before something.
     pub(super) fn hold_where_overdue(&mut self) {
-        if self
-            .overdue_at
-            .take_if(|at| *at <= Instant::now())
-            .is_none()
-        {
-            return;
-        }
-        let Some(Record::Placement { placement, .. }) = self.ledger.under_way() else {
+        let overdue = self.overdue_at.take_if(|at| *at <= Instant::now());
+        let (Some(_), Some(Record::Placement { placement, .. })) =
+            (overdue, self.ledger.under_way())
+        else {
             return;
         };
         let reason = format!(
@@ -114,66 +108,56 @@ impl Desk {
             self.limits.overdue.as_secs_f64()
         );
         let hold = Hold::own("overdue", self.ledger.head().state_number, &reason);
-        self.share.hold(hold, false);
-        self.follow_others();
-    }
-
-    pub(super) fn resume(&mut self, incoming: Incoming<v1::ResumeRequest>) {
-        let ids = match read_hold_ids(incoming.message()) {
-            Ok(ids) => ids,
-            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
-        };
-        match self.end_holds(&ids, incoming.message().most_placements) {
-            Ok(()) => {
-                let reply = v1::ResumeReply {
-                    header: None,
-                    state: Some(self.streams.state_of(&self.ledger)),
-                };
-                incoming.reply(reply, Done::default());
-            }
-            Err((status, message)) => incoming.refuse(status, message),
-        }
+        self.robot.share.hold(hold, false);
+        self.follow_robot();
     }
 
     /// Ends holds of the robot; on an error none of them.
-    fn end_holds(&mut self, ids: &[String], most_placements: u32) -> Result<(), (Status, String)> {
-        let unavailable = |error: &dyn Display| (Status::Unavailable, error.to_string());
-        self.share.is_open().map_err(|taken| unavailable(&taken))?;
-        self.follow().map_err(|error| unavailable(&error))?;
-        if !self.ledger.is_held() {
-            return Ok(());
+    pub(super) fn resume(
+        &mut self,
+        incoming: &Incoming<v1::ResumeRequest>,
+    ) -> Result<v1::ResumeReply, Refusal> {
+        let request = incoming.message();
+        let ids = read_hold_ids(&request.hold_ids)?;
+        self.robot.share.check_open()?;
+        self.copy_robot_holds()?;
+        if self.ledger.is_held() {
+            let change = self.ledger.resume(&ids, request.most_placements);
+            let change = change.ok_or_else(|| {
+                let holds = &self.ledger.head().holds;
+                let message = format!(
+                    "the cell is held for another reason: {holds}: see `holds` of its state"
+                );
+                Refusal(Status::Stale, message)
+            })?;
+            self.commit(change)?;
+            self.robot.share.end_holds(&ids, request.most_placements);
+            self.tell_holds();
         }
-        let Some(change) = self.ledger.resume(ids, most_placements) else {
-            let holds = &self.ledger.head().holds;
-            let message =
-                format!("the cell is held for another reason: {holds}: see `holds` of its state");
-            return Err((Status::Stale, message));
-        };
-        self.commit(change).map_err(|error| unavailable(&error))?;
-        self.share.end_holds(ids, most_placements);
-        self.tell_holds();
-        Ok(())
-    }
-
-    pub(super) fn changed(&mut self, incoming: Incoming<v1::ChangedRequest>) {
-        let removed = match read_ids("removed_item_ids", &incoming.message().removed_item_ids) {
-            Ok(removed) => removed,
-            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
-        };
-        if self.ledger.under_way().is_some() {
-            return self.refuse_busy(incoming);
-        }
-        let change = self.ledger.change_by_hand(&removed);
-        if let Err(error) = self.change(change) {
-            return incoming.refuse(Status::Unavailable, error.to_string());
-        }
-        tracing::info!(?removed, "the container was changed by hand");
-        self.send_change();
-        let reply = v1::ChangedReply {
+        Ok(v1::ResumeReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
-        };
-        incoming.reply(reply, Done::default());
+        })
+    }
+
+    /// Takes note that people had a hand in the container.
+    pub(super) fn changed(
+        &mut self,
+        incoming: &Incoming<v1::ChangedRequest>,
+    ) -> Result<v1::ChangedReply, Refusal> {
+        let removed = &incoming.message().removed_item_ids;
+        let removed = read_ids("removed_item_ids", removed)?;
+        if self.ledger.under_way().is_some() {
+            return Err(self.busy());
+        }
+        let change = self.ledger.change_by_hand(&removed);
+        self.change(change)?;
+        tracing::info!(?removed, "the container was changed by hand");
+        self.send_change();
+        Ok(v1::ChangedReply {
+            header: None,
+            state: Some(self.streams.state_of(&self.ledger)),
+        })
     }
 
     /// Writes down a change, makes it and tells of it.
@@ -184,13 +168,20 @@ impl Desk {
     }
 }
 
-fn read_hold_ids(message: &v1::ResumeRequest) -> Result<Vec<String>, WireError> {
+/// Logs that holds are not written down, where nobody waits for the answer.
+pub(super) fn log_unwritten(written: Result<(), JournalError>) {
+    if let Err(error) = written {
+        tracing::error!(%error, "the robot's holds are not written down");
+    }
+}
+
+fn read_hold_ids(ids: &[String]) -> Result<Vec<String>, WireError> {
     let field = "hold_ids";
-    if message.hold_ids.is_empty() {
+    if ids.is_empty() {
         let reason = "name the holds that are to end, by `holds` of the cell's state";
         return Err(WireError::invalid(field, reason));
     }
-    read_ids(field, &message.hold_ids)
+    read_ids(field, ids)
 }
 
 fn read_ids(field: &'static str, ids: &[String]) -> Result<Vec<String>, WireError> {

@@ -1,7 +1,8 @@
-//! The desk of a cell, an actor: answers its requests, has its robot carry them out, and writes down what came of it.
+//! The desk of a cell, an actor: answers requests, has the robot carry them out, writes down the
+//! end.
 //!
-//! A request is written to the journal before the robot is told of it, and an outcome before anybody is told of it.
-//! While the journal cannot be written, nothing is begun, and outcomes wait.
+//! A request is written to the journal before the robot is told of it, and an outcome before
+//! anybody is told of it. While the journal cannot be written, nothing begins, and outcomes wait.
 
 mod expiry;
 mod hold;
@@ -18,9 +19,9 @@ use std::time::{Duration, Instant};
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Actor, Address, PendingRequests};
 use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::header;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::{WireError, header};
 
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::{Body, Ending, Finding, RobotError};
@@ -32,19 +33,35 @@ use ppnpack_protocol::ledger::{Change, Hold, Ledger, Record};
 pub(crate) use reach::Reach;
 pub(crate) use share::{Share, SharedRobot};
 
-/// Requests that wait for the end of a placement at most.
+/// The maximum of requests that wait for the end of a placement.
 const MOST_OUTCOMES: usize = 256;
 
-/// Requests that wait for the end of a renewal at most.
+/// The maximum of requests that wait for the end of a renewal.
 const MOST_RENEWALS: usize = 64;
 
-/// How long to wait before a journal that cannot be written is tried again.
+/// The pause before a journal that cannot be written is tried again.
 const RETRY_AFTER: Duration = Duration::from_millis(500);
 
-/// Of a placement that was aborted.
+/// The failure of a placement that was aborted.
 const BROKEN_OFF: &str = "it was broken off before anything was touched";
 
-/// What a desk is told.
+/// A status with which a request is refused, and why.
+#[derive(Debug, PartialEq)]
+struct Refusal(Status, String);
+
+impl From<WireError> for Refusal {
+    fn from(error: WireError) -> Self {
+        Self(Status::Invalid, error.to_string())
+    }
+}
+
+impl From<JournalError> for Refusal {
+    fn from(error: JournalError) -> Self {
+        Self(Status::Unavailable, error.to_string())
+    }
+}
+
+/// A message to a desk.
 pub(crate) enum Message {
     Place(Incoming<v1::PlaceRequest>),
     Outcome(Incoming<v1::OutcomeRequest>),
@@ -53,39 +70,31 @@ pub(crate) enum Message {
     Resume(Incoming<v1::ResumeRequest>),
     Changed(Incoming<v1::ChangedRequest>),
     State(Incoming<v1::CellStateRequest>),
-    /// A placement has ended; what lies in the container now.
-    Placed(Finding, Vec<Body>),
+    /// The robot has done its work.
+    Ended(Ended),
     /// The robot gave up before it touched anything.
     CutOff,
-    /// The robot took over what people changed for the so-many-eth time; what lies in the container
-    /// now.
+    /// The robot took over the change with this number; these bodies lie in the container now.
     TakenOver(u64, Vec<Body>),
-    /// A renewal has ended; what lies in the container now.
-    Renewed(Result<(), RobotError>, Vec<Body>),
     /// The robot's thread is gone.
     RobotIsGone,
     /// No more requests will come: finish what is under way.
     End,
 }
 
-/// How something ended, and what lies in the container then.
+/// The end of a robot's work, and the bodies in the container then.
 #[derive(Debug, Clone)]
-enum Ended {
+pub(crate) enum Ended {
     Placement(Finding, Vec<Body>),
-    Renewal(Vec<Body>),
-    /// A renewal that did not happen, and why.
-    NoRenewal(String, Vec<Body>),
+    Renewal(Result<(), RobotError>, Vec<Body>),
 }
 
 /// The robot, as a desk has it.
 pub(crate) struct DeskRobot {
-    /// Where it is reached.
-    pub(crate) actor: Address<Infallible>,
-    /// What it is told.
+    /// Held, as the robot's actor ends without it.
+    pub(crate) _actor: Address<Infallible>,
     pub(crate) jobs: Jobs,
-    /// Where it can place.
     pub(crate) reach: Reach,
-    /// Who else has it.
     pub(crate) share: Share,
 }
 
@@ -93,25 +102,20 @@ pub(crate) struct DeskRobot {
 pub(crate) struct Desk {
     ledger: Ledger,
     journal: CellJournal,
-    reach: Reach,
-    /// The robot, where others have it too.
-    share: Share,
-    jobs: Jobs,
-    /// Keeps the robot's actor from ending.
-    _robot: Address<Infallible>,
+    robot: DeskRobot,
     streams: Streams,
     /// The end of this service, at once.
     cut_off: Shutdown,
     limits: TimeLimits,
-    /// When the placement under way takes too long.
+    /// The time at which the placement under way takes too long.
     overdue_at: Option<Instant>,
     is_robot_busy: bool,
-    /// How often people changed what lies in the container.
+    /// Counts the changes that people made in the container.
     changes: u64,
     is_ending: bool,
     /// An end that could not be written down yet.
     unwritten: Option<Ended>,
-    /// Why the journal cannot be written, and when to try again.
+    /// The reason why the journal cannot be written, and the time to try again.
     trouble: Option<(JournalError, Instant)>,
     outcomes: PendingRequests<Incoming<v1::OutcomeRequest>>,
     renewals: PendingRequests<Incoming<v1::RenewRequest>>,
@@ -126,22 +130,14 @@ impl Actor for Desk {
             Message::Outcome(incoming) => self.work_on(incoming, Self::outcome),
             Message::Renew(incoming) => self.work_in_time(incoming, Self::renew),
             // Late or not, it is better held.
-            Message::Hold(incoming) => self.work_on(incoming, Self::hold),
-            Message::Resume(incoming) => self.work_in_time(incoming, Self::resume),
-            Message::Changed(incoming) => self.work_in_time(incoming, Self::changed),
-            Message::State(incoming) => self.work_on(incoming, Self::state),
-            Message::Placed(finding, bodies) => {
+            Message::Hold(incoming) => self.work_on(incoming, answered(Self::hold)),
+            Message::Resume(incoming) => self.work_in_time(incoming, answered(Self::resume)),
+            Message::Changed(incoming) => self.work_in_time(incoming, answered(Self::changed)),
+            Message::State(incoming) => self.work_on(incoming, answered(Self::state)),
+            Message::Ended(ended) => {
                 self.is_robot_busy = false;
-                self.share.end();
-                self.end(Ended::Placement(finding, bodies));
-            }
-            Message::Renewed(Ok(()), bodies) => {
-                self.is_robot_busy = false;
-                self.end(Ended::Renewal(bodies));
-            }
-            Message::Renewed(Err(error), bodies) => {
-                self.is_robot_busy = false;
-                self.end(Ended::NoRenewal(error.to_string(), bodies));
+                self.robot.share.end();
+                self.end(ended);
             }
             Message::TakenOver(change, bodies) if change == self.changes => self.find(bodies),
             // That of a later change is still to come.
@@ -158,7 +154,7 @@ impl Actor for Desk {
         if trouble.is_some_and(|(_, again)| *again <= Instant::now()) {
             match self.unwritten.take() {
                 Some(ended) => self.end(ended),
-                // Tells whether the journal can be written again; the health check says so.
+                // Tries whether the journal can be written again; the health check says so.
                 None => drop(self.commit(self.ledger.no_change())),
             }
         }
@@ -167,7 +163,7 @@ impl Actor for Desk {
             self.refuse_outcome(incoming);
         }
         self.hold_where_overdue();
-        self.follow_others();
+        self.follow_robot();
         let why = |_: &Incoming<_>| "the container is still being renewed".to_owned();
         self.renewals.refuse_expired(why);
         self.streams.tell_due_state(&self.ledger);
@@ -200,19 +196,10 @@ impl Desk {
         cut_off: Shutdown,
         limits: TimeLimits,
     ) -> Self {
-        let DeskRobot {
-            actor,
-            jobs,
-            reach,
-            share,
-        } = robot;
         let mut desk = Self {
             ledger,
             journal,
-            reach,
-            share,
-            jobs,
-            _robot: actor,
+            robot,
             streams,
             cut_off,
             limits,
@@ -226,9 +213,9 @@ impl Desk {
             renewals: PendingRequests::new(MOST_RENEWALS),
         };
         desk.show();
-        desk.share.open(&desk.ledger.head().holds);
-        // What came while the journal was opened.
-        desk.follow_others();
+        desk.robot.share.open(&desk.ledger.head().holds);
+        // Holds may have come while the journal was opened.
+        desk.follow_robot();
         desk
     }
 
@@ -258,12 +245,11 @@ impl Desk {
         work(self, incoming);
     }
 
-    fn state(&mut self, incoming: Incoming<v1::CellStateRequest>) {
-        let reply = v1::CellStateReply {
+    fn state(&mut self, _: &Incoming<v1::CellStateRequest>) -> Result<v1::CellStateReply, Refusal> {
+        Ok(v1::CellStateReply {
             header: None,
             state: Some(self.streams.state_of(&self.ledger)),
-        };
-        incoming.reply(reply, Done::default());
+        })
     }
 
     /// Writes down a change and makes it; says how long the journal took.
@@ -283,23 +269,24 @@ impl Desk {
         }
     }
 
-    /// Holds the cell where its journal is not in its place any more: a restart would not know what
-    /// was acknowledged.
+    /// Holds the cell where its journal is not in its place any more: a restart would not know the
+    /// requests that were acknowledged.
     fn hold_where_moved(&mut self) {
         let moved = self.trouble.as_ref().and_then(|(error, _)| error.moved());
         if let Some(reason) = moved {
             let head = self.ledger.head();
             let hold = Hold::own("moved", head.state_number, reason);
             if head.holds.iter().all(|own| own.id != hold.id) {
-                self.share.hold(hold, false);
+                self.robot.share.hold(hold, false);
             }
         }
     }
 
-    /// The robot gave up before it touched anything: as it was told to, or as the service ends, which settles it at its next start.
+    /// Ends a placement that the robot gave up before it touched anything. Where the service ends,
+    /// its next start settles that.
     fn was_cut_off(&mut self) {
         self.is_robot_busy = false;
-        self.share.end();
+        self.robot.share.end();
         if !self.cut_off.is_requested() {
             let finding = Finding::failed(Ending::NotPlaced, BROKEN_OFF);
             let bodies = self.ledger.head().bodies.clone();
@@ -307,7 +294,7 @@ impl Desk {
         }
     }
 
-    /// Takes over what lies in the container by the robot.
+    /// Takes over the robot's word on the bodies in the container.
     fn find(&mut self, bodies: Vec<Body>) {
         if bodies == self.ledger.head().bodies {
             return;
@@ -325,8 +312,8 @@ impl Desk {
         // Of the ledger as it is now: it may have been held since.
         let change = match ended.clone() {
             Ended::Placement(finding, bodies) => self.ledger.end_placement(finding, bodies),
-            Ended::Renewal(bodies) => self.ledger.end_renewal(bodies),
-            Ended::NoRenewal(_, bodies) => self.ledger.abandon_renewal(bodies),
+            Ended::Renewal(Ok(()), bodies) => self.ledger.end_renewal(bodies),
+            Ended::Renewal(Err(_), bodies) => self.ledger.abandon_renewal(bodies),
         };
         let record = change.written.clone().map(|(_, record)| record);
         if self.commit(change).is_err() {
@@ -338,21 +325,22 @@ impl Desk {
             (Some(Record::Placement { placement, outcome }), _) => {
                 self.tell_outcome(&placement, outcome.as_ref());
             }
-            (Some(Record::Renewal { state_number, .. }), _) => self.tell_renewed(state_number),
-            (None, Ended::NoRenewal(failure, _)) => self.tell_not_renewed(&failure),
+            (Some(Record::Renewal { state_number, .. }), _) => {
+                self.tell_renewed(&Ok(state_number.unwrap_or_default()));
+            }
+            (None, Ended::Renewal(Err(error), _)) => self.tell_renewed(&Err(error)),
             (None, _) => {}
         }
         self.streams.tell_state(&self.ledger);
         self.show();
     }
 
-    /// Has the robot do this as soon as it can. Where its thread ended by a panic, the process ends
-    /// too.
+    /// Has the robot do this as soon as it can.
     fn send(&self, job: Job) {
-        self.jobs.put(job.kind(), job);
+        self.robot.jobs.put(job.kind(), job);
     }
 
-    /// Has the robot take over what people changed, and show it then.
+    /// Has the robot take over the bodies that people left, and show them then.
     fn send_change(&mut self) {
         self.changes += 1;
         let bodies = self.ledger.head().bodies.clone();
@@ -360,10 +348,20 @@ impl Desk {
         self.show();
     }
 
-    /// Has the present state shown, where nothing is under way that changes it.
+    /// Has the robot show the present state, where nothing is under way that changes it.
     fn show(&self) {
         if self.ledger.under_way().is_none() {
             self.send(Job::Show(self.ledger.head().state_number));
         }
+    }
+}
+
+/// Work on a request that ends with its answer or its refusal.
+fn answered<R: Request>(
+    work: impl FnOnce(&mut Desk, &Incoming<R>) -> Result<R::Reply, Refusal>,
+) -> impl FnOnce(&mut Desk, Incoming<R>) {
+    |desk, incoming| match work(desk, &incoming) {
+        Ok(reply) => incoming.reply(reply, Done::default()),
+        Err(Refusal(status, message)) => incoming.refuse(status, message),
     }
 }

@@ -1,4 +1,4 @@
-//! The beginning of a desk: what the journal knows of the cell.
+//! The beginning of a desk: it reads the cell's ledger from the journal.
 
 use std::time::{Duration, Instant};
 
@@ -13,15 +13,17 @@ use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
 use crate::robot::Robot;
 
-/// What comes before there is a desk.
+/// The requests that come before there is a desk.
 pub(crate) struct Early<'a> {
     pub(crate) mailbox: &'a Mailbox<Message>,
     /// Keeps the holds that come for the desk.
     pub(crate) share: &'a Share,
 }
 
-/// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there. Until the journal can be
-/// read and written, requests are refused. Where another bridge served the cell, what that did is not known. `None` where the end is asked for before that.
+/// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there.
+///
+/// Until the journal can be read and written, requests are refused. Where another bridge served the
+/// cell, it is not known what that did. `None` where the end is asked for meanwhile.
 pub(crate) fn open(
     journal: &mut CellJournal,
     robot: &mut dyn Robot,
@@ -68,7 +70,7 @@ impl Early<'_> {
                 Some(Message::Outcome(incoming)) => refuse(incoming, error),
                 Some(Message::Renew(incoming)) => refuse(incoming, error),
                 Some(Message::Hold(incoming)) => {
-                    self.share.hold_for(&incoming);
+                    self.share.hold_as_asked(&incoming);
                     refuse(incoming, error);
                 }
                 Some(Message::Resume(incoming)) => refuse(incoming, error),

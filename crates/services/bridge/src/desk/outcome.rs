@@ -1,8 +1,8 @@
 //! Requests for outcomes, and outcomes themselves.
 
 use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_wire::header;
 use ppnpack_wire::v1::{self, Status};
-use ppnpack_wire::{header, rpc};
 
 use super::Desk;
 use crate::robot::Placement;
@@ -21,8 +21,7 @@ impl Desk {
                 incoming.refuse(Status::NotFound, message);
             }
             Some((placement, Some(outcome))) => {
-                let execution = message::execution(placement, Some(outcome));
-                incoming.reply(reply(execution), Done::default());
+                incoming.reply(reply(placement, Some(outcome)), Done::default());
             }
             Some((_, None)) => self.outcomes.keep_or_refuse(incoming),
         }
@@ -30,32 +29,31 @@ impl Desk {
 
     /// Answers those who wait for the end of a placement, and publishes it.
     pub(super) fn tell_outcome(&mut self, placement: &Placement, outcome: Option<&Outcome>) {
-        let execution = message::execution(placement, outcome);
+        let reply = reply(placement, outcome);
         let id = &placement.placement_id;
         let is_asked_for =
             |incoming: &Incoming<v1::OutcomeRequest>| incoming.message().placement_id == *id;
         for incoming in self.outcomes.take(is_asked_for) {
-            incoming.reply(reply(execution.clone()), Done::default());
+            incoming.reply(reply.clone(), Done::default());
         }
-        if let Some(outcome) = &execution.outcome {
-            self.streams.tell_outcome(outcome);
+        if let Some(outcome) = reply.execution.and_then(|execution| execution.outcome) {
+            self.streams.tell_outcome(&outcome);
         }
     }
 
-    /// The time limit passed.
+    /// Refuses a request whose time limit passed, with what is known of the placement.
     pub(super) fn refuse_outcome(&self, incoming: Incoming<v1::OutcomeRequest>) {
         let id = &incoming.message().placement_id;
         let known = self.ledger.placement(id);
-        let execution = known.map(|(placement, outcome)| message::execution(placement, outcome));
-        let reply = execution.map(reply).unwrap_or_default();
+        let known = known.map(|(placement, outcome)| reply(placement, outcome));
         let message = format!("placement {id} is still being carried out");
-        incoming.refuse_with(reply, Status::TimedOut, message);
+        incoming.refuse_with(known.unwrap_or_default(), Status::TimedOut, message);
     }
 }
 
-fn reply(execution: v1::Execution) -> <v1::OutcomeRequest as rpc::Request>::Reply {
+fn reply(placement: &Placement, outcome: Option<&Outcome>) -> v1::OutcomeReply {
     v1::OutcomeReply {
         header: None,
-        execution: Some(execution),
+        execution: Some(message::execution(placement, outcome)),
     }
 }

@@ -1,108 +1,106 @@
 //! Requests for placements.
 
 use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, Status};
 
-use super::Desk;
+use super::hold::log_unwritten;
 use super::share::Taken;
+use super::{Desk, Refusal};
 use crate::robot::Placement;
 use crate::runner::Job;
 use ppnpack_protocol::ledger::{Holds, PlacementVerdict, Record};
 use ppnpack_protocol::message;
 
+/// A placement, and how long the stages of accepting it took.
+type Execution = (v1::Execution, Vec<v1::StageTiming>);
+
 impl Desk {
     pub(super) fn place(&mut self, incoming: Incoming<v1::PlaceRequest>) {
-        let placement = match message::read_placement(incoming.message()) {
-            Ok(placement) => placement,
-            Err(error) => return incoming.refuse(Status::Invalid, error.to_string()),
-        };
-        match self.ledger.judge(&placement) {
+        match self.execute(incoming.message()) {
+            Ok((execution, stages)) => {
+                let reply = v1::PlaceReply {
+                    header: None,
+                    execution: Some(execution),
+                };
+                let model = None;
+                incoming.reply(reply, Done { stages, model });
+            }
+            Err(Refusal(status, message)) => incoming.refuse(status, message),
+        }
+    }
+
+    /// Accepts a new placement, or says how far a known one is.
+    fn execute(&mut self, request: &v1::PlaceRequest) -> Result<Execution, Refusal> {
+        let placement = message::read_placement(request)?;
+        let asked = placement.state_number;
+        Err(match self.ledger.judge(&placement) {
             PlacementVerdict::Known(outcome) => {
-                let execution = message::execution(&placement, outcome);
-                incoming.reply(reply(execution), Done::default());
+                return Ok((message::execution(&placement, outcome), Vec::new()));
             }
             PlacementVerdict::Conflict => {
                 let id = &placement.placement_id;
                 let message = format!("placement {id} was asked for before with other content");
-                incoming.refuse(Status::Conflict, message);
+                Refusal(Status::Conflict, message)
             }
-            PlacementVerdict::Busy => self.refuse_busy(incoming),
+            PlacementVerdict::Busy => self.busy(),
             PlacementVerdict::Stale => {
+                let now = self.ledger.head().state_number;
                 let message = format!(
-                    "it was planned on state {} of the cell, which is now in state {}: plan anew",
-                    placement.state_number,
-                    self.ledger.head().state_number
+                    "it was planned on state {asked} of the cell, which is now in state {now}: \
+                     plan anew"
                 );
-                incoming.refuse(Status::Stale, message);
+                Refusal(Status::Stale, message)
             }
             PlacementVerdict::Forgotten => {
                 let message = format!(
-                    "it was planned on state {} of the cell, of which nothing is known here: whether it was carried out has to be \
-                     seen",
-                    placement.state_number
+                    "it was planned on state {asked} of the cell, of which nothing is known here: \
+                     whether it was carried out has to be seen"
                 );
-                incoming.refuse(Status::Forgotten, message);
+                Refusal(Status::Forgotten, message)
             }
-            PlacementVerdict::Held(holds) => refuse_held(incoming, holds),
-            PlacementVerdict::New => match self.limits.expired(incoming.message().decided_at_ns) {
-                Some(reason) => self.refuse_expired(incoming, reason),
-                None => self.accept(incoming, placement),
+            PlacementVerdict::Held(holds) => held(holds),
+            PlacementVerdict::New => match self.limits.expired(request.decided_at_ns) {
+                Some(reason) => self.expire(&placement, reason),
+                None => return self.accept(placement),
             },
-        }
+        })
     }
 
-    /// Refuses a decision that is too old. The cell's state counts up: it begins never more, also where a clock is set back.
-    fn refuse_expired(&mut self, incoming: Incoming<v1::PlaceRequest>, reason: String) {
+    /// Makes a decision that is too old stale: as the state counts up, it never begins, even if
+    /// the clock is set back.
+    fn expire(&mut self, placement: &Placement, reason: String) -> Refusal {
         if let Err(error) = self.change(self.ledger.change_by_hand(&[])) {
-            return incoming.refuse(Status::Unavailable, error.to_string());
+            return error.into();
         }
         self.show();
-        tracing::info!(
-            placement = incoming.message().placement_id,
-            reason,
-            "not begun"
-        );
-        incoming.refuse(Status::Stale, reason);
+        tracing::info!(placement = placement.placement_id, reason, "not begun");
+        Refusal(Status::Stale, reason)
     }
 
-    fn accept(&mut self, incoming: Incoming<v1::PlaceRequest>, placement: Placement) {
-        if let Err((status, message)) = self.reach.check(&placement) {
-            return incoming.refuse(status, message);
-        }
+    fn accept(&mut self, placement: Placement) -> Result<Execution, Refusal> {
+        self.robot.reach.check(&placement)?;
         let break_off = self.cut_off.of_part();
-        if let Err(taken) = self.share.begin(&break_off) {
-            return self.refuse_taken(incoming, taken);
-        }
-        let change = self.ledger.accept(placement.clone());
-        let stage = match self.commit(change) {
-            Ok(stage) => stage,
-            Err(error) => {
-                self.share.end();
-                return incoming.refuse(Status::Unavailable, error.to_string());
-            }
-        };
-        // Where it was the last of a step.
+        let begun = self.robot.share.begin(&break_off);
+        begun.map_err(|taken| self.taken(taken))?;
+        let written = self.commit(self.ledger.accept(placement.clone()));
+        let stage = written.inspect_err(|_| self.robot.share.end())?;
+        // The last placement of a step holds the cell, and so the robot.
         for hold in self.ledger.head().holds.iter() {
-            self.share.hold(hold.clone(), false);
+            self.robot.share.hold(hold.clone(), false);
         }
         let execution = message::execution(&placement, None);
         self.is_robot_busy = true;
         self.watch_over(placement.cycle.as_deref());
         self.send(Job::Place(placement, break_off));
-        let done = Done {
-            stages: vec![stage],
-            ..Done::default()
-        };
-        incoming.reply(reply(execution), done);
         self.streams.tell_state(&self.ledger);
+        Ok((execution, vec![stage]))
     }
 
-    /// Refuses what cannot begin because something else has not ended.
-    pub(super) fn refuse_busy<R: Request>(&self, incoming: Incoming<R>) {
+    /// Says what has not ended, so that nothing else begins.
+    pub(super) fn busy(&self) -> Refusal {
         if let (Some(_), Some((error, _))) = (&self.unwritten, &self.trouble) {
             let message = format!("what was done is not written down yet: {error}");
-            return incoming.refuse(Status::Unavailable, message);
+            return Refusal(Status::Unavailable, message);
         }
         let message = match self.ledger.under_way() {
             Some(Record::Placement { placement, .. }) => {
@@ -110,32 +108,20 @@ impl Desk {
             }
             _ => "the container is being renewed".to_owned(),
         };
-        incoming.refuse(Status::Busy, message);
+        Refusal(Status::Busy, message)
     }
 
-    /// Refuses what would begin something that the robot cannot, for another container's sake.
-    pub(super) fn refuse_taken<R: Request>(&mut self, incoming: Incoming<R>, taken: Taken) {
-        let text = taken.to_string();
-        match taken {
-            Taken::Held(holds) => {
-                // What is refused so begins never more: the state has to count up when the cell goes on.
-                self.be_held_by(holds);
-                incoming.refuse(Status::Held, text);
-            }
-            Taken::Busy(_) => incoming.refuse(Status::Busy, text),
-            Taken::NotOpen(_) => incoming.refuse(Status::Unavailable, text),
+    /// Says why the robot, which other containers have too, may not begin.
+    pub(super) fn taken(&mut self, taken: Taken) -> Refusal {
+        if let Taken::Held(holds) = &taken {
+            // What is refused as held never begins: the state counts up when the cell goes on.
+            log_unwritten(self.replace_holds(holds.clone(), 0));
         }
+        taken.into()
     }
 }
 
-/// Refuses what would begin something.
-pub(super) fn refuse_held<R: Request>(incoming: Incoming<R>, holds: &Holds) {
-    incoming.refuse(Status::Held, format!("the cell is held: {holds}"));
-}
-
-fn reply(execution: v1::Execution) -> v1::PlaceReply {
-    v1::PlaceReply {
-        header: None,
-        execution: Some(execution),
-    }
+/// Says that nothing begins in a held cell.
+pub(super) fn held(holds: &Holds) -> Refusal {
+    Refusal(Status::Held, format!("the cell is held: {holds}"))
 }

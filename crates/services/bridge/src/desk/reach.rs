@@ -1,4 +1,4 @@
-//! What a cell can be asked to place, and where.
+//! The reach of a cell: its objects, and the poses in or near its container.
 
 use std::collections::BTreeMap;
 
@@ -7,18 +7,21 @@ use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_wire::v1::Status;
 
+use super::Refusal;
 use crate::robot::{Placement, Robot};
 
-/// How far outside the container the middle of an item may be, in metres: an item may reach above the rim.
+/// The maximum distance of an item's middle from the container, in metres: an item may reach above
+/// the rim.
 const MARGIN_M: f64 = 0.1;
 
-/// How far outside the own frame of an item may be where its size is not known, in metres.
+/// The maximum distance of an item's own frame from the container, in metres, where its size is not
+/// known.
 const FRAME_MARGIN_M: f64 = 1.0;
 
 /// The objects of a cell, and its container.
 pub(crate) struct Reach {
     container: ContainerSize,
-    /// By name; `None` where what can be placed does not depend on the object.
+    /// The bounds of each object by name; `None` where any object can be placed.
     objects: Option<BTreeMap<String, Bounds>>,
 }
 
@@ -30,34 +33,28 @@ impl Reach {
         }
     }
 
-    /// Whether a placement is one for this cell.
-    ///
-    /// # Errors
-    /// As what it is refused, and why.
-    pub(super) fn check(&self, placement: &Placement) -> Result<(), (Status, String)> {
+    /// Refuses a placement that is not for this cell.
+    pub(super) fn check(&self, placement: &Placement) -> Result<(), Refusal> {
         let object = &placement.object;
         let Some(objects) = &self.objects else {
             let origin = Point3::origin();
             return self.check_at(&placement.container_from_item, &origin, FRAME_MARGIN_M);
         };
-        let unknown = || {
-            (
-                Status::NotFound,
-                format!("the cell has no object '{object}'"),
-            )
+        let Some(Bounds { lowest, highest }) = objects.get(object) else {
+            let message = format!("the cell has no object '{object}'");
+            return Err(Refusal(Status::NotFound, message));
         };
-        let Bounds { lowest, highest } = objects.get(object).ok_or_else(unknown)?;
         let middle = center(lowest, highest);
         self.check_at(&placement.container_from_item, &middle, MARGIN_M)
     }
 
-    /// Whether a point of an item is in the container, or outside by no more than a margin in metres.
+    /// Refuses where a point of an item is outside the container by more than a margin in metres.
     fn check_at(
         &self,
         container_from_item: &Isometry3<f64>,
         point: &Point3<f64>,
         margin_m: f64,
-    ) -> Result<(), (Status, String)> {
+    ) -> Result<(), Refusal> {
         let ContainerSize { x_m, y_m, z_m } = self.container;
         let at = (container_from_item * point).coords;
         let nearest = at.sup(&Vector3::zeros()).inf(&Vector3::new(x_m, y_m, z_m));
@@ -67,7 +64,7 @@ impl Reach {
         }
         let message =
             format!("container_from_item: that is {outside_m:.2} m outside the container");
-        Err((Status::Invalid, message))
+        Err(Refusal(Status::Invalid, message))
     }
 }
 
@@ -105,11 +102,11 @@ mod tests {
         assert_eq!(refused([0.16, 0.16, -0.35]), None);
         assert_eq!(refused([0.16, 0.16, -0.11]), None);
         for outside in [[0.16, 0.16, 0.0], [0.43, 0.16, -0.3], [0.16, -0.11, -0.3]] {
-            let (status, message) = refused(outside).unwrap();
+            let Refusal(status, message) = refused(outside).unwrap();
             assert_eq!(status, Status::Invalid);
             assert!(message.contains("outside the container"), "{message}");
         }
-        let (status, _) = reach.check(&placement("other", [0.1; 3])).unwrap_err();
+        let Refusal(status, _) = reach.check(&placement("other", [0.1; 3])).unwrap_err();
         assert_eq!(status, Status::NotFound);
     }
 

@@ -1,37 +1,41 @@
 //! Containers that share a robot: it places into one at a time, and where one is held, all are.
 //!
-//! Each container has a desk and a ledger of its own. The robot's holds are those of all its ledgers, taken together when the last of
-//! them is opened; nothing begins before. From then on they are one set, which each desk writes down for itself.
+//! Each container has a desk with a ledger. The robot's holds are one set in memory, which all its
+//! desks see at once: a hold stops the robot before anything is written. Each desk copies the set
+//! into its ledger, so that a restart knows it. The set begins as the holds of all ledgers
+//! together, and nothing begins before the last of these is open. Holds end in the ledger of the
+//! desk that is asked, then in the set, and from there in the other ledgers.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use ppnpack_protocol::ledger::{Hold, Holds};
 use ppnpack_service::Shutdown;
 use ppnpack_service::actor::{Address, WeakAddress};
 use ppnpack_service::rpc::Incoming;
+use ppnpack_service::sync;
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1;
+use ppnpack_wire::v1::{self, Status};
 
-use super::Message;
+use super::{Message, Refusal};
 
-/// The reason of a hold that gives none.
+/// The default reason of a hold.
 const ASKED_FOR: &str = "it was asked for";
 
 /// A robot that several desks share.
 #[derive(Clone, Default)]
 pub(crate) struct SharedRobot(Arc<Mutex<Shared>>);
 
+/// The state of a shared robot.
 #[derive(Default)]
 struct Shared {
     /// The containers whose ledgers are not open yet.
     awaited: BTreeSet<String>,
-    /// Where the robot places something, and by which that can be broken off.
+    /// The container that the robot places into, and the way to break that off.
     busy: Option<(Cell, Shutdown)>,
-    /// What holds the robot.
     holds: Holds,
-    /// After how many placements each container holds itself, where the robot went on; 0: it does not.
+    /// The placements after which each container holds itself, once the robot goes on; 0: any
+    /// number.
     most_placements: u32,
     desks: BTreeMap<Cell, WeakAddress<Message>>,
 }
@@ -42,27 +46,26 @@ pub(crate) struct Share {
     robot: SharedRobot,
 }
 
-/// Why the robot may not begin.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A reason why the robot may not begin.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Taken {
-    /// It places into this container.
+    #[error("the robot places into container {0}")]
     Busy(Cell),
-    /// It is held.
+    #[error("the robot is held: {0}")]
     Held(Holds),
     /// It is not known whether this container is held.
+    #[error("container {0} of the same robot is not served yet, or its journal not read")]
     NotOpen(String),
 }
 
-impl fmt::Display for Taken {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Busy(other) => write!(formatter, "the robot places into container {other}"),
-            Self::Held(holds) => write!(formatter, "the robot is held: {holds}"),
-            Self::NotOpen(other) => write!(
-                formatter,
-                "container {other} of the same robot is not served yet, or its journal not read"
-            ),
-        }
+impl From<Taken> for Refusal {
+    fn from(taken: Taken) -> Self {
+        let status = match taken {
+            Taken::Busy(_) => Status::Busy,
+            Taken::Held(_) => Status::Held,
+            Taken::NotOpen(_) => Status::Unavailable,
+        };
+        Self(status, taken.to_string())
     }
 }
 
@@ -77,12 +80,12 @@ impl SharedRobot {
     }
 
     fn lock(&self) -> MutexGuard<'_, Shared> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        sync::lock(&self.0)
     }
 }
 
 impl Share {
-    /// The share of a desk, which is woken where others change what holds the robot.
+    /// The share of a desk, which is woken where others change the robot's holds.
     pub(crate) fn new(robot: SharedRobot, cell: &Cell, desk: &Address<Message>) -> Self {
         robot.lock().desks.insert(cell.clone(), desk.downgrade());
         Self {
@@ -91,7 +94,7 @@ impl Share {
         }
     }
 
-    /// The desk's ledger is open, and held by these.
+    /// Adds the holds of the desk's ledger, which is open now.
     pub(crate) fn open(&self, holds: &Holds) {
         self.change(|shared| {
             holds.iter().for_each(|hold| shared.holds.add(hold.clone()));
@@ -105,7 +108,7 @@ impl Share {
     /// [`Taken`] where another desk has it, or it is held.
     pub(crate) fn begin(&self, break_off: &Shutdown) -> Result<(), Taken> {
         let mut shared = self.robot.lock();
-        shared.may_begin()?;
+        shared.check_free()?;
         match &shared.busy {
             Some((other, _)) if *other != self.cell => Err(Taken::Busy(other.clone())),
             _ => {
@@ -115,36 +118,36 @@ impl Share {
         }
     }
 
-    /// Whether the robot is not held.
+    /// Refuses where the robot is held.
     ///
     /// # Errors
     /// [`Taken::Held`], and [`Taken::NotOpen`].
-    pub(crate) fn may_begin(&self) -> Result<(), Taken> {
-        self.robot.lock().may_begin()
+    pub(crate) fn check_free(&self) -> Result<(), Taken> {
+        self.robot.lock().check_free()
     }
 
-    /// Whether it is known for all containers whether they are held.
+    /// Refuses where the holds of a container are not known yet.
     ///
     /// # Errors
     /// [`Taken::NotOpen`].
-    pub(crate) fn is_open(&self) -> Result<(), Taken> {
-        self.robot.lock().is_open()
+    pub(crate) fn check_open(&self) -> Result<(), Taken> {
+        self.robot.lock().check_open()
     }
 
-    /// The placement has ended.
+    /// Gives the robot back after a placement.
     pub(crate) fn end(&self) {
         let mut shared = self.robot.lock();
         shared.busy.take_if(|(busy, _)| *busy == self.cell);
     }
 
-    /// What holds the robot; where that is nothing, after how many placements each container holds itself.
-    pub(crate) fn holds(&self) -> (Holds, u32) {
+    /// The robot's holds; without any, the placements after which each container holds itself.
+    pub(crate) fn robot_holds(&self) -> (Holds, u32) {
         let shared = self.robot.lock();
         (shared.holds.clone(), shared.most_placements)
     }
 
-    /// Holds the robot at once, for all of its desks, as a request says.
-    pub(super) fn hold_for(&self, incoming: &Incoming<v1::HoldRequest>) {
+    /// Holds the robot as a request says.
+    pub(super) fn hold_as_asked(&self, incoming: &Incoming<v1::HoldRequest>) {
         let request = incoming.message();
         let reason = match request.reason.as_str() {
             "" => ASKED_FOR,
@@ -154,7 +157,7 @@ impl Share {
         self.hold(hold, request.is_aborting);
     }
 
-    /// Holds the robot at once, for all of its desks; what it places is broken off where that is asked for.
+    /// Holds the robot at once, for all of its desks, and breaks off its placement if asked to.
     pub(super) fn hold(&self, hold: Hold, is_aborting: bool) {
         self.change(|shared| {
             shared.holds.add(hold);
@@ -164,7 +167,7 @@ impl Share {
         });
     }
 
-    /// The desk has ended these holds; the others do it as well.
+    /// Ends holds that have ended in the desk's ledger, so that the other desks end them too.
     pub(super) fn end_holds(&self, ids: &[String], most_placements: u32) {
         self.change(|shared| {
             if let Some(left) = shared.holds.without(ids) {
@@ -187,15 +190,15 @@ impl Share {
 }
 
 impl Shared {
-    fn may_begin(&self) -> Result<(), Taken> {
-        self.is_open()?;
+    fn check_free(&self) -> Result<(), Taken> {
+        self.check_open()?;
         match self.holds.is_empty() {
             true => Ok(()),
             false => Err(Taken::Held(self.holds.clone())),
         }
     }
 
-    fn is_open(&self) -> Result<(), Taken> {
+    fn check_open(&self) -> Result<(), Taken> {
         match self.awaited.first() {
             Some(container) => Err(Taken::NotOpen(container.clone())),
             None => Ok(()),
@@ -243,13 +246,13 @@ mod tests {
         assert!(break_off.is_requested());
         left.end();
         for share in [&left, &right] {
-            assert!(matches!(share.may_begin(), Err(Taken::Held(_))));
+            assert!(matches!(share.check_free(), Err(Taken::Held(_))));
             assert!(matches!(begin(share), Err(Taken::Held(_))));
         }
         left.end_holds(&["h1".to_owned()], 7);
         assert!(matches!(begin(&right), Err(Taken::Held(_))));
         right.end_holds(&["h1".to_owned(), "h2".to_owned()], 1);
-        assert_eq!(left.holds(), (Holds::default(), 1));
+        assert_eq!(left.robot_holds(), (Holds::default(), 1));
         assert!(begin(&right).is_ok());
     }
 
@@ -260,12 +263,12 @@ mod tests {
         for share in [&left, &right] {
             let not_open = Taken::NotOpen("right".to_owned());
             assert_eq!(begin(share).unwrap_err(), not_open);
-            assert_eq!(share.is_open(), Err(not_open));
+            assert_eq!(share.check_open(), Err(not_open));
         }
         let mut holds = Holds::default();
         holds.add(hold("cut off"));
         right.open(&holds);
         assert_eq!(begin(&left).unwrap_err(), Taken::Held(holds));
-        assert_eq!(left.is_open(), Ok(()));
+        assert_eq!(left.check_open(), Ok(()));
     }
 }

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use ppnpack_packing::motion::Cycle;
 use ppnpack_service::database::{DatabaseFile, OwnFault, is_new, read};
 use redb::{
-    Database, ReadTransaction, ReadableDatabase, ReadableTable, Table, TableDefinition,
-    WriteTransaction,
+    Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -26,7 +25,7 @@ const CYCLES: TableDefinition<&str, &[u8]> = TableDefinition::new("cycles-1");
 /// The version of this program.
 const VERSION: u64 = 5;
 
-/// What it holds is not what was written.
+/// A value that is no part of a ledger.
 #[derive(Debug, thiserror::Error)]
 #[error("it holds something that is no part of a ledger: {0}")]
 pub(super) struct NoLedger(postcard::Error);
@@ -37,7 +36,7 @@ impl OwnFault for NoLedger {
     }
 }
 
-/// Why the database did not do what was asked.
+/// An error of the database.
 pub(super) type Fault = ppnpack_service::database::Fault<NoLedger>;
 
 /// The cells that have ledgers.
@@ -72,7 +71,7 @@ pub(super) fn load(database: &Database, cell: &str) -> Result<Option<Ledger>, Fa
     Ok(Some(Ledger::of(head, records)))
 }
 
-/// What a table has for a cell.
+/// Reads the value of a cell in a table.
 fn load_one<T: DeserializeOwned>(
     transaction: &ReadTransaction,
     table: TableDefinition<'_, &'static str, &'static [u8]>,
@@ -92,7 +91,7 @@ fn load_records(transaction: &ReadTransaction, cell: &str) -> Result<BTreeMap<u6
     Ok(records)
 }
 
-/// Writes a change of a cell's ledger; the whole ledger before it, where one is given.
+/// Writes a change of a cell's ledger, after the whole ledger if that is given.
 pub(super) fn write(
     database: &mut DatabaseFile,
     cell: &str,
@@ -112,7 +111,7 @@ pub(super) fn write(
     })
 }
 
-/// Writes what a table has for a cell.
+/// Writes the value of a cell in a table.
 fn write_one(
     transaction: &WriteTransaction,
     table: TableDefinition<'_, &'static str, &'static [u8]>,
@@ -135,25 +134,15 @@ fn write_records(
         let all = (cell, 0)..=(cell, u64::MAX);
         records.retain_in(all, |_, _| false)?;
         for (number, record) in ledger.records() {
-            insert(&mut records, cell, number, record)?;
+            records.insert((cell, number), encode(record)?.as_slice())?;
         }
     }
     for number in &change.forgotten {
         records.remove((cell, *number))?;
     }
-    match &change.written {
-        Some((number, record)) => insert(&mut records, cell, *number, record),
-        None => Ok(()),
+    if let Some((number, record)) = &change.written {
+        records.insert((cell, *number), encode(record)?.as_slice())?;
     }
-}
-
-fn insert(
-    records: &mut Table<'_, (&'static str, u64), &'static [u8]>,
-    cell: &str,
-    number: u64,
-    record: &Record,
-) -> Result<(), Fault> {
-    records.insert((cell, number), encode(record)?.as_slice())?;
     Ok(())
 }
 

@@ -1,47 +1,47 @@
 //! The ledgers of all cells of a process on disk.
 //!
-//! What was written is on disk when the call returns. After an error nothing is taken for granted: the file is opened
-//! anew at the next write, and every cell then writes its whole ledger, which makes the disk say what the process
-//! knows, whatever became of the write that failed.
+//! A write is on disk when the call returns. After an error nothing is taken for granted: the next
+//! write opens the file anew, and every cell then writes its whole ledger. So the disk has all that
+//! the process knows, whatever became of the write that failed.
 //!
-//! A file that is damaged is put aside under a new name, for people to look at, and a new one
-//! begun. With it goes the knowledge of which placements were executed; so that none is executed
-//! again, a cell without a ledger begins at a state number that no placement was planned on (see
-//! [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell is empty then; a real
-//! one has to be seen again. An older copy that somebody put back is put aside so, too. Commits are
-//! made in two phases, so that damage is never taken for a crash, after which the commit before the
-//! last would count.
+//! A damaged file is put aside under a new name, for people to look at, and a new one begun; so is
+//! an older copy that somebody put back. The record of executed placements goes with it. So that
+//! none is executed again, a cell without a ledger begins at a state number that no placement was
+//! planned on (see [`ledger`](ppnpack_protocol::ledger)). The container of a simulated cell is
+//! empty then; a real one has to be seen again. Commits have two phases: otherwise damage could be
+//! taken for a crash, after which the commit before the last counts.
 //!
 //! A file that was moved, deleted or replaced while it is open is not written to: a restart would
-//! not find what was acknowledged.
+//! not find the requests that were acknowledged.
 
 mod database;
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use ppnpack_service::database::{DatabaseFile, Kept, forget_mark, open};
+use ppnpack_service::sync::lock;
 use ppnpack_service::{Health, HealthLatch};
 use ppnpack_wire::keys::Cell;
 
 use self::database::Fault;
 use ppnpack_protocol::ledger::{Change, FROM_BACKUP, Ledger};
 
-/// Opens the database: the file, or what a test has in its place.
+/// Opens the database: the file, or a test's own storage.
 type Open = Box<dyn Fn() -> Result<DatabaseFile, Fault> + Send + Sync>;
 
-/// Why something could not be written down or read.
+/// An error of writing or reading the journal.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("the journal {} cannot be used: {reason}; it needs a disk with space that can be written to, and no other process that uses it", path.display())]
 pub(crate) struct JournalError {
     path: PathBuf,
     reason: String,
-    /// Whether that is because the path does not lead to the journal any more.
+    /// Whether the path does not lead to the journal any more.
     is_moved: bool,
 }
 
 impl JournalError {
-    /// What to do, where the path does not lead to the journal any more.
+    /// Says what to do where the path does not lead to the journal any more.
     pub(crate) fn moved(&self) -> Option<&str> {
         self.is_moved.then_some(self.reason.as_str())
     }
@@ -55,17 +55,17 @@ pub(crate) struct Journal {
     database: Mutex<Kept<DatabaseFile>>,
 }
 
-/// The part of a journal that is one cell's. Without a journal, everything is forgotten with the process.
+/// The part of a journal that is one cell's. Without a journal all is forgotten with the process.
 pub(crate) struct CellJournal {
     journal: Option<Arc<Journal>>,
     cell: Cell,
-    /// The generation of the database that says what this cell's ledger says.
+    /// The generation of the database that has this cell's ledger.
     generation: u64,
 }
 
 impl Journal {
-    /// The journal in a file, which is opened when it is first needed. The health check says whether it can be
-    /// written.
+    /// The journal in a file, opened when it is first needed. The health check says whether it can
+    /// be written.
     pub(crate) fn new(path: &Path, health: HealthLatch) -> Self {
         let file = path.to_owned();
         Self::with_open(path, health, Box::new(move || open(&file)))
@@ -80,14 +80,13 @@ impl Journal {
         }
     }
 
-    /// Works with the database, as [`Kept::with`] does.
+    /// Works on the database, as [`Kept::with`] does.
     fn with<T>(
         &self,
         work: impl FnMut(&mut DatabaseFile, u64) -> Result<T, Fault>,
     ) -> Result<T, JournalError> {
         // An error leaves no database, and a panic is caught: it is whole at any time.
-        let database = self.database.lock();
-        let mut database = database.unwrap_or_else(PoisonError::into_inner);
+        let mut database = lock(&self.database);
         let result = database.with(&self.open, |fault| put_aside(&self.path, fault), work);
         match result {
             Ok(done) => {
@@ -116,7 +115,7 @@ impl CellJournal {
         }
     }
 
-    /// The ledger of the cell as it was written down; a new one where there is none.
+    /// Reads the ledger of the cell; gives a new one where there is none.
     pub(crate) fn load(&mut self) -> Result<Ledger, JournalError> {
         let Some(journal) = &self.journal else {
             return Ok(Ledger::without_past());
@@ -160,7 +159,8 @@ fn put_aside(path: &Path, fault: &Fault) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Settles the ledgers of a journal that is a backup: what was done since is not known. Gives the cells, which are held.
+/// Settles the ledgers of a restored backup, as later work is not known. Gives the cells, which are
+/// held.
 ///
 /// # Errors
 /// [`JournalError`] where there is no such file, or it cannot be read or written.

@@ -86,14 +86,6 @@ impl StorageBackend for Disk {
     }
 }
 
-/// Changes what is in a journal, as another version would.
-fn change(disk: &Disk, change: impl FnOnce(&redb::WriteTransaction)) {
-    let database = Builder::new().create_with_backend(disk.clone()).unwrap();
-    let transaction = database.begin_write().unwrap();
-    change(&transaction);
-    transaction.commit().unwrap();
-}
-
 fn cell(name: &str) -> Cell {
     Cell::new(name).unwrap()
 }
@@ -112,85 +104,87 @@ fn journal(disk: &Disk) -> (Arc<Journal>, Health) {
     (Arc::new(journal), health)
 }
 
-fn begin(journal: &Arc<Journal>, name: &str) -> (CellJournal, Ledger) {
-    let mut journal = CellJournal::new(Some(Arc::clone(journal)), cell(name));
-    let ledger = journal.load().unwrap();
-    (journal, ledger)
+/// A journal in a file, for one start of a bridge.
+fn journal_in(path: &Path) -> (Arc<Journal>, Health) {
+    let health = Health::default();
+    let journal = Journal::new(path, health.check("journal"));
+    (Arc::new(journal), health)
 }
 
-fn step(journal: &mut CellJournal, ledger: &mut Ledger, change: impl FnOnce(&Ledger) -> Change) {
-    let change = change(ledger);
-    journal.write(ledger, &change).unwrap();
-    ledger.apply(change);
+/// A cell's ledger, and the journal that it is written to.
+struct Own {
+    journal: CellJournal,
+    ledger: Ledger,
 }
 
-fn accept(journal: &mut CellJournal, ledger: &mut Ledger, id: &str) {
-    let asked = placement(id, ledger.head().state_number);
-    step(journal, ledger, |ledger| ledger.accept(asked));
-}
+impl Own {
+    fn load(journal: &Arc<Journal>, name: &str) -> Self {
+        let mut journal = CellJournal::new(Some(Arc::clone(journal)), cell(name));
+        let ledger = journal.load().unwrap();
+        Self { journal, ledger }
+    }
 
-fn begin_renewal(journal: &mut CellJournal, ledger: &mut Ledger) {
-    step(journal, ledger, |ledger| {
-        ledger.begin_renewal("r1".to_owned())
-    });
-}
+    fn write(&mut self, change: &Change) -> Result<(), JournalError> {
+        self.journal.write(&self.ledger, change)
+    }
 
-/// A placement from beginning to end.
-fn place(journal: &mut CellJournal, ledger: &mut Ledger, id: &str) {
-    accept(journal, ledger, id);
-    step(journal, ledger, |ledger| {
-        ledger.end_placement(placed(), vec![body(id)])
-    });
+    fn step(&mut self, change: Change) {
+        self.write(&change).unwrap();
+        self.ledger.apply(change);
+    }
+
+    fn accepting(&self, id: &str) -> Change {
+        let asked = placement(id, self.ledger.head().state_number);
+        self.ledger.accept(asked)
+    }
+
+    /// Makes a placement from beginning to end.
+    fn place(&mut self, id: &str) {
+        self.step(self.accepting(id));
+        self.step(self.ledger.end_placement(placed(), vec![body(id)]));
+    }
+
+    fn begin_renewal(&mut self) {
+        self.step(self.ledger.begin_renewal("r1".to_owned()));
+    }
 }
 
 #[test]
 fn a_ledger_is_read_as_it_was_written() {
     let disk = Disk::default();
     let (first, health) = journal(&disk);
-    let (mut a, mut ledger_a) = begin(&first, "a");
-    let (mut b, mut ledger_b) = begin(&first, "b");
-    place(&mut a, &mut ledger_a, "a1");
-    place(&mut b, &mut ledger_b, "b1");
-    begin_renewal(&mut a, &mut ledger_a);
-    step(&mut a, &mut ledger_a, |ledger| {
-        ledger.end_renewal(Vec::new())
-    });
-    accept(&mut b, &mut ledger_b, "b2");
+    let [mut a, mut b] = ["a", "b"].map(|name| Own::load(&first, name));
+    a.place("a1");
+    b.place("b1");
+    a.begin_renewal();
+    a.step(a.ledger.end_renewal(Vec::new()));
+    b.step(b.accepting("b2"));
+    // What is forgotten is gone from the disk.
+    let mut c = Own::load(&first, "c");
+    c.begin_renewal();
+    c.step(c.ledger.abandon_renewal(Vec::new()));
     assert!(health.is_ready());
-    drop((a, b, first));
+    let ledgers = [a, b, c].map(|own| own.ledger);
+    drop(first);
 
     let (second, _) = journal(&disk);
-    assert_eq!(begin(&second, "a").1, ledger_a);
-    assert_eq!(begin(&second, "b").1, ledger_b);
-    assert!(begin(&second, "c").1.records().next().is_none());
-}
-
-#[test]
-fn what_is_forgotten_is_gone_from_the_disk() {
-    let disk = Disk::default();
-    let (first, _) = journal(&disk);
-    let (mut own, mut ledger) = begin(&first, "a");
-    begin_renewal(&mut own, &mut ledger);
-    step(&mut own, &mut ledger, |ledger| {
-        ledger.abandon_renewal(Vec::new())
-    });
-    drop((own, first));
-    let (second, _) = journal(&disk);
-    let (_, again) = begin(&second, "a");
-    assert_eq!(again, ledger);
-    assert!(again.records().next().is_none());
+    let again = ["a", "b", "c"].map(|name| Own::load(&second, name).ledger);
+    assert_eq!(again, ledgers);
+    assert!(again[2].records().next().is_none());
+    let unknown = Own::load(&second, "d").ledger;
+    assert!(unknown.records().next().is_none());
 }
 
 #[test]
 fn a_full_disk_is_told_and_used_again_when_it_has_space() {
     let disk = Disk::default();
     let (first, health) = journal(&disk);
-    let (mut own, mut ledger) = begin(&first, "a");
-    place(&mut own, &mut ledger, "p1");
+    let mut own = Own::load(&first, "a");
+    own.place("p1");
     disk.is_full.store(true, Ordering::Relaxed);
-    let change = ledger.accept(placement("p2", ledger.head().state_number));
+    let change = own.accepting("p2");
     for _ in 0..3 {
-        let error = own.write(&ledger, &change).unwrap_err().to_string();
+        let error = own.write(&change).unwrap_err().to_string();
         assert!(
             error.contains("no space left") && error.contains("/nowhere/journal"),
             "{error}"
@@ -201,22 +195,23 @@ fn a_full_disk_is_told_and_used_again_when_it_has_space() {
 
     disk.is_full.store(false, Ordering::Relaxed);
     // Something else is asked for now than what could not be written.
-    place(&mut own, &mut ledger, "p3");
+    own.place("p3");
     assert!(health.is_ready());
-    drop((own, first));
+    let ledger = own.ledger;
+    drop((own.journal, first));
     let (second, _) = journal(&disk);
-    assert_eq!(begin(&second, "a").1, ledger);
+    assert_eq!(Own::load(&second, "a").ledger, ledger);
 }
 
-/// A journal in a file, with one placement of cell a.
+/// Makes a placement of cell a in a journal in a file.
 fn in_file(path: &Path) -> Ledger {
-    let journal = Arc::new(Journal::new(path, Health::default().check("journal")));
-    let (mut own, mut ledger) = begin(&journal, "a");
-    place(&mut own, &mut ledger, "p1");
-    ledger
+    let (journal, _) = journal_in(path);
+    let mut own = Own::load(&journal, "a");
+    own.place("p1");
+    own.ledger
 }
 
-/// How many files of a folder were put aside.
+/// Counts the files of a folder that were put aside.
 fn count_put_aside(folder: &Path) -> usize {
     let entries = std::fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -233,21 +228,17 @@ fn every_page_of_the_journal_may_be_damaged() {
     with_each_damage(&path, |damage| {
         std::fs::write(&mark, &marked).unwrap();
         let aside = count_put_aside(folder.path());
-        let health = Health::default();
-        let journal = Arc::new(Journal::new(&path, health.check("journal")));
-        let (mut own, mut ledger) = begin(&journal, "a");
+        let (journal, health) = journal_in(&path);
+        let mut own = Own::load(&journal, "a");
         // As it was, or lost, and then nothing is executed again: never as it was some time before.
-        if ledger != before {
+        if own.ledger != before {
             let stale = placement("p1", before.head().state_number);
-            assert_eq!(
-                ledger.judge(&stale),
-                PlacementVerdict::Forgotten,
-                "{damage}"
-            );
+            let verdict = own.ledger.judge(&stale);
+            assert_eq!(verdict, PlacementVerdict::Forgotten, "{damage}");
             let is_put_aside = count_put_aside(folder.path()) > aside;
             assert!(is_put_aside, "{damage}");
         }
-        place(&mut own, &mut ledger, "p2");
+        own.place("p2");
         assert!(health.is_ready(), "{damage}");
     });
 }
@@ -256,16 +247,16 @@ fn every_page_of_the_journal_may_be_damaged() {
 fn a_file_that_is_damaged_while_it_is_open_costs_nothing_that_is_known() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
-    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
-    let (mut own, mut ledger) = begin(&journal, "a");
-    place(&mut own, &mut ledger, "p1");
+    let (journal, _) = journal_in(&path);
+    let mut own = Own::load(&journal, "a");
+    own.place("p1");
     // As if the disk had given up and come back with something else.
     journal.database.lock().unwrap().close();
     std::fs::write(&path, b"something else altogether").unwrap();
-    place(&mut own, &mut ledger, "p2");
-    drop((own, journal));
-    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
-    let (_, again) = begin(&journal, "a");
+    own.place("p2");
+    let ledger = own.ledger;
+    drop((own.journal, journal));
+    let again = Own::load(&journal_in(&path).0, "a").ledger;
     assert_eq!(again, ledger);
     let outcome = again.placement("p1").unwrap().1;
     assert!(matches!(outcome, Some(Outcome { .. })));
@@ -275,19 +266,18 @@ fn a_file_that_is_damaged_while_it_is_open_costs_nothing_that_is_known() {
 fn a_journal_that_was_moved_or_replaced_is_not_written_to_until_it_is_put_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("journal.redb");
-    let health = Health::default();
-    let journal = Arc::new(Journal::new(&path, health.check("journal")));
-    let (mut own, mut ledger) = begin(&journal, "a");
-    place(&mut own, &mut ledger, "p1");
+    let (journal, health) = journal_in(&path);
+    let mut own = Own::load(&journal, "a");
+    own.place("p1");
     let copy = std::fs::read(&path).unwrap();
     let elsewhere = folder.path().join("elsewhere.redb");
     std::fs::rename(&path, &elsewhere).unwrap();
-    let change = ledger.accept(placement("p2", ledger.head().state_number));
+    let change = own.accepting("p2");
     for replacement in [None, Some(copy)] {
         if let Some(bytes) = replacement {
             std::fs::write(&path, bytes).unwrap();
         }
-        let error = own.write(&ledger, &change).unwrap_err();
+        let error = own.write(&change).unwrap_err();
         let reason = error.moved().unwrap();
         assert!(
             reason.contains("journal.redb") && reason.contains("put that file back"),
@@ -296,11 +286,11 @@ fn a_journal_that_was_moved_or_replaced_is_not_written_to_until_it_is_put_back()
         assert!(!health.is_ready());
     }
     std::fs::rename(&elsewhere, &path).unwrap();
-    place(&mut own, &mut ledger, "p3");
+    own.place("p3");
     assert!(health.is_ready());
-    drop((own, journal));
-    let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
-    assert_eq!(begin(&journal, "a").1, ledger);
+    let ledger = own.ledger;
+    drop((own.journal, journal));
+    assert_eq!(Own::load(&journal_in(&path).0, "a").ledger, ledger);
 }
 
 #[test]
@@ -318,8 +308,7 @@ fn an_older_copy_of_the_journal_is_put_aside_until_it_is_said_to_be_a_backup() {
         if is_backup {
             assert_eq!(after_restore(&path).unwrap(), ["a"]);
         }
-        let journal = Arc::new(Journal::new(&path, Health::default().check("journal")));
-        let (_, again) = begin(&journal, "a");
+        let again = Own::load(&journal_in(&path).0, "a").ledger;
         assert_eq!(again.placement("p1").is_some(), is_backup);
         assert_eq!(count_put_aside(folder.path()) > aside, !is_backup);
         let stale = placement("p9", before.head().state_number);
@@ -331,34 +320,36 @@ fn an_older_copy_of_the_journal_is_put_aside_until_it_is_said_to_be_a_backup() {
 fn the_journal_of_another_version_is_refused_and_left_as_it_is() {
     let disk = Disk::default();
     let (kept, _) = journal(&disk);
-    let (mut own, ledger) = begin(&kept, "c1");
-    own.write(&ledger, &ledger.no_change()).unwrap();
-    drop((own, kept));
+    let mut own = Own::load(&kept, "c1");
+    own.step(own.ledger.no_change());
+    let ledger = own.ledger;
+    drop((own.journal, kept));
     let format: redb::TableDefinition<'_, &str, u64> = redb::TableDefinition::new("format");
     let set = |version: u64| {
-        change(&disk, |transaction| {
-            let mut table = transaction.open_table(format).unwrap();
-            table.insert("version", version).unwrap();
-        });
+        let database = Builder::new().create_with_backend(disk.clone()).unwrap();
+        let transaction = database.begin_write().unwrap();
+        let mut table = transaction.open_table(format).unwrap();
+        table.insert("version", version).unwrap();
+        drop(table);
+        transaction.commit().unwrap();
     };
     for version in [4, 6] {
         set(version);
         let (other, health) = journal(&disk);
         let refused = CellJournal::new(Some(other), cell("c1")).load();
         let text = refused.unwrap_err().to_string();
-        assert!(
-            text.contains("another version") && text.contains(&format!("format {version}")),
-            "{text}"
-        );
-        assert!(text.contains("run that version"), "{text}");
+        let format = format!("format {version}");
+        for part in ["another version", &format, "run that version"] {
+            assert!(text.contains(part), "{text}");
+        }
         assert!(!health.is_ready());
     }
     set(5);
     let (again, _) = journal(&disk);
-    assert_eq!(begin(&again, "c1").1, ledger);
+    assert_eq!(Own::load(&again, "c1").ledger, ledger);
 }
 
-/// What is in a file stays readable as long as its version is the same.
+/// A file stays readable as long as its version is the same.
 #[test]
 fn what_is_written_is_encoded_as_this_version_does() {
     let mut ledger = Ledger::beginning_at(77);

@@ -26,7 +26,7 @@ use view::View;
 
 use crate::settings::span;
 
-/// Why a simulated cell cannot be had.
+/// A setting with which there is no simulated cell.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulatedError {
@@ -78,11 +78,12 @@ impl SimulatedRobot {
         })
     }
 
-    /// Follows the legs of a motion up to the release of the item, in time.
+    /// Follows the legs of a motion, in time, up to the release of the item.
     fn bring(&mut self, cycle: &Cycle, cut_off: &Shutdown) -> Result<(), CutOff> {
         for leg in cycle.legs.iter().take_while(|leg| !is_way_back(leg.kind)) {
             let is_cut_off = self.wait(leg.duration_s(), cut_off);
-            // Until the item is held nothing in the cell is touched. What is on its way then is brought to its end.
+            // Until the item is held, nothing in the cell is touched. After that it goes to the
+            // end.
             match leg.kind {
                 LegKind::Descend if is_cut_off || self.wait(cycle.grip_s, cut_off) => {
                     return Err(CutOff);
@@ -96,21 +97,21 @@ impl SimulatedRobot {
         Ok(())
     }
 
-    /// Follows the legs after the release of the item, in time.
+    /// Follows the legs after the release, in time.
     fn come_back(&mut self, cycle: &Cycle, cut_off: &Shutdown) {
         for leg in cycle.legs.iter().filter(|leg| is_way_back(leg.kind)) {
             self.wait(leg.duration_s(), cut_off);
         }
     }
 
-    /// Lets time pass, in seconds of the motion. Says whether the end was asked for: then the rest is not waited for.
+    /// Lets time pass, in seconds of the motion. Says whether the end was asked for, which ends it.
     fn wait(&self, motion_s: f64, end: &Shutdown) -> bool {
         let speed = self.settings.motion_speed;
         let passing_s = if speed > 0.0 { motion_s / speed } else { 0.0 };
         end.wait_timeout(span(passing_s))
     }
 
-    /// The fault that this placement meets, if any. Takes one random number a placement.
+    /// Draws the fault of a placement, if any; takes one random number a placement.
     fn fault(&mut self) -> Option<Finding> {
         let faults = &self.settings.faults;
         let chance: f64 = self.faults.random();

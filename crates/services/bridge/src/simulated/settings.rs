@@ -1,4 +1,4 @@
-//! What can be set of a simulated cell.
+//! Settings of a simulated cell.
 
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
@@ -6,36 +6,36 @@ use ppnpack_service::configuration::in_range;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
-/// The widest that points of an exact scan may lie apart, in metres: what perception's surfaces are sampled at.
+/// The maximum pitch of an exact scan, in metres: that of the samples of perception's surfaces.
 const MAX_PITCH_M: f64 = 0.0025;
 
 /// A simulated cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulatedSettings {
-    /// The container, how items are released and settle, and the solver. What is not given is that of a robot that
-    /// lays items down.
+    /// The container, the release and settling of items, and the solver. The defaults are those of
+    /// a robot that lays items down.
     #[serde(deserialize_with = "over_robot")]
     pub physics: CellSettings,
-    /// How long the robot takes for a placement that comes without an arm's motion, in seconds.
+    /// The time for a placement that comes without an arm's motion, in seconds.
     pub place_duration_s: f64,
-    /// How fast the robot follows the motion of a placement: 1 as it was planned, 2 in half of the time, 0 without any
+    /// The speed of a placement's motion: 1 as it was planned, 2 in half of the time, 0 without any
     /// wait.
     pub motion_speed: f64,
-    /// What goes wrong.
+    /// The faults that happen.
     pub faults: FaultSettings,
-    /// How the sensor sees the container.
+    /// The way in which the sensor sees the container.
     pub scan: Scan,
-    /// With an exact scan: how far apart its points lie, in metres. Perception's heightmap is exact where this is the
+    /// The pitch of an exact scan, in metres. Perception's heightmap is exact where this is the
     /// pitch of its grid's surface: 0.0025 for cells that are a multiple of 2.5 mm.
     pub scan_pitch_m: f64,
-    /// With a camera: what it is like.
+    /// The cameras, where the container is seen by any.
     pub camera: CameraSettings,
     /// Whether the sensor does not know the state of the cell, as cameras of ROS 2 do not.
     pub is_stateless: bool,
 }
 
-/// What goes wrong on purpose, drawn per placement.
+/// Faults that happen on purpose, drawn per placement.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FaultSettings {
@@ -47,7 +47,7 @@ pub struct FaultSettings {
     pub seed: u64,
 }
 
-/// How the sensor sees the container.
+/// A way in which the sensor sees the container.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scan {
@@ -119,10 +119,8 @@ mod tests {
         assert_eq!(settings, expected);
         settings.validate().unwrap();
         let written = serde_json::to_string(&settings).unwrap();
-        assert_eq!(
-            serde_json::from_str::<SimulatedSettings>(&written).unwrap(),
-            settings
-        );
+        let read: SimulatedSettings = serde_json::from_str(&written).unwrap();
+        assert_eq!(read, settings);
         for unknown in [r#"{"physics": {"relase": {}}}"#, r#"{"phisics": {}}"#] {
             assert!(serde_json::from_str::<SimulatedSettings>(unknown).is_err());
         }
@@ -140,29 +138,23 @@ mod tests {
         assert!(refused(|s| s.faults.drops = 1.1).contains("drops"));
         assert!(refused(|s| s.scan_pitch_m = 0.01).contains("scan_pitch_m"));
         type Change = fn(&mut CameraSettings);
-        let refused_camera = |change: Change| {
+        let cameras: [(Change, &str); 8] = [
+            (|it| it.height_m = 0.2, "height_m"),
+            (|it| it.height_m = f64::NAN, "height_m"),
+            (|it| it.cameras = 3, "cameras"),
+            (|it| it.width_px = 0, "width"),
+            (|it| it.height_px = 1 << 40, "height"),
+            (|it| it.noise.sigma_m = -1.0, "camera.noise.sigma_m"),
+            (|it| it.noise.dropout = 1.5, "camera.noise.dropout"),
+            (|it| it.noise.step_m = f64::NAN, "camera.noise.step_m"),
+        ];
+        for (change, named) in cameras {
             let mut settings = SimulatedSettings {
                 scan: Scan::Camera,
                 ..SimulatedSettings::default()
             };
             change(&mut settings.camera);
-            settings.validate().unwrap_err()
-        };
-        let cameras: [(Change, &str); 8] = [
-            (|camera| camera.height_m = 0.2, "height_m"),
-            (|camera| camera.height_m = f64::NAN, "height_m"),
-            (|camera| camera.cameras = 3, "cameras"),
-            (|camera| camera.width_px = 0, "width"),
-            (|camera| camera.height_px = 1 << 40, "height"),
-            (|camera| camera.noise.sigma_m = -1.0, "camera.noise.sigma_m"),
-            (|camera| camera.noise.dropout = 1.5, "camera.noise.dropout"),
-            (
-                |camera| camera.noise.step_m = f64::NAN,
-                "camera.noise.step_m",
-            ),
-        ];
-        for (change, named) in cameras {
-            let refusal = refused_camera(change);
+            let refusal = settings.validate().unwrap_err();
             assert!(refusal.contains(named), "{refusal}");
         }
         let both = refused(|s| (s.faults.drops, s.faults.missed_picks) = (0.6, 0.6));

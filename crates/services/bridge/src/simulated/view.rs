@@ -1,4 +1,4 @@
-//! What the sensors of a simulated cell see.
+//! The sensors of a simulated cell.
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_packing::grid::{Grid, Resolution, Yaws};
@@ -12,7 +12,7 @@ use crate::robot::View as RobotView;
 pub(super) enum View {
     /// A point above the middle of each sample of this grid.
     Exact(Box<Grid>),
-    /// What cameras see.
+    /// Cameras.
     Camera(Box<Cameras>),
 }
 
@@ -35,7 +35,7 @@ impl View {
         }
     }
 
-    /// What each sees of a cell.
+    /// Looks at a cell with each.
     pub(super) fn of(
         &mut self,
         cell: &mut SimulatedCell,
@@ -60,7 +60,8 @@ impl View {
     }
 }
 
-/// The scan as points in the container frame: heights and middles keep their bits on the way to a heightmap.
+/// Scans a cell as points in the container's frame: heights and middles keep their bits on the way
+/// to a heightmap.
 fn scan(cell: &mut SimulatedCell, grid: &Grid) -> Result<RobotView, SimulatedError> {
     let surface = cell.scan_surface(grid)?;
     let middle_m = |index: usize| ((index as f64 + 0.5) * surface.pitch_m()) as f32;

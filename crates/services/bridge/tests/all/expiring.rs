@@ -2,7 +2,7 @@
 
 use crate::common::{Rig, place};
 use ppnpack_bridge::Settings;
-use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
+use ppnpack_wire::v1::{self, ExecutionPhase, Status};
 
 /// The age from which decisions are not carried out, in seconds and in nanoseconds.
 const LIMIT_S: f64 = 60.0;
@@ -32,13 +32,13 @@ fn a_decision_that_is_too_old_or_of_another_clock_is_stale_and_never_begins() {
     ] {
         let state = controller.state_number();
         let request = decided(id, state, decided_at_ns);
-        assert_eq!(controller.refused(request.clone()), Status::Stale);
+        controller.refuses(request.clone(), Status::Stale);
         // Also where a clock is set back and it would be young again.
         assert_eq!(controller.state_number(), state + 1);
         let young = decided(id, state, controller.state().clock_ns);
-        assert_eq!(controller.refused(young), Status::Stale);
+        controller.refuses(young, Status::Stale);
         let unknown = decided(id, state, 0);
-        assert_eq!(controller.refused(unknown), Status::Stale);
+        controller.refuses(unknown, Status::Stale);
     }
     assert!(controller.state().clock_ns > now_ns);
     assert_eq!(controller.state().bodies, before.bodies);
@@ -46,8 +46,7 @@ fn a_decision_that_is_too_old_or_of_another_clock_is_stale_and_never_begins() {
     let young = decided("young", controller.state_number(), now_ns);
     let execution = controller.place(young.clone());
     assert_eq!(execution.phase(), ExecutionPhase::Accepted);
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("young").kind(), OutcomeKind::Placed);
+    script.carry_out(controller, "young");
     // What was carried out is known however late it is asked for again.
     let late = v1::PlaceRequest {
         decided_at_ns: now_ns - LIMIT_NS,
@@ -67,6 +66,5 @@ fn where_it_does_not_matter_any_age_will_do() {
     let controller = &rig.controller;
     let old = decided("old", controller.state_number(), 1);
     assert_eq!(controller.place(old).phase(), ExecutionPhase::Accepted);
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("old").kind(), OutcomeKind::Placed);
+    script.carry_out(controller, "old");
 }

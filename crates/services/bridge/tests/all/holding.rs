@@ -5,20 +5,27 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use crate::common::{self, Controller, Rig, Script, changed, deadline, hold, place, renew, resume};
+use crate::common::{
+    self, Controller, Rig, Shared, changed, deadline, header, hold, place, renew, resume,
+};
 use ppnpack_bridge::Settings;
 use ppnpack_bridge::robot::Robot;
 use ppnpack_bridge::simulated::SimulatedSettings;
 use ppnpack_service::rpc::CallError;
 use ppnpack_service::stream::Latest;
-use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
-/// Why the cell is held, if it is.
+/// The reason why the cell is held, if it is.
 fn reason(state: Option<v1::CellState>) -> Option<String> {
     state.unwrap().hold.map(|hold| hold.reason)
+}
+
+/// The items that lie in a cell.
+fn item_ids(state: &v1::CellState) -> Vec<&str> {
+    let bodies = state.bodies.iter();
+    bodies.map(|body| body.item_id.as_str()).collect()
 }
 
 #[test]
@@ -36,8 +43,7 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
     assert_eq!(reason(again.state), both);
 
     // What was under way comes to its end, and is known.
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p1").kind(), OutcomeKind::Placed);
+    script.carry_out(controller, "p1");
     let known = controller.place(place("p1", state, 0.16));
     assert_eq!(known.phase(), ExecutionPhase::Ended);
 
@@ -51,48 +57,43 @@ fn a_hold_is_answered_while_the_robot_moves_and_nothing_begins_until_it_is_resum
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(controller.refused(renew("r1", state + 1)), Status::Held);
+    controller.refuses(renew("r1", state + 1), Status::Held);
     assert_eq!(script.done(), ["p1"]);
 
     // Each is ended by its name.
-    assert_eq!(controller.refused(resume(&[])), Status::Invalid);
+    controller.refuses(resume(&[]), Status::Invalid);
     let left = controller.resume(std::slice::from_ref(&again.hold_id));
     assert_eq!(reason(Some(left)).as_deref(), Some("a door is open"));
-    assert_eq!(controller.refused(resume(&[again.hold_id])), Status::Stale);
-    assert_eq!(controller.refused(next.clone()), Status::Held);
+    controller.refuses(resume(&[again.hold_id]), Status::Stale);
+    controller.refuses(next.clone(), Status::Held);
     for _ in 0..2 {
         let resumed = controller.resume(std::slice::from_ref(&door.hold_id));
         assert_eq!(reason(Some(resumed)), None);
     }
     // Its request may come late, when its item is planned anew: what was refused never begins.
-    assert_eq!(controller.refused(next), Status::Stale);
+    controller.refuses(next, Status::Stale);
     let anew = place("p3", controller.state_number(), 0.16);
     assert_eq!(controller.place(anew).phase(), ExecutionPhase::Accepted);
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p3").kind(), OutcomeKind::Placed);
+    script.carry_out(controller, "p3");
 }
 
 #[test]
 fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
     let folder = tempfile::tempdir().unwrap();
     let journal = Some(folder.path().join("bridge.redb"));
-    let (mut rig, _script) = Rig::scripted(true, journal.clone());
+    let (rig, _script) = Rig::scripted(true, journal.clone());
     let looks = rig.controller.call(hold("somebody looks", false)).unwrap();
     let request = v1::ResumeRequest {
-        header: Some(v1::RequestHeader {
-            request_id: "r1".to_owned(),
-            ..v1::RequestHeader::default()
-        }),
+        header: header("r1"),
         ..resume(&[looks.hold_id])
     };
     let resumed = rig.controller.call(request.clone()).unwrap();
     assert_eq!(reason(resumed.state), None);
     let door = rig.controller.call(hold("a door is open", false)).unwrap();
-    assert_eq!(rig.controller.refused(request.clone()), Status::Stale);
-    drop(rig.bridge.take());
+    rig.controller.refuses(request.clone(), Status::Stale);
     drop(rig);
     let (rig, _script) = Rig::scripted(true, journal);
-    assert_eq!(rig.controller.refused(request), Status::Stale);
+    rig.controller.refuses(request, Status::Stale);
     assert_eq!(rig.controller.hold_ids(), [&*door.hold_id]);
     let resumed = rig.controller.resume(&[door.hold_id]);
     assert_eq!(reason(Some(resumed)), None);
@@ -102,7 +103,7 @@ fn a_resume_that_is_sent_again_does_not_end_a_later_hold() {
 fn a_step_is_one_placement_which_holds_the_cell_as_it_begins() {
     let folder = tempfile::tempdir().unwrap();
     let journal = Some(folder.path().join("bridge.redb"));
-    let (mut rig, script) = Rig::scripted(false, journal.clone());
+    let (rig, script) = Rig::scripted(false, journal.clone());
     let looks = rig.controller.call(hold("somebody looks", false)).unwrap();
     let step = v1::ResumeRequest {
         most_placements: 1,
@@ -117,26 +118,22 @@ fn a_step_is_one_placement_which_holds_the_cell_as_it_begins() {
         panic!("it is not held, or more than once");
     };
     assert_eq!(held.holder, "bridge");
-    script.go.send(()).unwrap();
-    let placed = rig.controller.outcome("p1");
-    assert_eq!(placed.kind(), OutcomeKind::Placed);
+    let placed = script.carry_out(&rig.controller, "p1");
     let next = place("p2", placed.state_number, 0.2);
-    assert_eq!(rig.controller.refused(next.clone()), Status::Held);
+    rig.controller.refuses(next.clone(), Status::Held);
     // The request for the step once more, which is late.
-    assert_eq!(rig.controller.refused(step.clone()), Status::Stale);
-    drop(rig.bridge.take());
+    rig.controller.refuses(step.clone(), Status::Stale);
     drop(rig);
 
     let (rig, script) = Rig::scripted(false, journal);
-    assert_eq!(rig.controller.refused(step), Status::Stale);
-    assert_eq!(rig.controller.refused(next), Status::Held);
+    rig.controller.refuses(step, Status::Stale);
+    rig.controller.refuses(next, Status::Held);
     let state = rig.controller.resume(std::slice::from_ref(&held.id));
     for (id, x_m) in [("p3", 0.2), ("p4", 0.25)] {
         let state_number = rig.controller.state_number();
         assert!(state_number >= state.state_number);
         rig.controller.place(place(id, state_number, x_m));
-        script.go.send(()).unwrap();
-        assert_eq!(rig.controller.outcome(id).kind(), OutcomeKind::Placed);
+        script.carry_out(&rig.controller, id);
     }
 }
 
@@ -158,7 +155,7 @@ fn a_real_cell_of_which_nothing_is_known_begins_held() {
         let controller = &rig.controller;
         let state = controller.state();
         let request = place("p1", state.state_number, 0.16);
-        assert_eq!(controller.refused(request), Status::Held);
+        controller.refuses(request, Status::Held);
         let told = reason(Some(state)).unwrap();
         assert!(told.contains("nothing is known of the cell"), "{told}");
         let resumed = controller.resume(&controller.hold_ids());
@@ -168,10 +165,8 @@ fn a_real_cell_of_which_nothing_is_known_begins_held() {
     }
     // What is known is known, and a simulated cell is what its journal says.
     let (rig, _script) = Rig::unseen(false, &settings);
-    assert_eq!(
-        reason(Some(rig.controller.state())).as_deref(),
-        Some("a hand")
-    );
+    let held = reason(Some(rig.controller.state()));
+    assert_eq!(held.as_deref(), Some("a hand"));
     let (rig, _script) = Rig::unseen(true, &Settings::default());
     assert_eq!(reason(Some(rig.controller.state())), None);
 }
@@ -210,13 +205,13 @@ fn containers_of_one_robot_are_held_and_go_on_together() {
     until_holds_are(&left, 0);
 
     // A hold at the one breaks off what is placed into the other.
-    left.place(place("p1", left.state_number(), 0.16));
+    left.place_now("p1");
     let held = right.call(hold("a hand", true)).unwrap();
     let outcome = left.outcome("p1");
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
     assert_eq!(until_holds_are(&left, 1), [&*held.hold_id]);
     let refused = place("p2", left.state_number(), 0.16);
-    assert_eq!(left.refused(refused.clone()), Status::Held);
+    left.refuses(refused.clone(), Status::Held);
 
     // One placement of a step in the one holds the other, too.
     let step = v1::ResumeRequest {
@@ -225,13 +220,12 @@ fn containers_of_one_robot_are_held_and_go_on_together() {
     };
     right.call(step).unwrap();
     until_holds_are(&left, 0);
-    assert_eq!(left.refused(refused), Status::Stale);
-    left.place(place("p3", left.state_number(), 0.16));
+    left.refuses(refused, Status::Stale);
+    left.place_now("p3");
     let elsewhere = place("p4", right.state_number(), 0.16);
     let status = right.refused(elsewhere);
     assert!(matches!(status, Status::Held | Status::Stale), "{status:?}");
-    script.go.send(()).unwrap();
-    assert_eq!(left.outcome("p3").kind(), OutcomeKind::Placed);
+    script.carry_out(&left, "p3");
     assert_eq!(until_holds_are(&right, 1), left.hold_ids());
 }
 
@@ -242,10 +236,7 @@ fn a_hold_that_comes_before_the_journal_can_be_opened_is_kept() {
     std::fs::write(&disk, "no folder").unwrap();
     let (rig, _script) = Rig::scripted(true, Some(disk.join("bridge.redb")));
     let controller = &rig.controller;
-    assert_eq!(
-        controller.refused(hold("a door is open", false)),
-        Status::Unavailable
-    );
+    controller.refuses(hold("a door is open", false), Status::Unavailable);
     std::fs::remove_file(&disk).unwrap();
     std::fs::create_dir(&disk).unwrap();
     let until = deadline();
@@ -267,19 +258,15 @@ fn aborting_leaves_an_item_that_was_not_touched_where_it_is() {
     let held = controller.call(hold("stop", true)).unwrap();
     let outcome = controller.outcome("p1");
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
-    assert!(
-        outcome.failure.contains("broken off"),
-        "{}",
-        outcome.failure
-    );
+    let failure = &outcome.failure;
+    assert!(failure.contains("broken off"), "{failure}");
     assert_eq!(outcome.state_number, state);
     assert_eq!(script.done(), Vec::<String>::new());
 
     // The next one is not broken off by that.
     controller.resume(&[held.hold_id]);
-    controller.place(place("p2", controller.state_number(), 0.16));
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p2").kind(), OutcomeKind::Placed);
+    controller.place_now("p2");
+    script.carry_out(controller, "p2");
 }
 
 #[test]
@@ -292,30 +279,18 @@ fn a_hand_in_the_container_makes_earlier_plans_stale_and_has_it_seen_anew() {
         controller.outcome(id);
     }
     let before = controller.state();
-    let clouds: Latest<v1::PointCloud> =
-        Latest::subscribe(&rig.caller, &common::cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
+    let clouds: Latest<v1::PointCloud> = rig.subscribe(Stream::Cloud);
 
-    let unchanged = controller.refused(changed(&["no id"]));
-    assert_eq!(unchanged, Status::Invalid);
+    controller.refuses(changed(&["no id"]), Status::Invalid);
     let reply = controller.call(changed(&["item-p1", "item-p9"])).unwrap();
     let after = reply.state.unwrap();
     assert_eq!(after.state_number, before.state_number + 1);
-    let left: Vec<&str> = after
-        .bodies
-        .iter()
-        .map(|body| body.item_id.as_str())
-        .collect();
-    assert_eq!(left, ["item-p2"]);
+    assert_eq!(item_ids(&after), ["item-p2"]);
     let old = place("p3", before.state_number, 0.08);
-    assert_eq!(controller.refused(old), Status::Stale);
+    controller.refuses(old, Status::Stale);
 
     // The cell itself has it no more: it can be placed there again.
-    let cloud = loop {
-        let cloud = clouds.wait(deadline()).unwrap().message.unwrap();
-        if cloud.state_number == after.state_number {
-            break cloud;
-        }
-    };
+    let cloud = common::cloud_of(&clouds, after.state_number);
     assert!(!cloud.data.is_empty());
     let outcome = controller.carry_out("p4", after.state_number, 0.08);
     assert_eq!(outcome.kind(), OutcomeKind::Placed);
@@ -330,8 +305,7 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
     };
     let (rig, script) = Rig::scripted_with(false, &settings);
     let controller = &rig.controller;
-    let states: Latest<v1::CellState> =
-        Latest::subscribe(&rig.caller, &common::cell(), Stream::State, MAX_CLOUD_BYTES).unwrap();
+    let states: Latest<v1::CellState> = rig.subscribe(Stream::State);
     let state = controller.state_number();
     let mut with_motion = place("p1", state, 0.16);
     with_motion.cycle = Some(Box::new(convert::cycle::write(&common::cycle(0.2))));
@@ -346,17 +320,13 @@ fn a_robot_that_takes_longer_than_its_motion_has_the_cell_held() {
         reason.contains("p1") && reason.contains("longer"),
         "{reason}"
     );
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p1").kind(), OutcomeKind::Placed);
-    assert_eq!(
-        controller.refused(place("p2", state + 1, 0.16)),
-        Status::Held
-    );
+    script.carry_out(controller, "p1");
+    controller.refuses(place("p2", state + 1, 0.16), Status::Held);
 }
 
-/// Holds a cell whose robot hangs where the test has it, after all that could fill what waits for
-/// the robot.
-fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
+/// Holds a cell whose robot hangs where the test has it, after more than the robot's queue could
+/// take.
+fn hold_while_it_hangs(hangs: impl Fn(&Shared) -> &Mutex<()>) {
     /// Far more than an answer takes, far less than a test waits for one.
     const AT_ONCE: Duration = Duration::from_secs(5);
     let (rig, script) = Rig::scripted(true, None);
@@ -364,13 +334,11 @@ fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
     let first = controller.state_number();
     for (id, state) in [("p1", first), ("p2", first + 1)] {
         controller.place(place(id, state, 0.16));
-        script.go.send(()).unwrap();
-        assert_eq!(controller.outcome(id).kind(), OutcomeKind::Placed);
+        script.carry_out(controller, id);
     }
-    let clouds: Latest<v1::PointCloud> =
-        Latest::subscribe(&rig.caller, &common::cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
+    let clouds: Latest<v1::PointCloud> = rig.subscribe(Stream::Cloud);
 
-    let hanging = hangs(&script).lock().unwrap();
+    let hanging = hangs(&script.shared).lock().unwrap();
     let taken_out = [vec!["item-p1"], vec!["item-p2"]];
     for removed in taken_out.into_iter().chain(vec![Vec::new(); 98]) {
         controller.call_for(changed(&removed), AT_ONCE).unwrap();
@@ -388,42 +356,33 @@ fn hold_while_it_hangs(hangs: impl Fn(&Script) -> &Mutex<()>) {
     assert_eq!(state.state_number, first + 2 + 100 + 1);
     assert!(state.bodies.is_empty());
     // The robot heard of all that was taken out, though not of each change by itself.
-    let is_shown = |cloud: v1::PointCloud| cloud.state_number == state.state_number;
-    let mut clouds = std::iter::from_fn(|| clouds.wait(deadline()));
-    assert!(clouds.any(|arrived| is_shown(arrived.message.unwrap())));
+    common::cloud_of(&clouds, state.state_number);
     controller.place(place("p3", state.state_number, 0.16));
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p3").kind(), OutcomeKind::Placed);
-    let bodies = controller.state().bodies;
-    let ids: Vec<&str> = bodies.iter().map(|body| body.item_id.as_str()).collect();
-    assert_eq!(ids, ["item-p3"]);
+    script.carry_out(controller, "p3");
+    assert_eq!(item_ids(&controller.state()), ["item-p3"]);
 }
 
 #[test]
 fn a_robot_that_hangs_as_it_takes_over_a_change_keeps_nobody_from_holding_the_cell() {
-    hold_while_it_hangs(|script| &script.taking_over);
+    hold_while_it_hangs(|robot| &robot.taking_over);
 }
 
 #[test]
 fn a_sensor_that_hangs_keeps_nobody_from_holding_the_cell() {
-    hold_while_it_hangs(|script| &script.capturing);
+    hold_while_it_hangs(|robot| &robot.capturing);
 }
 
 #[test]
 fn a_hand_is_not_taken_note_of_while_the_robot_moves() {
     let (rig, script) = Rig::scripted(false, None);
-    let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    assert_eq!(rig.controller.refused(changed(&[])), Status::Busy);
+    let controller = &rig.controller;
+    let state = controller.state_number();
+    controller.place(place("p1", state, 0.16));
+    controller.refuses(changed(&[]), Status::Busy);
     script.go.send(()).unwrap();
-    rig.controller.outcome("p1");
-    let changed = rig.controller.call(changed(&[])).unwrap().state.unwrap();
+    controller.outcome("p1");
+    let changed = controller.call(changed(&[])).unwrap().state.unwrap();
     assert_eq!(changed.state_number, state + 2);
-    let held = rig
-        .controller
-        .call_for(hold("", false), Duration::from_secs(5));
-    assert_eq!(
-        reason(held.unwrap().state).as_deref(),
-        Some("it was asked for")
-    );
+    let held = controller.call(hold("", false)).unwrap();
+    assert_eq!(reason(held.state).as_deref(), Some("it was asked for"));
 }

@@ -1,9 +1,9 @@
-//! Placements, renewals and what is published of them, over a real session.
+//! Placements, renewals and their streams, over a real session.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::common::{self, PATIENCE, Rig, cell, deadline, place, renew};
+use crate::common::{self, PATIENCE, Rig, deadline, place, renew};
 use nalgebra::Isometry3;
 use ppnpack_bridge::robot::{CutOff, Ending, Placement, Robot};
 use ppnpack_bridge::simulated::{SimulatedRobot, SimulatedSettings};
@@ -14,19 +14,12 @@ use ppnpack_service::{Running, Shutdown};
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
-use ppnpack_wire::{MAX_CLOUD_BYTES, MAX_MESSAGE_BYTES};
-
-fn outcome_request(placement_id: &str) -> v1::OutcomeRequest {
-    v1::OutcomeRequest {
-        header: None,
-        placement_id: placement_id.to_owned(),
-    }
-}
 
 #[test]
 fn a_placement_is_carried_out_its_outcome_told_and_counted() {
     metrics::install().unwrap();
     let rig = Rig::simulated(SimulatedSettings::default());
+    let controller = &rig.controller;
     let count = |kind: &str, count: u64| {
         let line = format!(
             "ppnpack_outcomes_total{{cell=\"cell-1\",kind=\"OUTCOME_KIND_{kind}\"}} {count}\n"
@@ -35,28 +28,25 @@ fn a_placement_is_carried_out_its_outcome_told_and_counted() {
         assert!(text.contains(&line), "{line} is not in:\n{text}");
     };
     count("PLACED", 0);
-    let before = rig.controller.state();
+    let before = controller.state();
     assert!(rig.process.health().is_ready());
     assert!(before.is_simulated && before.bodies.is_empty());
-    let execution = rig.controller.place(place("p1", before.state_number, 0.16));
+    let execution = controller.place(place("p1", before.state_number, 0.16));
     assert_eq!(execution.phase(), ExecutionPhase::Accepted);
-    let outcome = rig.controller.outcome("p1");
+    let outcome = controller.outcome("p1");
     assert_eq!(outcome.kind(), OutcomeKind::Placed);
     assert!(outcome.is_inside && outcome.failure.is_empty());
     assert!(outcome.slide_m < 0.01 && outcome.tilt_rad < 0.1);
     assert_eq!(outcome.state_number, before.state_number + 1);
-    let after = rig.controller.state();
+    let after = controller.state();
     assert_eq!(after.state_number, outcome.state_number);
     assert_eq!(after.executing_placement_id, "");
     assert_eq!(after.bodies.len(), 1);
-    assert_eq!(after.bodies[0].item_id, "item-p1");
-    assert_eq!(after.bodies[0].object, "brick");
-    assert_eq!(
-        after.bodies[0].container_from_item,
-        outcome.container_from_item
-    );
+    let body = &after.bodies[0];
+    assert_eq!([&*body.item_id, &*body.object], ["item-p1", "brick"]);
+    assert_eq!(body.container_from_item, outcome.container_from_item);
     // A simulated cell knows where its items lie.
-    assert!(after.bodies[0].is_found && outcome.is_found);
+    assert!(body.is_found && outcome.is_found);
     count("PLACED", 1);
     count("LOST", 0);
 }
@@ -64,18 +54,19 @@ fn a_placement_is_carried_out_its_outcome_told_and_counted() {
 #[test]
 fn a_placement_asked_for_many_times_is_carried_out_once() {
     let (rig, script) = Rig::scripted(true, None);
-    let request = place("p1", rig.controller.state_number(), 0.16);
+    let controller = &rig.controller;
+    let request = place("p1", controller.state_number(), 0.16);
     std::thread::scope(|scope| {
-        let asked = || rig.controller.place(request.clone()).phase();
+        let asked = || controller.place(request.clone()).phase();
         let asking: Vec<_> = (0..8).map(|_| scope.spawn(asked)).collect();
         for asking in asking {
             assert_eq!(asking.join().unwrap(), ExecutionPhase::Accepted);
         }
     });
     script.go.send(()).unwrap();
-    let outcome = rig.controller.outcome("p1");
+    let outcome = controller.outcome("p1");
     // Late, when the state of the cell is another one.
-    let again = rig.controller.place(request);
+    let again = controller.place(request);
     assert_eq!(again.phase(), ExecutionPhase::Ended);
     assert_eq!(again.outcome, Some(outcome));
     assert_eq!(script.done(), ["p1"]);
@@ -84,9 +75,10 @@ fn a_placement_asked_for_many_times_is_carried_out_once() {
 #[test]
 fn an_id_stands_for_one_placement() {
     let rig = Rig::simulated(SimulatedSettings::default());
-    let request = place("p1", rig.controller.state_number(), 0.16);
-    rig.controller.place(request.clone());
-    rig.controller.outcome("p1");
+    let controller = &rig.controller;
+    let request = place("p1", controller.state_number(), 0.16);
+    controller.place(request.clone());
+    controller.outcome("p1");
     let changes: [fn(&mut v1::PlaceRequest); 4] = [
         |request| request.item_id = "other".to_owned(),
         |request| request.object = "cube".to_owned(),
@@ -96,46 +88,41 @@ fn an_id_stands_for_one_placement() {
     for change in changes {
         let mut other = request.clone();
         change(&mut other);
-        assert_eq!(rig.controller.refused(other), Status::Conflict);
+        controller.refuses(other, Status::Conflict);
     }
-    assert_eq!(rig.controller.state().bodies.len(), 1);
+    assert_eq!(controller.state().bodies.len(), 1);
 }
 
 #[test]
 fn what_was_planned_on_another_state_is_stale() {
     let rig = Rig::simulated(SimulatedSettings::default());
-    let state = rig.controller.state_number();
+    let controller = &rig.controller;
+    let state = controller.state_number();
     // No state that the bridge ever told.
     for (other, status) in [
         (state - 1, Status::Forgotten),
         (state + 1, Status::Forgotten),
         (0, Status::Stale),
     ] {
-        let refused = rig.controller.refused(place("p1", other, 0.16));
-        assert_eq!(refused, status);
+        controller.refuses(place("p1", other, 0.16), status);
     }
-    rig.controller.carry_out("p1", state, 0.1);
-    assert_eq!(
-        rig.controller.refused(place("p2", state, 0.2)),
-        Status::Stale
-    );
-    rig.controller.place(place("p2", state + 1, 0.2));
-    assert_eq!(rig.controller.outcome("p2").state_number, state + 2);
+    controller.carry_out("p1", state, 0.1);
+    controller.refuses(place("p2", state, 0.2), Status::Stale);
+    controller.place(place("p2", state + 1, 0.2));
+    assert_eq!(controller.outcome("p2").state_number, state + 2);
 }
 
 #[test]
 fn while_one_is_carried_out_others_are_refused() {
     let (rig, script) = Rig::scripted(true, None);
-    let state = rig.controller.state_number();
-    rig.controller.place(place("p1", state, 0.16));
-    assert_eq!(rig.controller.state().executing_placement_id, "p1");
-    assert_eq!(
-        rig.controller.refused(place("p2", state, 0.16)),
-        Status::Busy
-    );
-    assert_eq!(rig.controller.refused(renew("r1", 1)), Status::Busy);
+    let controller = &rig.controller;
+    let state = controller.state_number();
+    controller.place(place("p1", state, 0.16));
+    assert_eq!(controller.state().executing_placement_id, "p1");
+    controller.refuses(place("p2", state, 0.16), Status::Busy);
+    controller.refuses(renew("r1", 1), Status::Busy);
     let patience = Duration::from_millis(300);
-    match rig.controller.call_for(outcome_request("p1"), patience) {
+    match controller.call_for(common::outcome("p1"), patience) {
         Err(CallError::Refused { status, reply, .. }) => {
             assert_eq!(status, Status::TimedOut);
             let reply: v1::OutcomeReply = reply.decode().unwrap();
@@ -143,15 +130,15 @@ fn while_one_is_carried_out_others_are_refused() {
         }
         other => panic!("{other:?}"),
     }
-    script.go.send(()).unwrap();
-    assert_eq!(rig.controller.outcome("p1").kind(), OutcomeKind::Placed);
+    script.carry_out(controller, "p1");
     assert_eq!(script.done(), ["p1"]);
 }
 
 #[test]
 fn what_is_wrong_is_refused_and_nothing_done() {
     let rig = Rig::simulated(SimulatedSettings::default());
-    let state = rig.controller.state_number();
+    let controller = &rig.controller;
+    let state = controller.state_number();
     type Change = fn(&mut v1::PlaceRequest);
     let wrong: [(Change, Status); 5] = [
         (|it| it.placement_id.clear(), Status::Invalid),
@@ -163,19 +150,15 @@ fn what_is_wrong_is_refused_and_nothing_done() {
     for (change, status) in wrong {
         let mut request = place("p1", state, 0.16);
         change(&mut request);
-        assert_eq!(rig.controller.refused(request), status);
+        controller.refuses(request, status);
     }
-    assert_eq!(
-        rig.controller.refused(outcome_request("p1")),
-        Status::NotFound
-    );
-    assert_eq!(rig.controller.refused(outcome_request("")), Status::Invalid);
+    controller.refuses(common::outcome("p1"), Status::NotFound);
+    controller.refuses(common::outcome(""), Status::Invalid);
     // Possible on the wire, but not in this cell.
     for x_m in [100.0, 0.6, -0.3] {
-        let beside = rig.controller.refused(place("beside", state, x_m));
-        assert_eq!(beside, Status::Invalid);
+        controller.refuses(place("beside", state, x_m), Status::Invalid);
     }
-    assert_eq!(rig.controller.state_number(), state);
+    assert_eq!(controller.state_number(), state);
 }
 
 #[test]
@@ -186,10 +169,8 @@ fn faults_that_are_asked_for_happen() {
     let state = rig.controller.state_number();
     let outcome = rig.controller.carry_out("p1", state, 0.16);
     assert_eq!(outcome.kind(), OutcomeKind::NotPlaced);
-    assert_eq!(
-        (outcome.state_number, outcome.container_from_item),
-        (state, None)
-    );
+    assert_eq!(outcome.state_number, state);
+    assert_eq!(outcome.container_from_item, None);
     assert!(!outcome.failure.is_empty());
 
     (settings.faults.missed_picks, settings.faults.drops) = (0.0, 1.0);
@@ -204,19 +185,17 @@ fn faults_that_are_asked_for_happen() {
 #[test]
 fn a_container_is_renewed_once_per_request() {
     let rig = Rig::simulated(SimulatedSettings::default());
-    let state = rig.controller.state_number();
-    rig.controller.carry_out("p1", state, 0.16);
-    let renewed = rig.controller.renew("r1");
+    let controller = &rig.controller;
+    let state = controller.state_number();
+    controller.carry_out("p1", state, 0.16);
+    let renewed = controller.renew("r1");
     assert_eq!(renewed, state + 2);
-    assert!(rig.controller.state().bodies.is_empty());
-    rig.controller.carry_out("p2", renewed, 0.16);
-    assert_eq!(
-        rig.controller.renew("r1"),
-        renewed,
-        "the same request again"
-    );
-    assert_eq!(rig.controller.state().bodies.len(), 1);
-    assert_eq!(rig.controller.renew("r2"), renewed + 2);
+    assert!(controller.state().bodies.is_empty());
+    controller.carry_out("p2", renewed, 0.16);
+    let again = controller.renew("r1");
+    assert_eq!(again, renewed, "the same request again");
+    assert_eq!(controller.state().bodies.len(), 1);
+    assert_eq!(controller.renew("r2"), renewed + 2);
 }
 
 #[test]
@@ -225,8 +204,8 @@ fn a_renewal_that_comes_late_takes_nothing_away_that_came_after() {
     let controller = &rig.controller;
     let state = controller.state_number();
     controller.carry_out("p1", state, 0.16);
-    assert_eq!(controller.refused(renew("r1", 0)), Status::Invalid);
-    assert_eq!(controller.refused(renew("r1", state)), Status::Stale);
+    controller.refuses(renew("r1", 0), Status::Invalid);
+    controller.refuses(renew("r1", state), Status::Stale);
     assert_eq!(controller.state().bodies.len(), 1);
     let renewed = controller.call(renew("r1", state + 1)).unwrap();
     assert_eq!(renewed.state_number, state + 2);
@@ -238,34 +217,20 @@ fn a_renewal_that_comes_late_takes_nothing_away_that_came_after() {
 #[test]
 fn changes_are_published() {
     let rig = Rig::simulated(SimulatedSettings::default());
-    let subscribe = |stream| Latest::subscribe(&rig.caller, &cell(), stream, MAX_MESSAGE_BYTES);
-    let outcomes: Latest<v1::Outcome> = subscribe(Stream::Outcome).unwrap();
-    let clouds: Latest<v1::PointCloud> =
-        Latest::subscribe(&rig.caller, &cell(), Stream::Cloud, MAX_CLOUD_BYTES).unwrap();
-    let states: Latest<v1::CellState> =
-        Latest::subscribe(&rig.caller, &cell(), Stream::State, MAX_MESSAGE_BYTES).unwrap();
+    let outcomes: Latest<v1::Outcome> = rig.subscribe(Stream::Outcome);
+    let clouds: Latest<v1::PointCloud> = rig.subscribe(Stream::Cloud);
+    let states: Latest<v1::CellState> = rig.subscribe(Stream::State);
     // The last to be subscribed comes: so do the others from here on.
     let before = states.wait(deadline()).unwrap().message.unwrap();
     rig.controller.place(place("p1", before.state_number, 0.16));
     let outcome = outcomes.wait(deadline()).unwrap().message.unwrap();
     assert_eq!(outcome, rig.controller.outcome("p1"));
-    let seen = |state_number| {
-        let until = Instant::now() + PATIENCE;
-        loop {
-            let cloud = clouds.wait(until).unwrap().message.unwrap();
-            if cloud.state_number == state_number {
-                return cloud;
-            }
-        }
-    };
-    let cloud = seen(outcome.state_number);
+    let cloud = common::cloud_of(&clouds, outcome.state_number);
     assert!(cloud.sequence > 0 && cloud.captured_at_ns > 0);
     assert_eq!(cloud.data.len(), 128 * 128 * 12);
-    let next = seen(outcome.state_number);
-    assert_eq!(
-        (next.sequence, &next.data),
-        (cloud.sequence + 1, &cloud.data)
-    );
+    let next = common::cloud_of(&clouds, outcome.state_number);
+    assert_eq!(next.sequence, cloud.sequence + 1);
+    assert_eq!(next.data, cloud.data);
     let mut states = std::iter::from_fn(|| states.wait(deadline()));
     let is_after = |state: v1::CellState| state.state_number == outcome.state_number;
     assert!(states.any(|arrived| is_after(arrived.message.unwrap())));
@@ -279,13 +244,11 @@ fn what_was_cut_off_did_not_happen_in_a_simulated_cell_and_is_unknown_in_another
     ] {
         let folder = tempfile::tempdir().unwrap();
         let journal = Some(folder.path().join("bridge.redb"));
-        let (mut rig, script) = Rig::scripted(is_simulated, journal.clone());
+        let (rig, script) = Rig::scripted(is_simulated, journal.clone());
         let renewed = rig.controller.renew("r1");
         rig.controller.place(place("p1", renewed, 0.1));
-        script.go.send(()).unwrap();
-        let first = rig.controller.outcome("p1");
+        let first = script.carry_out(&rig.controller, "p1");
         rig.controller.place(place("p2", first.state_number, 0.2));
-        drop(rig.bridge.take());
         drop(rig);
 
         let (rig, script) = Rig::scripted(is_simulated, journal);
@@ -308,26 +271,18 @@ fn without_a_journal_that_can_be_written_nothing_is_begun() {
     let disk = folder.path().join("disk");
     std::fs::write(&disk, "no folder").unwrap();
     let (rig, script) = Rig::scripted(true, Some(disk.join("bridge.redb")));
-    let refused = rig.controller.refused(place("p1", 1, 0.16));
-    assert_eq!(refused, Status::Unavailable);
-    assert_eq!(rig.controller.refused(renew("r1", 1)), Status::Unavailable);
+    let controller = &rig.controller;
+    controller.refuses(place("p1", 1, 0.16), Status::Unavailable);
+    controller.refuses(renew("r1", 1), Status::Unavailable);
     let report = rig.process.health().report();
     let message = report[0].message.as_str();
-    assert!(
-        !report[0].is_passing && message.contains("bridge.redb"),
-        "{message}"
-    );
+    assert!(message.contains("bridge.redb"), "{message}");
+    assert!(!report[0].is_passing);
 
     std::fs::remove_file(&disk).unwrap();
-    let until = deadline();
-    while !rig.process.health().is_ready() {
-        assert!(Instant::now() < until, "it does not recover");
-        std::thread::yield_now();
-    }
-    rig.controller
-        .place(place("p1", rig.controller.state_number(), 0.16));
-    script.go.send(()).unwrap();
-    assert_eq!(rig.controller.outcome("p1").kind(), OutcomeKind::Placed);
+    rig.wait_until_ready();
+    controller.place_now("p1");
+    script.carry_out(controller, "p1");
 }
 
 #[test]
@@ -338,34 +293,28 @@ fn a_cell_whose_journal_is_gone_is_held() {
     let controller = &rig.controller;
     let request = place("p1", controller.state_number(), 0.16);
     std::fs::rename(&journal, &elsewhere).unwrap();
-    assert_eq!(controller.refused(request), Status::Unavailable);
+    controller.refuses(request, Status::Unavailable);
     let holds = controller.state().holds;
     assert!(holds[0].reason.contains("put that file back"), "{holds:?}");
     assert!(!rig.process.health().is_ready());
     let resume = common::resume(&[holds[0].id.clone()]);
-    assert_eq!(controller.refused(resume.clone()), Status::Unavailable);
+    controller.refuses(resume.clone(), Status::Unavailable);
 
     std::fs::rename(&elsewhere, &journal).unwrap();
-    let until = deadline();
-    while !rig.process.health().is_ready() {
-        assert!(Instant::now() < until, "it does not recover");
-        std::thread::yield_now();
-    }
+    rig.wait_until_ready();
     assert!(controller.state().hold.is_some());
     let resumed = controller.call(resume).unwrap();
     assert_eq!(resumed.state.unwrap().hold, None);
-    controller.place(place("p2", controller.state_number(), 0.16));
-    script.go.send(()).unwrap();
-    assert_eq!(controller.outcome("p2").kind(), OutcomeKind::Placed);
+    controller.place_now("p2");
+    script.carry_out(controller, "p2");
     assert_eq!(script.done(), ["p2"]);
 }
 
 #[test]
 fn the_end_waits_for_what_is_under_way() {
-    let (mut rig, script) = Rig::scripted(true, None);
-    rig.controller
-        .place(place("p1", rig.controller.state_number(), 0.16));
-    let bridge = Box::new(rig.bridge.take().unwrap());
+    let (rig, script) = Rig::scripted(true, None);
+    rig.controller.place_now("p1");
+    let bridge = Box::new(rig.bridge);
     let ending = std::thread::spawn(move || bridge.finish(deadline()));
     script.go.send(()).unwrap();
     ending.join().unwrap().unwrap();
@@ -374,10 +323,9 @@ fn the_end_waits_for_what_is_under_way() {
 
 #[test]
 fn the_end_does_not_wait_longer_than_it_may() {
-    let (mut rig, script) = Rig::scripted(true, None);
-    rig.controller
-        .place(place("p1", rig.controller.state_number(), 0.16));
-    let bridge = Box::new(rig.bridge.take().unwrap());
+    let (rig, script) = Rig::scripted(true, None);
+    rig.controller.place_now("p1");
+    let bridge = Box::new(rig.bridge);
     let left = bridge.finish(Instant::now() + Duration::from_millis(100));
     assert!(left.unwrap_err().contains("bridge-cell-1"));
     assert!(script.done().is_empty());
@@ -406,8 +354,9 @@ fn a_desk_that_does_not_come_back_from_a_message_would_be_noticed() {
 #[test]
 fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
     let (rig, script) = Rig::scripted(true, None);
+    let controller = &rig.controller;
     let cycle = common::cycle(2.5);
-    let asked = place("one", rig.controller.state_number(), 0.16);
+    let asked = place("one", controller.state_number(), 0.16);
     let decision = v1::Decision {
         decision_id: asked.placement_id.clone(),
         item_id: asked.item_id.clone(),
@@ -418,22 +367,22 @@ fn the_cycle_of_a_decision_reaches_the_robot_whose_placement_it_is() {
         ..v1::Decision::default()
     };
     let request = v1::PlaceRequest::from(&decision);
-    rig.controller.place(request.clone());
+    controller.place(request.clone());
     script.go.send(()).unwrap();
-    rig.controller.outcome("one");
-    let motions = script.motions.lock().unwrap().clone();
+    controller.outcome("one");
+    let motions = script.shared.motions.lock().unwrap().clone();
     assert_eq!(motions.len(), 1);
     assert_eq!(motions[0].as_deref(), Some(&cycle));
     // Repeated when it has ended, it is the same placement still.
-    let repeated = rig.controller.place(request);
+    let repeated = controller.place(request);
     assert_eq!(repeated.phase(), ExecutionPhase::Ended);
     assert_eq!(script.done(), ["one"]);
     // A motion that is none is refused.
-    let mut wrong = place("two", rig.controller.state_number(), 0.16);
+    let mut wrong = place("two", controller.state_number(), 0.16);
     let mut message = convert::cycle::write(&cycle);
     message.cycle_s = f64::NAN;
     wrong.cycle = Some(Box::new(message));
-    assert_eq!(rig.controller.refused(wrong), Status::Invalid);
+    controller.refuses(wrong, Status::Invalid);
 }
 
 #[test]
@@ -465,10 +414,8 @@ fn the_simulated_robot_takes_as_long_as_the_motion_and_gives_up_only_before_it_h
             std::thread::sleep(Duration::from_secs(1));
             end.request();
         });
-        assert_eq!(
-            robot.place(&placement, &end).unwrap().ending,
-            Ending::Placed
-        );
+        let finding = robot.place(&placement, &end).unwrap();
+        assert_eq!(finding.ending, Ending::Placed);
     });
     assert!(started.elapsed() < PATIENCE);
 }

@@ -1,4 +1,4 @@
-//! What perception makes of the bridge's clouds is what a direct scan shows, bit for bit.
+//! Perception's heightmap of the bridge's clouds is that of a direct scan, bit for bit.
 
 use crate::common::catalogue;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
@@ -46,18 +46,15 @@ fn filled(settings: &SimulatedSettings, catalogue: &Catalogue) -> SimulatedRobot
 /// A cell with the same bodies, seen without a robot.
 fn direct(settings: &SimulatedSettings, catalogue: &Catalogue, bodies: &[Body]) -> SimulatedCell {
     let mut cell = SimulatedCell::new(settings.physics.clone()).unwrap();
-    let poses: Vec<_> = bodies
-        .iter()
-        .map(|body| {
-            let (_, object) = catalogue.find(&body.object).unwrap();
-            (object.model.clone(), *body.container_from_item.isometry())
-        })
-        .collect();
-    cell.lay_down(&poses).unwrap();
+    let poses = bodies.iter().map(|body| {
+        let (_, object) = catalogue.find(&body.object).unwrap();
+        (object.model.clone(), *body.container_from_item.isometry())
+    });
+    cell.lay_down(&poses.collect::<Vec<_>>()).unwrap();
     cell
 }
 
-/// Over the wire and into a heightmap.
+/// Sends a view over the wire and maps it.
 fn perceived(robot: &mut SimulatedRobot, grid: &Grid) -> Mapped {
     let view = robot.capture().unwrap().remove(0);
     let capture = Capture {
@@ -155,19 +152,11 @@ fn a_camera_sees_the_content_within_its_pixels() {
     let differs = |scene: &Scene| {
         let cells = scene.heightmap().heights().iter();
         let cells = cells.zip(exact.heightmap().heights());
-        cells
-            .filter(|(seen, exact)| seen.abs_diff(**exact) > 1)
-            .count()
+        let differing = cells.filter(|(seen, exact)| seen.abs_diff(**exact) > 1);
+        differing.count()
     };
     // The walls of items hide what lies behind them from a camera that is not above it.
-    assert!(
-        differs(&mapped.scene) < 60,
-        "{} cells differ",
-        differs(&mapped.scene)
-    );
-    assert!(
-        mapped.unknown_cells < 10,
-        "{} cells are unknown",
-        mapped.unknown_cells
-    );
+    let (differing, unknown) = (differs(&mapped.scene), mapped.unknown_cells);
+    assert!(differing < 60, "{differing} cells differ");
+    assert!(unknown < 10, "{unknown} cells are unknown");
 }

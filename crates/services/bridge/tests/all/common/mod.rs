@@ -1,4 +1,4 @@
-//! What the tests of the bridge share.
+//! Controllers, rigs and robots for the tests of the bridge.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -6,8 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use nalgebra::Isometry3;
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 use ppnpack_bridge::robot::{
     Body, CutOff, Ending, Finding, KnownPose, Placement, Robot, RobotError, View,
 };
@@ -22,12 +21,15 @@ use ppnpack_service::Shutdown;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::stream::Latest;
+use ppnpack_wire::MAX_CLOUD_BYTES;
 use ppnpack_wire::convert::pose;
-use ppnpack_wire::keys::{Cell, Service};
+use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::rpc::Request;
-use ppnpack_wire::v1::{self, Status};
+use ppnpack_wire::v1::{self, OutcomeKind, Status};
+use prost::{Message, Name};
 
-/// Far more than anything here takes.
+/// The maximum time to wait: far more than anything here takes.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 pub(crate) fn cell() -> Cell {
@@ -118,6 +120,11 @@ impl Controller {
         }
     }
 
+    /// Asserts that a request is refused with a status.
+    pub(crate) fn refuses<R: Request>(&self, request: R, status: Status) {
+        assert_eq!(self.refused(request), status);
+    }
+
     pub(crate) fn state(&self) -> v1::CellState {
         let reply = self.call(v1::CellStateRequest::default()).unwrap();
         reply.state.unwrap()
@@ -138,21 +145,22 @@ impl Controller {
         self.call(resume(hold_ids)).unwrap().state.unwrap()
     }
 
+    /// Has a brick placed in the present state.
+    pub(crate) fn place_now(&self, placement_id: &str) -> v1::Execution {
+        self.place(place(placement_id, self.state_number(), 0.16))
+    }
+
     pub(crate) fn place(&self, request: v1::PlaceRequest) -> v1::Execution {
         self.call(request).unwrap().execution.unwrap()
     }
 
-    /// How a placement ended, once it has.
+    /// Waits for the end of a placement.
     pub(crate) fn outcome(&self, placement_id: &str) -> v1::Outcome {
-        let request = v1::OutcomeRequest {
-            header: None,
-            placement_id: placement_id.to_owned(),
-        };
-        let execution = self.call(request).unwrap().execution.unwrap();
-        execution.outcome.unwrap()
+        let reply = self.call(outcome(placement_id)).unwrap();
+        reply.execution.unwrap().outcome.unwrap()
     }
 
-    /// Has a brick placed; how that ended.
+    /// Has a brick placed, and waits for the end.
     pub(crate) fn carry_out(&self, placement_id: &str, state_number: u64, x_m: f64) -> v1::Outcome {
         self.place(place(placement_id, state_number, x_m));
         self.outcome(placement_id)
@@ -191,6 +199,22 @@ pub(crate) fn cycle(cycle_s: f64) -> Cycle {
     }
 }
 
+/// Asks for the end of a placement.
+pub(crate) fn outcome(placement_id: &str) -> v1::OutcomeRequest {
+    v1::OutcomeRequest {
+        header: None,
+        placement_id: placement_id.to_owned(),
+    }
+}
+
+/// A header with this id.
+pub(crate) fn header(request_id: &str) -> Option<v1::RequestHeader> {
+    Some(v1::RequestHeader {
+        request_id: request_id.to_owned(),
+        ..v1::RequestHeader::default()
+    })
+}
+
 /// Holds the cell.
 pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
     v1::HoldRequest {
@@ -221,18 +245,26 @@ pub(crate) fn changed(removed_item_ids: &[&str]) -> v1::ChangedRequest {
 /// Asks for an empty container in place of the one that this state is of.
 pub(crate) fn renew(request_id: &str, state_number: u64) -> v1::RenewRequest {
     v1::RenewRequest {
-        header: Some(v1::RequestHeader {
-            request_id: request_id.to_owned(),
-            ..v1::RequestHeader::default()
-        }),
+        header: header(request_id),
         state_number,
+    }
+}
+
+/// Waits for the next cloud of a state.
+pub(crate) fn cloud_of(clouds: &Latest<v1::PointCloud>, state_number: u64) -> v1::PointCloud {
+    let until = deadline();
+    loop {
+        let cloud = clouds.wait(until).unwrap().message.unwrap();
+        if cloud.state_number == state_number {
+            return cloud;
+        }
     }
 }
 
 /// A bridge, and a controller that asks it.
 pub(crate) struct Rig {
     pub(crate) controller: Controller,
-    pub(crate) bridge: Option<Bridge>,
+    pub(crate) bridge: Bridge,
     pub(crate) process: Process,
     pub(crate) caller: Process,
     _hub: Hub,
@@ -246,7 +278,7 @@ impl Rig {
         let caller = embedded::process(&hub, Service::Planner, "test").unwrap();
         Self {
             controller: Controller::new(caller.session()),
-            bridge: Some(bridge),
+            bridge,
             process,
             caller,
             _hub: hub,
@@ -282,6 +314,20 @@ impl Rig {
         (rig, script)
     }
 
+    /// Listens to a stream of the cell.
+    pub(crate) fn subscribe<M: Message + Name + Default>(&self, stream: Stream) -> Latest<M> {
+        Latest::subscribe(&self.caller, &cell(), stream, MAX_CLOUD_BYTES).unwrap()
+    }
+
+    /// Waits until the bridge is ready again.
+    pub(crate) fn wait_until_ready(&self) {
+        let until = deadline();
+        while !self.process.health().is_ready() {
+            assert!(Instant::now() < until, "it does not recover");
+            std::thread::yield_now();
+        }
+    }
+
     /// A cell as it starts, before anybody has looked.
     pub(crate) fn unseen(is_simulated: bool, settings: &BridgeSettings) -> (Self, Script) {
         let (robot, script) = scripted(is_simulated);
@@ -294,55 +340,53 @@ impl Rig {
 
 /// A robot that does what the test tells it.
 pub(crate) struct ScriptedRobot {
-    pub(crate) is_simulated: bool,
-    pub(crate) done: Arc<Mutex<Vec<String>>>,
-    motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
+    is_simulated: bool,
+    shared: Arc<Shared>,
     go: Receiver<()>,
-    taking_over: Arc<Mutex<()>>,
-    capturing: Arc<Mutex<()>>,
     bodies: Vec<Body>,
 }
 
-/// What a test holds of a scripted robot.
+/// A test's end of a scripted robot.
 pub(crate) struct Script {
-    /// The placements and renewals that were carried out.
-    pub(crate) done: Arc<Mutex<Vec<String>>>,
-    /// The motions that came with placements.
-    pub(crate) motions: Arc<Mutex<Vec<Option<Arc<Cycle>>>>>,
-    /// Lets it carry one out.
+    pub(crate) shared: Arc<Shared>,
+    /// Lets it carry one placement out.
     pub(crate) go: Sender<()>,
+}
+
+#[derive(Default)]
+pub(crate) struct Shared {
+    /// The placements and renewals that were carried out.
+    done: Mutex<Vec<String>>,
+    /// The motions that came with placements.
+    pub(crate) motions: Mutex<Vec<Option<Arc<Cycle>>>>,
     /// While a test has one of these locked, the robot hangs there.
-    pub(crate) taking_over: Arc<Mutex<()>>,
-    pub(crate) capturing: Arc<Mutex<()>>,
+    pub(crate) taking_over: Mutex<()>,
+    pub(crate) capturing: Mutex<()>,
 }
 
 pub(crate) fn scripted(is_simulated: bool) -> (ScriptedRobot, Script) {
     let (go, going) = channel();
-    let done = Arc::new(Mutex::new(Vec::new()));
-    let motions = Arc::new(Mutex::new(Vec::new()));
-    let [taking_over, capturing] = [(); 2].map(|()| Arc::new(Mutex::new(())));
+    let shared = Arc::<Shared>::default();
     let robot = ScriptedRobot {
         is_simulated,
-        done: Arc::clone(&done),
-        motions: Arc::clone(&motions),
+        shared: Arc::clone(&shared),
         go: going,
-        taking_over: Arc::clone(&taking_over),
-        capturing: Arc::clone(&capturing),
         bodies: Vec::new(),
     };
-    let script = Script {
-        done,
-        motions,
-        go,
-        taking_over,
-        capturing,
-    };
-    (robot, script)
+    (robot, Script { shared, go })
 }
 
 impl Script {
     pub(crate) fn done(&self) -> Vec<String> {
-        self.done.lock().unwrap().clone()
+        self.shared.done.lock().unwrap().clone()
+    }
+
+    /// Lets the robot carry out a placement, which succeeds.
+    pub(crate) fn carry_out(&self, controller: &Controller, placement_id: &str) -> v1::Outcome {
+        self.go.send(()).unwrap();
+        let outcome = controller.outcome(placement_id);
+        assert_eq!(outcome.kind(), OutcomeKind::Placed);
+        outcome
     }
 }
 
@@ -360,7 +404,7 @@ impl Robot for ScriptedRobot {
     }
 
     fn take_over(&mut self, bodies: Vec<Body>) -> Vec<Body> {
-        drop(self.taking_over.lock());
+        drop(self.shared.taking_over.lock());
         self.bodies = bodies;
         self.bodies.clone()
     }
@@ -371,11 +415,10 @@ impl Robot for ScriptedRobot {
                 return Err(CutOff);
             }
         }
-        self.done
-            .lock()
-            .unwrap()
-            .push(placement.placement_id.clone());
-        self.motions.lock().unwrap().push(placement.cycle.clone());
+        let done = placement.placement_id.clone();
+        self.shared.done.lock().unwrap().push(done);
+        let cycle = placement.cycle.clone();
+        self.shared.motions.lock().unwrap().push(cycle);
         if placement.object == "panic" {
             panic!("as the test asked for");
         }
@@ -393,7 +436,8 @@ impl Robot for ScriptedRobot {
     }
 
     fn renew(&mut self) -> Result<(), RobotError> {
-        self.done.lock().unwrap().push("renewed".to_owned());
+        let done = "renewed".to_owned();
+        self.shared.done.lock().unwrap().push(done);
         self.bodies.clear();
         Ok(())
     }
@@ -403,7 +447,7 @@ impl Robot for ScriptedRobot {
     }
 
     fn capture(&mut self) -> Result<Vec<View>, RobotError> {
-        drop(self.capturing.lock());
+        drop(self.shared.capturing.lock());
         Ok(vec![View {
             sensor: String::new(),
             points_m: Vec::new(),
