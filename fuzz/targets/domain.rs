@@ -1,4 +1,5 @@
-//! Messages as types of the domain: a value is refused, or read and written to what is read as the same again.
+//! Messages as types of the domain: a value is refused, or read and written to what is read as the
+//! same again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

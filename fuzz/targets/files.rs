@@ -1,4 +1,5 @@
-//! Any PCD or PLY file: a cloud that the file has room for, which is written and read again, or a refusal.
+//! Any PCD or PLY file: a cloud that the file has room for, which is written and read again, or a
+//! refusal.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,5 @@
-//! Any bytes as any request: decoding is bounded and never panics, and what was decoded is encoded to the same again.
+//! Any bytes as any request: decoding is bounded and never panics, and what was decoded is encoded
+//! to the same again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -24,6 +25,8 @@ fuzz_target!(|data: &[u8]| {
     let checks: &[fn(&[u8])] = &[
         check::<v1::HealthRequest>,
         check::<v1::HeightmapRequest>,
+        check::<v1::ItemsRequest>,
+        check::<v1::InspectRequest>,
         check::<v1::ProposeRequest>,
         check::<v1::EvaluateRequest>,
         check::<v1::PlaceRequest>,

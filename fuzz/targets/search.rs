@@ -1,5 +1,5 @@
-//! A request to evaluate, read as the heuristic service reads it and searched: whatever passes the checks of the wire,
-//! the search gives placements that lie within the container, or an error.
+//! A request to evaluate, read as the heuristic service reads it and searched: whatever passes the
+//! checks of the wire, the search gives placements that lie within the container, or an error.
 #![no_main]
 
 use std::sync::Arc;
@@ -32,11 +32,8 @@ fn search(data: &[u8]) -> Option<()> {
     let candidates = Candidate::sequence(items.into_iter().map(Arc::new));
     let mut proposals = Proposals::default();
     for index in 0..candidates.len() {
-        match request
-            .parts
-            .get(index)
-            .and_then(|part| part.proposals.as_ref())
-        {
+        let part = request.parts.get(index);
+        match part.and_then(|part| part.proposals.as_ref()) {
             Some(given) => proposals.push(convert::placement::read_all("parts", given).ok()?),
             None => proposals.push_all(),
         }
