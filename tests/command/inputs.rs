@@ -5,7 +5,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cube::cube_ply;
-use crate::support::{alone, errors, json, packed, ppnpack, refused, text};
+use crate::support::{alone, errors, has, json, packed, ppnpack, refused, text};
 
 #[test]
 fn without_the_experiments_the_remedy_is_named() {
@@ -14,13 +14,10 @@ fn without_the_experiments_the_remedy_is_named() {
         let output = alone(&folder, words);
         let error = errors(&output);
         assert_eq!(output.status.code(), Some(1), "{error}");
-        assert!(
-            error.contains("cargo build --bin ppnpack-experiments"),
-            "{error}"
-        );
+        has(&error, &["cargo build --bin ppnpack-experiments"]);
     }
     let help = text(&ppnpack("--help"));
-    assert!(help.contains("experiment") && help.contains("dataset"));
+    has(&help, &["experiment", "dataset"]);
 }
 
 #[test]
@@ -94,9 +91,8 @@ fn a_folder_of_meshes_packs() {
     assert_eq!(summary["packed"]["items"], 4);
     let volume = summary["packed"]["meshes_m3"].as_f64().unwrap();
     assert!((volume - 4.0 * 0.05_f64.powi(3)).abs() < 1e-9, "{volume}");
-    let listed = json(&ppnpack(&format!(
-        "catalogue list --catalogue {catalogue} --json"
-    )));
+    let list = format!("catalogue list --catalogue {catalogue} --json");
+    let listed = json(&ppnpack(&list));
     assert_eq!(listed[0]["name"], "cube");
     for (command, parts) in [
         (
@@ -113,12 +109,9 @@ fn a_folder_of_meshes_packs() {
             ],
         ),
     ] {
-        let told = text(&ppnpack(&format!(
-            "catalogue {command} --catalogue {catalogue}"
-        )));
-        for part in parts {
-            assert!(told.contains(part), "{part}: {told}");
-        }
+        let command = format!("catalogue {command} --catalogue {catalogue}");
+        let told = text(&ppnpack(&command));
+        has(&told, &parts);
     }
 }
 
@@ -161,15 +154,11 @@ fn broken_meshes_are_refused_by_name_and_reason() {
         std::fs::write(folder.path().join("good.ply"), cube_ply(&[])).unwrap();
         let catalogue = folder.path().display();
         let out = folder.path().join("out");
-        refused(
-            &format!("pack --catalogue {catalogue} --out {}", out.display()),
-            &[name, reason],
-        );
+        let pack = format!("pack --catalogue {catalogue} --out {}", out.display());
+        refused(&pack, &[name, reason]);
         assert!(!out.exists(), "{name}: nothing is written");
-        refused(
-            &format!("catalogue check --catalogue {catalogue}"),
-            &["1 of 2 objects cannot be packed"],
-        );
+        let check = format!("catalogue check --catalogue {catalogue}");
+        refused(&check, &["1 of 2 objects cannot be packed"]);
     }
 }
 
@@ -211,12 +200,9 @@ fn a_sequence_of_a_file_is_packed_by_its_number() {
     let rows = ndarray::array![[0_i64, 1, 2], [3, 4, 5]];
     ndarray_npy::write_npy(&file, &rows).unwrap();
     let grid = "--cell 1cm --yaws 4 --tries 0";
+    let pack = format!("pack {grid} --sequence {}", file.display());
     let objects = |number: &str| -> Value {
-        let summary = packed(&format!(
-            "pack {grid} --sequence {}{number}",
-            file.display()
-        ))
-        .summary;
+        let summary = packed(&format!("{pack}{number}")).summary;
         summary["settings"]["sequence"]["objects"].clone()
     };
     assert_eq!(objects(""), serde_json::json!([0, 1, 2]));
@@ -247,10 +233,8 @@ fn the_poses_of_objects_are_listed_with_their_numbers() {
         ("0 0.05 0.05\n", "0 0.05 0.02\n"),
     ]);
     std::fs::write(folder.path().join("slab.ply"), slab).unwrap();
-    let list = format!(
-        "catalogue list --poses 4 --catalogue {}",
-        folder.path().display()
-    );
+    let catalogue = folder.path().display();
+    let list = format!("catalogue list --poses 4 --catalogue {catalogue}");
     let listed = json(&ppnpack(&format!("{list} --json")));
     let poses = &listed[0]["poses"];
     let (flat, upright) = (&poses[0], &poses[1]);
@@ -261,19 +245,15 @@ fn the_poses_of_objects_are_listed_with_their_numbers() {
     assert!(flat["probability"].as_f64() > upright["probability"].as_f64());
     assert!((upright["extents_m"][2].as_f64().unwrap() - 0.05).abs() < 1e-9);
     let table = text(&ppnpack(&list));
-    for part in ["Probability", "0.00 0.00 1.00"] {
-        assert!(table.contains(part), "{table}");
-    }
+    has(&table, &["Probability", "0.00 0.00 1.00"]);
 }
 
 #[test]
 fn the_builtin_catalogue_is_whole_and_can_be_shown() {
     let folder = tempfile::tempdir().unwrap();
     let sheet = folder.path().join("sheet.png");
-    text(&ppnpack(&format!(
-        "catalogue show --tile 48 --out {}",
-        sheet.display()
-    )));
+    let show = format!("catalogue show --tile 48 --out {}", sheet.display());
+    text(&ppnpack(&show));
     assert!(std::fs::read(&sheet).unwrap().starts_with(b"\x89PNG"));
     let checked = json(&ppnpack("catalogue check --json"));
     let checked = checked.as_array().unwrap();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{self, names, ppnpack, refused, text};
+use crate::support::{self, has, names, ppnpack, refused, text};
 
 fn json(words: &str) -> Value {
     support::json(&ppnpack(&format!("{words} --json")))
@@ -53,19 +53,12 @@ fn the_example_is_calibrated_and_perceived() {
     let example = folder.name("example");
     let advice = text(&ppnpack(&format!("perceive --example {example}")));
     let line = |of: &str| {
-        let line = advice.lines().find(|line| line.contains(of));
-        line.unwrap()
-            .trim()
-            .strip_prefix("ppnpack ")
-            .unwrap()
-            .to_owned()
+        let line = advice.lines().find(|line| line.contains(of)).unwrap();
+        line.trim().strip_prefix("ppnpack ").unwrap()
     };
-    let (empty, packed) = (
-        folder.name("example/empty.pcd"),
-        folder.name("example/packed.pcd"),
-    );
-    // What the advice says works, word for word.
-    let found = json(&line("ppnpack calibrate"));
+    let [empty, packed] = ["empty", "packed"].map(|of| folder.name(&format!("example/{of}.pcd")));
+    // The advice works word for word.
+    let found = json(line("ppnpack calibrate"));
     for (side, length_m) in [("x_m", 0.32), ("y_m", 0.32), ("z_m", 0.30)] {
         let measured_m = found["measured_container"][side].as_f64().unwrap();
         assert!((measured_m - length_m).abs() < 0.0005, "{found}");
@@ -94,26 +87,20 @@ fn the_example_is_calibrated_and_perceived() {
     let (before, pose) = file.split_once("position_m = [").unwrap();
     let (x_m, after) = pose.split_once(',').unwrap();
     let x_m = x_m.parse::<f64>().unwrap() + 0.03;
-    folder.file(
-        "example/calibration.toml",
-        &format!("{before}position_m = [{x_m},{after}"),
-    );
+    let moved = format!("{before}position_m = [{x_m},{after}");
+    folder.file("example/calibration.toml", &moved);
     let doubts = json(&perceive)["doubts"].to_string();
-    assert!(doubts.contains("the top of the wall at x = 0"), "{doubts}");
+    has(&doubts, &["the top of the wall at x = 0"]);
 
     // With its size known, and for people.
     let calibrate = format!("calibrate {empty} --out {}", folder.name("known.toml"));
     let told = text(&ppnpack(&format!("{calibrate} --container 32x32x30cm")));
-    for part in ["Measured: 32.0 x 32.0 x ", "walls_seen = "] {
-        assert!(told.contains(part), "{told}");
-    }
+    has(&told, &["Measured: 32.0 x 32.0 x ", "walls_seen = "]);
     let file = folder.read("known.toml");
-    assert!(
-        file.contains("container = { x_m = 0.32, y_m = 0.32, z_m = 0.3 }"),
-        "{file}"
-    );
+    let parts = ["container = { x_m = 0.32, y_m = 0.32, z_m = 0.3 }"];
+    has(&file, &parts);
 
-    // The container that is not empty is no calibration, one of another size neither, and none that fits less well than is asked for.
+    // A container that is not empty, of another size or that fits too badly is no calibration.
     let out = folder.name("refused.toml");
     refused(
         &format!("calibrate {packed} --out {out}"),
@@ -138,13 +125,12 @@ fn a_cloud_in_the_container_s_frame_needs_no_options() {
     assert_eq!(seen["unknown_cells"], 32 * 32 - 2);
     assert_eq!(seen["greatest_height_m"], 0.1);
     let told = text(&ppnpack(&perceive));
-    for part in [
+    let parts = [
         "1022 of 1024",
         "heightmap.png",
         "only 2 of 1024 cells are seen",
-    ] {
-        assert!(told.contains(part), "{told}");
-    }
+    ];
+    has(&told, &parts);
 }
 
 #[test]
@@ -182,10 +168,8 @@ fn wrong_input_is_refused() {
         |options: &str, parts: &[&str]| refused(&format!("perceive {options} --out {out}"), parts);
     perceive(&missing, &["missing.pcd cannot be read"]);
     perceive(&ply, &["broken.ply", "PLY"]);
-    refused(
-        &format!("calibrate {missing} --out {out}"),
-        &["missing.pcd cannot be read"],
-    );
+    let calibrate = format!("calibrate {missing} --out {out}");
+    refused(&calibrate, &["missing.pcd cannot be read"]);
     let parts = ["cloud.pcd", "1 measured points"];
     refused(&format!("calibrate {cloud} --out {out}"), &parts);
     for (pose, part) in [
@@ -238,14 +222,13 @@ fn what_lies_in_a_cloud_is_recognised_or_called_unknown() {
     mesh += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
     folder.file("meshes/box.obj", &mesh);
     let catalogue = format!("--catalogue {}", folder.name("meshes"));
+    let from_above = "--container-from-sensor 0,0,0.9,1,0,0,0";
     let recognised = |name: &str, sides_m: [f64; 3]| {
         // As seen from 90 cm above, looking down.
         let seen = box_on_a_table(sides_m);
         let seen: Vec<[f64; 3]> = seen.iter().map(|[x, y, z]| [*x, -y, 0.9 - z]).collect();
         let cloud = folder.cloud(name, &seen);
-        json(&format!(
-            "recognise {cloud} {catalogue} --container-from-sensor 0,0,0.9,1,0,0,0"
-        ))
+        json(&format!("recognise {cloud} {catalogue} {from_above}"))
     };
     let known = recognised("known.pcd", [0.10, 0.06, 0.04]);
     let items = known["items"].as_array().unwrap();
@@ -258,22 +241,15 @@ fn what_lies_in_a_cloud_is_recognised_or_called_unknown() {
 
     let cloud = folder.name("known.pcd");
     let told = text(&ppnpack(&format!(
-        "recognise {cloud} {catalogue} --container-from-sensor 0,0,0.9,1,0,0,0"
+        "recognise {cloud} {catalogue} {from_above}"
     )));
-    for part in ["position (cm)", "box", "1 items and "] {
-        assert!(told.contains(part), "{part}: {told}");
-    }
+    has(&told, &["position (cm)", "box", "1 items and "]);
 
     let other = recognised("other.pcd", [0.16, 0.12, 0.09]);
     assert_eq!(other["items"][0]["object"], Value::Null, "{other}");
     assert!(other["items"][0]["unknown"].is_string());
-    refused(
-        &format!("recognise {cloud} {catalogue} --region 0,0,0,1,1,0"),
-        &["second corner"],
-    );
-    let missing = folder.name("missing.pcd");
-    refused(
-        &format!("recognise {missing} {catalogue}"),
-        &["missing.pcd"],
-    );
+    let flat = format!("recognise {cloud} {catalogue} --region 0,0,0,1,1,0");
+    refused(&flat, &["second corner"]);
+    let missing = format!("recognise {} {catalogue}", folder.name("missing.pcd"));
+    refused(&missing, &["missing.pcd"]);
 }

@@ -1,4 +1,5 @@
-//! Recordings, made by the program as a running stack works: read by others, inspected, planned again.
+//! Recordings, made by the program as a running stack works: read by others, inspected, planned
+//! again.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,9 +13,9 @@ use prost_reflect::{DescriptorPool, DynamicMessage};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{Running, command, errors, names, packed, ppnpack, text};
+use crate::support::{Running, command, errors, has, names, packed, ppnpack, text};
 
-/// What is planned on.
+/// The grid on which steps are planned.
 const GRID: &str = "--cell 1cm --yaws 4";
 
 /// A stack that is recorded into a folder.
@@ -57,13 +58,14 @@ fn asked(command: &str, file: &Path) -> Output {
     ppnpack(&format!("{command} --json {}", file.display()))
 }
 
-/// What a command printed, whether it succeeded or not.
+/// Reads the output of a command, whether it succeeded or not.
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{error}: {}", errors(output)))
 }
 
-/// How often each channel has a message that its own schema decodes to its end, by the reader of the format's own library.
+/// Counts the messages of each channel by the format's own library; each is decoded whole by its
+/// own schema.
 fn decoded(file: &Path) -> BTreeMap<String, usize> {
     let bytes = std::fs::read(file).unwrap();
     let mut counts = BTreeMap::new();
@@ -118,19 +120,9 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     let file = &files[0];
 
     let counts = decoded(file);
-    for stream in [
-        "heightmap",
-        "state",
-        "outcome",
-        "plan",
-        "session",
-        "record",
-        "shape",
-    ] {
-        assert!(
-            counts.contains_key(&format!("/cell-1/{stream}")),
-            "{stream}: {counts:?}"
-        );
+    for stream in "heightmap state outcome plan session record shape".split(' ') {
+        let topic = format!("/cell-1/{stream}");
+        assert!(counts.contains_key(&topic), "{topic}: {counts:?}");
     }
     assert!(counts["/all/health"] >= 4, "{counts:?}");
     let decisions = counts["/cell-1/plan"] as u64;
@@ -141,11 +133,9 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     let contents = json(&inspected);
     assert_eq!(contents["is_whole"], true, "{contents}");
     assert_eq!(contents["decisions"]["decided"], decisions, "{contents}");
-    assert_eq!(contents["topics"]["/cell-1/plan"]["messages"], decisions);
-    assert_eq!(
-        contents["topics"]["/cell-1/plan"]["schema"],
-        "ppnpack.v1.Decision"
-    );
+    let plans = &contents["topics"]["/cell-1/plan"];
+    assert_eq!(plans["messages"], decisions);
+    assert_eq!(plans["schema"], "ppnpack.v1.Decision");
     assert_eq!(contents["cells"], serde_json::json!(["cell-1"]));
 
     let replayed = asked("replay", file);
@@ -169,20 +159,14 @@ fn is_told_to_people(file: &Path) {
         ("replay", &["8 steps go as they were recorded, bit for bit"]),
     ] {
         let told = text(&ppnpack(&format!("{command} {}", file.display())));
-        for part in parts {
-            assert!(told.contains(part), "{part}: {told}");
-        }
+        has(&told, parts);
     }
 }
 
 fn is_found_where_it_was_changed(file: &Path, folder: &Path) {
     let other = folder.join("changed.mcap");
-    changed(
-        file,
-        &other,
-        |decision| decision.value = decision.value.next_up(),
-        3,
-    );
+    let change = |decision: &mut v1::Decision| decision.value = decision.value.next_up();
+    changed(file, &other, change, 3);
     let replayed = asked("replay", &other);
     let again = json(&replayed);
     assert_eq!(replayed.status.code(), Some(1), "{again}");

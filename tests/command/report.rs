@@ -1,11 +1,11 @@
-//! What a packing leaves in its folder: figures, pictures and a page that plays it.
+//! The report of a packing: figures, pictures and a page that plays it.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 
 use crate::cube::cube_ply;
-use crate::support::{Packed, names, packed};
+use crate::support::{Packed, has, names, packed};
 
 #[test]
 fn packing_the_builtin_set_writes_a_whole_report() {
@@ -27,15 +27,14 @@ fn packing_the_builtin_set_writes_a_whole_report() {
     let written: Value = serde_json::from_slice(&written).unwrap();
     assert_eq!(written["packed"], summary["packed"]);
     let page = packed.page();
-    for part in [
+    let parts = [
         "data:image/png;base64,",
         "<svg",
         "prefers-color-scheme: dark",
         "@media print",
         &format!("{count} of 12 items are packed"),
-    ] {
-        assert!(page.contains(part), "{part}");
-    }
+    ];
+    has(&page, &parts);
     for foreign in ["src=\"http", "href=\"http", "url("] {
         assert!(!page.contains(foreign), "the page opens offline: {foreign}");
     }
@@ -45,7 +44,8 @@ fn packing_the_builtin_set_writes_a_whole_report() {
     plays_every_step(&packed, placed);
 }
 
-/// The page's viewer has as many steps, with shapes that can be drawn, where each was planned and what each moved.
+/// The page's viewer has as many steps, with shapes that can be drawn, where each was planned and
+/// what each moved.
 fn plays_every_step(packed: &Packed, steps: usize) {
     let playback = packed.playback();
     let models = playback["models"].as_array().unwrap();
@@ -61,11 +61,7 @@ fn plays_every_step(packed: &Packed, steps: usize) {
     }
     let played = playback["steps"].as_array().unwrap();
     assert_eq!(played.len(), steps);
-    assert!(
-        packed
-            .page()
-            .contains(&format!("max={0} value={0}", 2 * steps))
-    );
+    has(&packed.page(), &[&format!("max={0} value={0}", 2 * steps)]);
     for (number, step) in played.iter().enumerate() {
         assert!((step["model"].as_u64().unwrap() as usize) < models.len());
         let container_m = &playback["container_m"];
@@ -111,10 +107,8 @@ fn names_of_items_are_text_in_the_report() {
     let file = folder.path().join(format!("{name}.ply"));
     std::fs::write(file, cube_ply(&[])).unwrap();
     let grid = "--random 2 --cell 1cm --yaws 4 --tries 0";
-    let packed = packed(&format!(
-        "pack {grid} --catalogue {}",
-        folder.path().display()
-    ));
+    let catalogue = folder.path().display();
+    let packed = packed(&format!("pack {grid} --catalogue {catalogue}"));
     let page = packed.page();
     assert!(!page.contains("<img src=x"));
     assert!(page.contains("1 &lt;img src=x onerror=&#x27;a()&#x27;&gt;&amp;&quot;b&quot;"));

@@ -12,7 +12,8 @@ use tempfile::TempDir;
 use crate::printed::is_refused;
 pub(crate) use crate::printed::{errors, json, text};
 
-/// The program with these words behind its name. All tests share a cache: the objects are prepared once.
+/// The program with these words behind its name. All tests share a cache: the objects are prepared
+/// once.
 pub(crate) fn command(words: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ppnpack"));
     command.args(words.split_whitespace());
@@ -42,7 +43,15 @@ pub(crate) fn refused(words: &str, parts: &[&str]) {
     is_refused(&ppnpack(words), parts);
 }
 
-/// What packing left.
+/// Asserts that a text has all of these parts.
+pub(crate) fn has(text: &str, parts: &[&str]) {
+    for part in parts {
+        let begin: String = text.chars().take(2000).collect();
+        assert!(text.contains(part), "'{part}' is not in: {begin}");
+    }
+}
+
+/// The files and the summary that packing left.
 pub(crate) struct Packed {
     pub(crate) folder: TempDir,
     pub(crate) summary: Value,
@@ -85,7 +94,7 @@ impl Packed {
     }
 }
 
-/// The names of what is in a folder, in their order.
+/// The names in a folder, in their order.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -94,7 +103,7 @@ pub(crate) fn names(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A program that runs until it is told to end, or the test ends, and had printed a line that begins so.
+/// A running program, ended with the test, which has printed that it is ready.
 pub(crate) struct Running {
     child: Child,
     lines: Vec<String>,
@@ -132,13 +141,13 @@ impl Running {
         )
     }
 
-    /// What it printed behind a word.
+    /// The rest of the line that it printed behind a word.
     pub(crate) fn said(&self, word: &str) -> &str {
         let mut lines = self.lines.iter();
         lines.find_map(|line| line.strip_prefix(word)).unwrap()
     }
 
-    /// Where a stack is found.
+    /// The endpoint of a stack.
     pub(crate) fn endpoint(&self) -> &str {
         self.said("Zenoh: ")
     }

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 
 use serde_json::{Value, json};
 
-use crate::support::{Packed, Running, command, errors, packed, ppnpack, text};
+use crate::support::{Packed, Running, command, errors, has, packed, ppnpack, text};
 
 /// The placements of a report, without their times.
 fn placements(packed: &Packed) -> Vec<Vec<String>> {
@@ -16,7 +16,7 @@ fn placements(packed: &Packed) -> Vec<Vec<String>> {
     lines
 }
 
-/// How everything lay after each step, as a report plays it.
+/// The poses of all items after each step, as a report plays them.
 fn played(packed: &Packed) -> Vec<[Value; 3]> {
     let playback = packed.playback();
     let steps = playback["steps"].as_array().unwrap().iter();
@@ -149,9 +149,8 @@ fn a_running_stack_is_seen_and_asked_by_hand() {
         assert!(services.contains(&service), "{services:?}");
     }
     let told = text(&asked("status"));
-    for part in ["what is wrong", "heuristic-1", "cell-1, cell-2", "any"] {
-        assert!(told.contains(part), "{part}: {told}");
-    }
+    let parts = ["what is wrong", "heuristic-1", "cell-1, cell-2", "any"];
+    has(&told, &parts);
     text(&asked(
         r#"call planner begin {"session_id":"by-hand"} --cell cell-2"#,
     ));
@@ -168,10 +167,7 @@ fn a_running_stack_is_seen_and_asked_by_hand() {
     let said: Value = serde_json::from_slice(&other.stdout).unwrap();
     assert_eq!(said["header"]["status"], "STATUS_CONFLICT", "{said}");
     let watched = text(&asked("watch --once --wait 3"));
-    assert!(
-        watched.contains("cell-1") && watched.contains("robot"),
-        "{watched}"
-    );
+    has(&watched, &["cell-1", "robot"]);
 }
 
 #[test]
