@@ -30,9 +30,8 @@ fn command(out: &Path, words: &str) -> Command {
         out.display()
     );
     let mut command = program();
-    command
-        .args(asked.split_whitespace())
-        .env("XDG_CACHE_HOME", CATALOGUE.path().join("cache"));
+    command.args(asked.split_whitespace());
+    command.env("XDG_CACHE_HOME", CATALOGUE.path().join("cache"));
     command
 }
 
@@ -42,16 +41,14 @@ fn ppnpack(out: &Path, words: &str) -> Output {
 
 /// Every file of a folder with its content, but for half-written ones.
 fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let files = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path());
-    files
-        .map(|path| {
-            let name = PathBuf::from(path.file_name().unwrap());
-            (name, std::fs::read(&path).unwrap())
-        })
-        .filter(|(name, _)| !name.to_string_lossy().starts_with('.'))
-        .collect()
+    let entries = std::fs::read_dir(folder).unwrap();
+    let files = entries.map(|entry| {
+        let path = entry.unwrap().path();
+        let name = PathBuf::from(path.file_name().unwrap());
+        (name, std::fs::read(&path).unwrap())
+    });
+    let whole = files.filter(|(name, _)| !name.to_string_lossy().starts_with('.'));
+    whole.collect()
 }
 
 #[test]
@@ -68,10 +65,8 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
     let first = killed.join("sequence-00000.safetensors.zst");
     let started = Instant::now();
     while !first.exists() {
-        assert!(
-            started.elapsed() < Duration::from_secs(120),
-            "no sequence appears"
-        );
+        let waited = started.elapsed();
+        assert!(waited < Duration::from_secs(120), "no sequence appears");
         std::thread::sleep(Duration::from_millis(2));
     }
     child.kill().unwrap();
@@ -88,11 +83,8 @@ fn a_killed_run_goes_on_and_ends_with_the_same_files() {
     std::fs::write(&first, b"half").unwrap();
     let repaired = ppnpack(&killed, asked);
     assert_eq!(json(&repaired), summary);
-    assert!(
-        errors(&repaired).contains("sequence-00000"),
-        "{}",
-        errors(&repaired)
-    );
+    let error = errors(&repaired);
+    assert!(error.contains("sequence-00000"), "{error}");
     assert_eq!(content(&killed), content(&straight));
 }
 
@@ -128,23 +120,15 @@ fn a_dataset_has_what_was_asked_for() {
     let objects = u32::try_from(dataset.items().len()).unwrap();
     for step in steps.iter().flatten() {
         let drawn = draw(5, step.sequence, 3, objects);
-        assert!(
-            step.candidates
-                .iter()
-                .all(|held| drawn.objects.contains(&held.object))
-        );
+        let mut held = step.candidates.iter();
+        assert!(held.all(|held| drawn.objects.contains(&held.object)));
         assert!(step.candidates.len() <= 2 && step.heightmap.len() == 32 * 32);
-        assert!(
-            step.candidates
-                .iter()
-                .any(|held| held.best().next().is_some())
-        );
+        let mut held = step.candidates.iter();
+        assert!(held.any(|held| held.best().next().is_some()));
     }
     let [train, _] = steps;
-    let first: Vec<u32> = train
-        .first()
-        .map(|step| step.candidates.iter().map(|held| held.object).collect())
-        .unwrap();
+    let first = train[0].candidates.iter();
+    let first: Vec<u32> = first.map(|held| held.object).collect();
     assert!(draw(5, 0, 3, objects).objects.starts_with(&first));
 }
 
@@ -154,14 +138,9 @@ fn folders_and_sequences_that_must_not_be_used_are_refused() {
     let out = folder.path().join("data");
     let refused = |words: &str, parts: &[&str]| is_refused(&ppnpack(&out, words), parts);
     assert!(ppnpack(&out, "--sequences 1").status.success());
-    refused(
-        "--sequences 1 --seed 1 --values",
-        &[
-            "other settings",
-            "seed is 0 there, 1 is asked for",
-            "has_values is false there",
-        ],
-    );
+    let seed = "seed is 0 there, 1 is asked for";
+    let parts = ["other settings", seed, "has_values is false there"];
+    refused("--sequences 1 --seed 1 --values", &parts);
     let objects = u32::try_from(Dataset::open(&out).unwrap().items().len()).unwrap();
 
     // The file's sequences are longer than those that are drawn.
@@ -172,10 +151,8 @@ fn folders_and_sequences_that_must_not_be_used_are_refused() {
     let rows = ndarray::Array2::from_shape_vec((1, 4), row).unwrap();
     ndarray_npy::write_npy(&file, &rows).unwrap();
     let never = format!("--never {}", file.display());
-    refused(
-        &format!("--sequences 4 {never}"),
-        &["sequence 3 is sequence 0 of", "choose another seed"],
-    );
+    let parts = ["sequence 3 is sequence 0 of", "choose another seed"];
+    refused(&format!("--sequences 4 {never}"), &parts);
     let drawn = ppnpack(&out, &format!("--sequences 3 {never}"));
     assert!(drawn.status.success());
     refused("--never /nowhere.npy", &["/nowhere.npy"]);

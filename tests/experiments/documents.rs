@@ -1,7 +1,8 @@
 //! The figures in the documents are those of the files that they come from.
 //!
-//! Each mean with its interval (`a ± b`) in the generated part of `docs/results/NAME.md` has to be in a `NAME*.json` beside it. A figure
-//! that is quoted elsewhere names its source in a comment that readers do not see:
+//! Each mean with its interval (`a ± b`) in the generated part of `docs/results/NAME.md` has to be
+//! in a `NAME*.json` beside it. A figure that is quoted elsewhere names its source in a comment
+//! that readers do not see:
 //! `16.9<!-- docs/results/pareto.json#/grids/2/lines/0/decision_s/mean * 1000 --> ms`.
 //!
 //! What a page links to is there: files, and the headings in them. Every page is in the book.
@@ -13,7 +14,7 @@ use ppnpack_service::metrics::Metric;
 use serde_json::Value;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// What follows is written by hand.
+/// The mark behind which a page is written by hand.
 const NOTES: &str = "<!-- Notes:";
 
 /// Results keep SI units and shares; tables show milliseconds, cubic centimetres and percent.
@@ -33,9 +34,8 @@ fn json(path: &Path) -> Value {
 fn files(folder: &Path, end: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
-    let mut found: Vec<PathBuf> = paths
-        .filter(|path| path.to_string_lossy().ends_with(end))
-        .collect();
+    let found = paths.filter(|path| path.to_string_lossy().ends_with(end));
+    let mut found: Vec<PathBuf> = found.collect();
     found.sort();
     found
 }
@@ -74,15 +74,14 @@ fn written_as(value: f64, number: &str) -> String {
     let decimals = number.split_once('.').map_or(0, |(_, after)| after.len());
     let text = format!("{value:.decimals$}");
     // Nothing is minus nothing.
-    let is_zero = text.trim_matches(['-', '0', '.']).is_empty();
-    if is_zero {
-        text.trim_start_matches('-').to_owned()
-    } else {
-        text
+    match text.trim_matches(['-', '0', '.']) {
+        "" => text.trim_start_matches('-').to_owned(),
+        _ => text,
     }
 }
 
-/// All means with their intervals that results hold. Shares of candidates have a standard error by sequence.
+/// All means with their intervals that results hold. Shares of candidates have a standard error by
+/// sequence.
 fn means(results: &Value, found: &mut Vec<[f64; 2]>) {
     match results {
         Value::Object(fields) => {
@@ -96,10 +95,8 @@ fn means(results: &Value, found: &mut Vec<[f64; 2]>) {
                 let shares = fields.values().filter_map(Value::as_array).flatten();
                 found.extend(shares.filter_map(|of| {
                     let error = of.get("standard_error")?.as_f64()?;
-                    Some([
-                        of.get("share")?.as_f64()?,
-                        student.inverse_cdf(0.975) * error,
-                    ])
+                    let half_width = student.inverse_cdf(0.975) * error;
+                    Some([of.get("share")?.as_f64()?, half_width])
                 }));
             }
             fields.values().for_each(|value| means(value, found));
@@ -114,22 +111,17 @@ fn is_among(means: &[[f64; 2]], mean: &str, half_width: &str) -> bool {
         written_as(of_mean * factor, mean) == mean
             && written_as(of_half_width * factor, half_width) == half_width
     };
-    means
-        .iter()
-        .any(|pair| FACTORS.iter().any(|factor| is_it(pair, *factor)))
+    let mut means = means.iter();
+    means.any(|pair| FACTORS.iter().any(|factor| is_it(pair, *factor)))
 }
 
 /// The means with their intervals that a text shows.
 fn shown(text: &str) -> Vec<(&str, &str)> {
-    let signs = text.match_indices(" ± ");
-    signs
-        .map(|(at, sign)| {
-            (
-                last_number(&text[..at]),
-                first_number(&text[at + sign.len()..]),
-            )
-        })
-        .collect()
+    let split = text.match_indices(" ± ").map(|(at, sign)| {
+        let after = &text[at + sign.len()..];
+        (last_number(&text[..at]), first_number(after))
+    });
+    split.collect()
 }
 
 #[test]
@@ -150,10 +142,8 @@ fn tables_are_those_of_the_results_beside_them() {
             }
         }
         for (mean, half_width) in shown(generated) {
-            assert!(
-                is_among(&known, mean, half_width),
-                "{name} shows {mean} ± {half_width}, which no results beside it hold"
-            );
+            let shown = format!("{name} shows {mean} ± {half_width}");
+            assert!(is_among(&known, mean, half_width), "{shown}: no results do");
             compared += 1;
         }
     }
@@ -194,20 +184,15 @@ fn quoted_figures_are_those_of_their_sources() {
     let mut compared = 0;
     for document in pages() {
         let text = fs::read_to_string(&document).unwrap();
-        for Quoted {
-            number,
-            file,
-            pointer,
-            factor,
-        } in quoted(&text)
-        {
+        for figure in quoted(&text) {
+            let Quoted { file, pointer, .. } = figure;
             let source = json(&root.join(file));
             let value = source.pointer(&format!("/{pointer}"));
             let value = value.and_then(Value::as_f64);
             let place = format!("{}: {file}#/{pointer}", document.display());
             let value = value.unwrap_or_else(|| panic!("{place} is not there"));
-            let expected = written_as(value * factor, number);
-            assert_eq!(number, expected, "{place}");
+            let expected = written_as(value * figure.factor, figure.number);
+            assert_eq!(figure.number, expected, "{place}");
             compared += 1;
         }
     }
@@ -233,7 +218,7 @@ fn prose(text: &str) -> String {
     plain.collect::<Vec<_>>().join("\n\n")
 }
 
-/// What a text links to, pictures too.
+/// The links of a text, those of pictures too.
 fn links(text: &str) -> Vec<String> {
     let text = prose(text);
     let starts = text.match_indices("](");
@@ -287,10 +272,8 @@ fn what_pages_link_to_is_there() {
             if !anchor.is_empty() {
                 let text = fs::read_to_string(&target).unwrap();
                 let known = anchors(&text);
-                assert!(
-                    known.iter().any(|name| name == anchor),
-                    "{place}: of {known:?}"
-                );
+                let is_known = known.iter().any(|name| name == anchor);
+                assert!(is_known, "{place}: of {known:?}");
             }
             followed += 1;
         }
@@ -308,10 +291,8 @@ fn every_page_is_in_the_book() {
             continue;
         };
         let name = name.to_string_lossy();
-        assert!(
-            name == "SUMMARY.md" || listed.iter().any(|link| *link == name),
-            "docs/SUMMARY.md does not list {name}"
-        );
+        let is_listed = name == "SUMMARY.md" || listed.iter().any(|link| *link == name);
+        assert!(is_listed, "docs/SUMMARY.md does not list {name}");
     }
 }
 
@@ -343,15 +324,12 @@ fn guides_are_in_one_order_everywhere() {
 fn every_reason_check_and_metric_is_explained() {
     let root = root();
     let guide = fs::read_to_string(root.join("docs/guides/figures.md")).unwrap();
-    let mut names: Vec<String> = Metric::ALL
-        .iter()
-        .map(|metric| metric.name().to_owned())
-        .collect();
+    let metrics = Metric::ALL.iter();
+    let mut names: Vec<String> = metrics.map(|metric| metric.name().to_owned()).collect();
     for schema in ["planner.proto", "placement.proto"] {
         let text = fs::read_to_string(root.join("proto/ppnpack/v1").join(schema)).unwrap();
-        let values = text
-            .lines()
-            .filter_map(|line| line.trim().split_once(" = "));
+        let lines = text.lines();
+        let values = lines.filter_map(|line| line.trim().split_once(" = "));
         let values = values.map(|(name, _)| name.to_owned()).filter(|name| {
             (name.starts_with("REASON_") || name.starts_with("CHECK_"))
                 && !name.ends_with("_UNSPECIFIED")
@@ -360,10 +338,8 @@ fn every_reason_check_and_metric_is_explained() {
     }
     assert!(names.len() > 30, "{names:?}");
     for name in names {
-        assert!(
-            guide.contains(&format!("`{name}`")),
-            "docs/guides/figures.md lacks {name}"
-        );
+        let is_explained = guide.contains(&format!("`{name}`"));
+        assert!(is_explained, "docs/guides/figures.md lacks {name}");
     }
 }
 

@@ -61,7 +61,8 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     for compared in [&line(&first, "SDFM"), &bounded[0]] {
         assert_eq!(compared["difference"]["items"]["mean"], 0.0);
     }
-    // A run that was cut short is done again; the others are taken from the disk, decision times included.
+    // A run that was cut short is done again; the others are taken from the disk, decision times
+    // included.
     let of_sdfm = |settings: &Path| {
         let text = std::fs::read_to_string(settings.join("settings.json")).unwrap();
         text.contains("\"name\":\"SDFM\"")
@@ -73,10 +74,8 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
     std::fs::write(&cut, b"{").unwrap();
     let second = run();
     assert_eq!(line(&first, "Random"), line(&second, "Random"));
-    assert_eq!(
-        line(&first, "SDFM")["items"],
-        line(&second, "SDFM")["items"]
-    );
+    let items = |results: &Value| line(results, "SDFM")["items"].clone();
+    assert_eq!(items(&first), items(&second));
     assert!(std::fs::metadata(&cut).unwrap().len() > 10);
     // One method beside the search that all are compared with.
     let one = made("--methods hm-bbox");
@@ -91,10 +90,8 @@ fn an_interrupted_experiment_goes_on_where_it_was() {
 fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().display();
-    let output = ppnpack(&format!(
-        "experiment table2 --irregular-model /nowhere.safetensors --out {out}"
-    ));
-    is_refused(&output, &["/nowhere"]);
+    let asked = format!("table2 --irregular-model /nowhere.safetensors --out {out}");
+    is_refused(&ppnpack(&format!("experiment {asked}")), &["/nowhere"]);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
@@ -102,9 +99,8 @@ fn a_network_of_a_class_that_is_not_there_is_named_before_anything_is_packed() {
 fn regular_and_irregular_objects_are_packed_apart() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().display();
-    let printed = text(&ppnpack(&format!(
-        "experiment table2 --cases 2 --length 5 --out {out}"
-    )));
+    let asked = format!("experiment table2 --cases 2 --length 5 --out {out}");
+    let printed = text(&ppnpack(&asked));
     let path = folder.path().join("table2.json");
     let command = format!("python experiments/tables.py {}", path.display());
     assert!(printed.contains(&command), "{printed}");
@@ -152,10 +148,8 @@ fn a_value_is_the_same_as_learned_by_ranges() {
     let folder = tempfile::tempdir().unwrap();
     // The first hundred sequences are the tests', of which nothing may be learned.
     let sequences = sequences(folder.path(), [110, 3], 90);
-    let value = format!(
-        "value --cell 1cm --yaws 4 --sequences {}",
-        sequences.display()
-    );
+    let sequences = sequences.display();
+    let value = format!("value --cell 1cm --yaws 4 --sequences {sequences}");
     is_the_same_as_ranges(&value, "--cases", [100, 10]);
 }
 
@@ -219,21 +213,18 @@ fn a_line_of_orders_that_is_wrong_is_named() {
 fn boxes_are_packed_by_every_method_and_kept() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
+    let asked = format!(
+        "experiment boxes --instances 3 --rollouts 6 --out {}",
+        out.display()
+    );
     let run = || {
-        text(&ppnpack(&format!(
-            "experiment boxes --instances 3 --rollouts 6 --out {}",
-            out.display()
-        )));
+        text(&ppnpack(&asked));
         let (table, mut results) = page("boxes", &out.join("boxes.json"), &[]);
         assert!(table.contains("## Setting 2") && table.contains("| DBL | "));
         // That says when.
         let origin = results.as_object_mut().unwrap().remove("origin");
-        assert!(
-            origin.unwrap()["command"]
-                .as_str()
-                .unwrap()
-                .contains("boxes")
-        );
+        let origin = origin.unwrap();
+        assert!(origin["command"].as_str().unwrap().contains("boxes"));
         results
     };
     let results = run();

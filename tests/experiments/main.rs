@@ -38,7 +38,8 @@ fn ppnpack(words: &str) -> Output {
     command.args(words.split_whitespace()).output().unwrap()
 }
 
-/// Makes the page of results by a program in `experiments`; gives its text, and the results with what their runs came to.
+/// Makes the page of results by a program in `experiments`; gives its text, and the results with
+/// what their runs came to.
 fn page(program: &str, results: &Path, options: &[&str]) -> (String, Value) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut command = Command::new("python3");

@@ -1,4 +1,5 @@
-//! The robot cell, simulated with its sensors: from objects on a tray to a session that knows where they lie.
+//! The robot cell, simulated with its sensors: from objects on a tray to a session that knows where
+//! they lie.
 
 use std::path::{Path, PathBuf};
 
@@ -88,14 +89,10 @@ fn assert_packed_and_found_again(line: &Value) {
         assert!(tilt_rad < 30_f64.to_radians(), "{method}: {item:?}");
         assert!(is_right(item), "{method}: {item:?}");
         let found = &item["found"];
-        assert!(
-            found["kind"] == "as_planned" || found["kind"] == "moved",
-            "{method}: {item:?}"
-        );
-        assert!(
-            found["position_off_m"].as_f64().unwrap() < 0.005,
-            "{method}: {item:?}"
-        );
+        let is_found = found["kind"] == "as_planned" || found["kind"] == "moved";
+        assert!(is_found, "{method}: {item:?}");
+        let off_m = found["position_off_m"].as_f64().unwrap();
+        assert!(off_m < 0.005, "{method}: {item:?}");
     }
     for decision in run["decisions"].as_array().unwrap() {
         let cycle_s = decision["cycle_s"].as_f64().unwrap();
@@ -133,9 +130,8 @@ fn kept(out: &Path) -> Vec<String> {
     let files = groups.flat_map(|group| group.unwrap().path().read_dir().unwrap());
     let paths = files.map(|file| file.unwrap().path());
     let runs = paths.filter(|path| !path.ends_with("settings.json"));
-    let mut runs: Vec<String> = runs
-        .map(|path| std::fs::read_to_string(path).unwrap())
-        .collect();
+    let runs = runs.map(|path| std::fs::read_to_string(path).unwrap());
+    let mut runs: Vec<String> = runs.collect();
     runs.sort();
     runs
 }
@@ -173,10 +169,8 @@ fn too_few_objects_and_unknown_arms_are_refused() {
         let physical = format!("experiment physical --unseen {unseen} --runs 1 {options}");
         is_refused(&ppnpack(&physical), &[part]);
     };
-    refused(
-        &format!("--arm none --known {unseen}"),
-        "both --unseen and --known",
-    );
+    let twice = format!("--arm none --known {unseen}");
+    refused(&twice, "both --unseen and --known");
     refused(&format!("--arm no-such-arm --known {known}"), "nachi-mz07l");
     refused(&format!("--arm none --known {known}"), "too few for a run");
 }

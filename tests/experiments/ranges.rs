@@ -7,8 +7,9 @@ use serde_json::Value;
 
 use super::{json, page, ppnpack};
 
-/// Makes an experiment at once, and as two ranges that keep their runs in one folder: the whole made of those has the same runs, and
-/// results, bit for bit, and a page is made of them. `count` names the option of how many there are, of which there are 0 to `all` from `first` on.
+/// Makes an experiment at once, and as two ranges that keep their runs in one folder: the whole
+/// made of those has the same runs, and results, bit for bit, and a page is made of them. `count`
+/// names the option of how many there are, of which there are 0 to `all` from `first` on.
 pub(crate) fn is_the_same_as_ranges(experiment: &str, count: &str, [first, all]: [u32; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
@@ -71,16 +72,13 @@ fn runs(folder: &Path) -> BTreeMap<String, Value> {
     runs.map(named).collect()
 }
 
+/// The files in a folder, at any depth.
 fn walkdir(folder: &Path) -> Vec<PathBuf> {
     let entries = folder.read_dir().unwrap();
     let paths = entries.map(|entry| entry.unwrap().path());
-    paths
-        .flat_map(|path| {
-            if path.is_dir() {
-                walkdir(&path)
-            } else {
-                vec![path]
-            }
-        })
-        .collect()
+    let files = paths.flat_map(|path| match path.is_dir() {
+        true => walkdir(&path),
+        false => vec![path],
+    });
+    files.collect()
 }

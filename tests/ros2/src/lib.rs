@@ -1,4 +1,5 @@
-//! The types of `ros/ppnpack_msgs` as hiroz makes them of its interface files, and processes of ppnpack to talk to.
+//! The types of `ros/ppnpack_msgs` as hiroz makes them of its interface files, and processes of
+//! ppnpack to talk to.
 
 pub mod process;
 

@@ -28,7 +28,8 @@ pub fn start(name: &str, arguments: &[&str]) -> Process {
     process
 }
 
-/// Starts a stack of one simulated cell, `cell-1`, on a port of the system's choice, and waits until it is ready; gives its endpoint.
+/// Starts a stack of one simulated cell, `cell-1`, on a port of the system's choice, and waits
+/// until it is ready; gives its endpoint.
 ///
 /// # Panics
 /// Where it does not start.

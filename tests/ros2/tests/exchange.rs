@@ -14,13 +14,13 @@ use ppnpack_ros2_tests::ppnpack_msgs::{
 use ppnpack_ros2_tests::process;
 use tokio::time::timeout;
 
-/// Far more than anything here takes.
+/// The maximum time to wait: far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// Why a session ended: `ppnpack_msgs/Session`.
+/// The end of a session that packed all: `ppnpack_msgs/Session`.
 const ALL_PACKED: u8 = 1;
 
-/// What became of an item: `ppnpack_msgs/Item`.
+/// The state of a packed item: `ppnpack_msgs/Item`.
 const PACKED: u8 = 3;
 
 /// A node of hiroz in a domain, on the router at this endpoint.
@@ -34,7 +34,7 @@ fn node(endpoint: &str, domain: usize) -> Result<(ZContext, ZNode)> {
     Ok((context, node))
 }
 
-/// Of what is so until it is said otherwise.
+/// The profile of a topic whose last message holds until the next.
 fn latched() -> QosProfile {
     QosProfile {
         reliability: QosReliability::Reliable,
