@@ -13,7 +13,7 @@ use crate::runner::{Jobs, Runner};
 use crate::streams::Streams;
 
 /// The parts that the actors of a cell work with.
-pub(crate) struct CellWorks {
+pub(crate) struct CellParts {
     pub(crate) name: Cell,
     pub(crate) robot: Box<dyn Robot>,
     pub(crate) camera: Camera,
@@ -31,7 +31,7 @@ pub(crate) struct CellWorks {
     pub(crate) share: Share,
 }
 
-impl CellWorks {
+impl CellParts {
     /// Works as the desk until the end is asked for, with the robot's actor in a thread beside it.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
         let robot = self.robot.as_mut();

@@ -32,7 +32,7 @@ use ppnpack_service::{HealthLatch, Running, ServiceError, Shutdown};
 use ppnpack_wire::keys::Cell;
 
 use camera::Camera;
-use cell::CellWorks;
+use cell::CellParts;
 use desk::{Message, Share, SharedRobot, TimeLimits};
 use journal::{CellJournal, Journal};
 use robot::Robot;
@@ -145,7 +145,7 @@ impl Bridge {
     ) -> Result<(), ServiceError> {
         let (address, mailbox) = actor::mailbox(settings.queue.max(1));
         let camera = Camera::new(process, cell, settings)?;
-        let works = CellWorks {
+        let parts = CellParts {
             streams: Streams::new(process, cell, robot.as_ref(), settings)?,
             name: cell.clone(),
             robot,
@@ -168,7 +168,7 @@ impl Bridge {
             address.listen(process, Some(cell), Message::State)?,
         ];
         self.inputs.push((lease, listeners));
-        let work = move || works.run(&mailbox);
+        let work = move || parts.run(&mailbox);
         let thread = process
             .supervisor()
             .thread(&format!("bridge-{cell}"), work)?;
