@@ -1,4 +1,4 @@
-//! How long plans take through the stack, every service its own process, through a router.
+//! The times of plans through the stack: every service is a process, connected to a router.
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -10,7 +10,7 @@ use crate::latency::{Measured, Times, Twin, pack_container};
 use crate::report::print_table;
 use crate::stack::{Options, Stack};
 
-/// Where a stack evaluates if nothing else is said.
+/// The planner's default setting of where placements are evaluated.
 const IN_PROCESS: &str = "in-process";
 
 #[derive(Debug, Args)]
@@ -48,16 +48,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 /// The built-in objects.
 pub(crate) fn builtin() -> Result<Catalogue> {
     let (objects, settings) = (ppnpack_household::builtin(), Settings::default());
+    let quietly = &|_: usize, _: usize| {};
     let resolution = Resolution::reference();
-    Ok(Catalogue::load(
-        &objects,
-        &settings,
-        &resolution,
-        &|_, _| {},
-    )?)
+    Ok(Catalogue::load(&objects, &settings, &resolution, quietly)?)
 }
 
-/// Placements pass a geometric test and are not tried: a try takes longer than all that is measured here.
+/// Has placements pass a geometric test without a try, which takes longer than all that is
+/// measured.
 fn untried(mut options: Options) -> Options {
     for cell in &options.cells {
         for setting in ["trial.tries_per_item=0", "stability=\"physical\""] {
@@ -73,7 +70,7 @@ fn exhaustive(arguments: &Arguments, catalogue: &Catalogue, evaluate: &'static s
         evaluate,
         ..Options::default()
     }))?;
-    let mut twin = Twin::new(catalogue, true)?;
+    let mut twin = Twin::new(catalogue)?;
     let measured = pack(&stack, 0, arguments, catalogue, Some(&mut twin))?;
     let what = format!("exhaustive search, evaluate = {evaluate}, one cell");
     Ok((what, measured))
@@ -100,15 +97,14 @@ fn four_cells(arguments: &Arguments, catalogue: &Catalogue) -> Result<Vec<Row>> 
     });
     let stack = Stack::start(&options)?;
     let measured: Vec<Result<Measured>> = std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..cells.len())
-            .map(|cell| {
-                let stack = &stack;
-                scope.spawn(move || pack(stack, cell, arguments, catalogue, None))
-            })
-            .collect();
+        let stack = &stack;
+        let pack = |cell| move || pack(stack, cell, arguments, catalogue, None);
+        let threads = (0..cells.len()).map(|cell| scope.spawn(pack(cell)));
+        let threads: Vec<_> = threads.collect();
         let joined = threads.into_iter().map(|thread| thread.join());
+        let panicked = |_| Err(anyhow::anyhow!("a thread panicked"));
         joined
-            .map(|joined| joined.unwrap_or_else(|_| Err(anyhow::anyhow!("a thread panicked"))))
+            .map(|joined| joined.unwrap_or_else(panicked))
             .collect()
     });
     let rows = cells.iter().zip(measured);
@@ -145,7 +141,8 @@ fn pack(
     Ok(all)
 }
 
-/// What arrives for a container: another part of the catalogue each time, the same in every row.
+/// The objects that arrive for a container: another part of the catalogue each time, the same in
+/// every row.
 fn objects<'a>(arguments: &Arguments, catalogue: &'a Catalogue, container: usize) -> Vec<&'a str> {
     let names = catalogue.objects.iter().map(|object| &**object.item.name());
     let objects = names.cycle().skip(container * 17).take(arguments.objects);

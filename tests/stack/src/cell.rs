@@ -9,10 +9,10 @@ use ppnpack_wire::keys::Cell;
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, ExecutionPhase, ItemState, PlanResult};
 
-/// How long a request may take, restarts of services included.
+/// The maximum time for a request, restarts of services included.
 const LIMIT: Duration = Duration::from_secs(20);
 
-/// How long something may be tried again, and how often.
+/// The maximum time for tries, and the pause between two.
 const PATIENCE: Duration = Duration::from_secs(60);
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -42,8 +42,8 @@ impl CellClient {
         Ok(Self::new(self.client.clone(), cell))
     }
 
-    /// Does something, and again where a request is refused or not answered, for a minute: services may be away. Fails as the last time
-    /// did; at once where no request failed.
+    /// Does something, and again for a minute while requests are refused or not answered: services
+    /// may be away. Fails at once with any other error.
     pub(crate) fn patiently<T>(&self, mut work: impl FnMut(&Self) -> Result<T>) -> Result<T> {
         let until = Instant::now() + PATIENCE;
         loop {
@@ -71,7 +71,7 @@ impl CellClient {
             .call(&self.cell, request, Instant::now() + limit)
     }
 
-    /// Begins a session with these objects, in this order; item `i` is called `item-i`. Without any, they are announced later.
+    /// Begins a session, and announces these objects, if any.
     pub(crate) fn begin(
         &self,
         session_id: &str,
@@ -86,7 +86,7 @@ impl CellClient {
         })?;
         match objects {
             [] => Ok(()),
-            objects => self.announce(objects),
+            _ => self.announce(objects),
         }
     }
 
@@ -112,6 +112,14 @@ impl CellClient {
             ..v1::RenewRequest::default()
         })?;
         Ok(())
+    }
+
+    /// Holds the cell for this reason.
+    pub(crate) fn hold(&self, reason: &str) -> Result<v1::HoldReply> {
+        Ok(self.ask(v1::HoldRequest {
+            reason: reason.to_owned(),
+            ..v1::HoldRequest::default()
+        })?)
     }
 
     /// Ends all that holds the cell.
@@ -152,9 +160,8 @@ impl CellClient {
     /// Asks for a decision; `None` where nothing is left to decide.
     pub(crate) fn plan(&self) -> Result<Option<v1::Decision>> {
         let reply = self.ask(v1::PlanRequest::default())?;
-        Ok(reply
-            .decision
-            .filter(|_| reply.result == i32::from(PlanResult::Decided)))
+        let is_decided = reply.result() == PlanResult::Decided;
+        Ok(reply.decision.filter(|_| is_decided))
     }
 
     /// Has a decision carried out.
@@ -182,24 +189,29 @@ impl CellClient {
         Ok(())
     }
 
-    /// Plans, places and reports one step, or ends the one that was begun; the decision, or `None` where nothing is
-    /// left.
+    /// Has a decision carried out, and reports the outcome.
+    pub(crate) fn carry_out(&self, decision: &v1::Decision) -> Result<()> {
+        let outcome = self.place(decision)?;
+        self.report(decision, outcome)
+    }
+
+    /// Plans, places and reports one step, or ends the one that was begun. Gives the decision,
+    /// `None` where nothing is left.
     #[cfg(test)]
     pub(crate) fn step(&self) -> Result<Option<v1::Decision>> {
         let begun = self.session()?.pending;
         let Some(decision) = begun.map_or_else(|| self.plan(), |begun| Ok(Some(begun)))? else {
             return Ok(None);
         };
-        let outcome = self.place(&decision)?;
-        self.report(&decision, outcome)?;
+        self.carry_out(&decision)?;
         Ok(Some(decision))
     }
 
-    /// Checks that what planner and bridge know fits together: every packed item lies once in its container, and nothing
-    /// else does, but for the item of a decision whose outcome was not reported yet.
+    /// Checks that planner and bridge agree: every packed item lies once in its container, and
+    /// nothing else does but the item of a decision whose outcome was not reported yet.
     ///
     /// # Errors
-    /// What is lost, there twice or unknown, or how a request was refused.
+    /// Where an item is lost, there twice or unknown, or a request was refused.
     pub(crate) fn check_consistent(&self) -> Result<()> {
         let (session, states) = self.session_with_states()?;
         for (container, state) in &states {

@@ -7,15 +7,18 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-/// Where Debian and others keep the library.
+/// The places of the library in Debian and others.
 const LIBRARIES: [&str; 3] = [
     "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1",
     "/usr/lib/aarch64-linux-gnu/faketime/libfaketimeMT.so.1",
     "/usr/lib/faketime/libfaketimeMT.so.1",
 ];
 
-/// Where the library keeps a file or two for each process.
+/// The folder in which the library keeps a file or two for each process.
 const SHARED: &str = "/dev/shm";
+
+/// Steps from the true time that tests make.
+pub(crate) const STEPS: [&str; 4] = ["+1h", "-2h", "+400d", "-400d"];
 
 /// The true time.
 pub(crate) const TRUE: &str = "+0";
@@ -28,7 +31,8 @@ pub(crate) struct Clock {
 }
 
 impl Clock {
-    /// A clock that says the true time and is kept in a folder; `None` where the library is not there.
+    /// A clock that says the true time and is kept in a folder; `None` where the library is not
+    /// there.
     pub(crate) fn new(folder: &Path) -> Result<Option<Self>> {
         let mut libraries = LIBRARIES.iter().map(Path::new);
         let Some(library) = libraries.find(|path| path.is_file()) else {

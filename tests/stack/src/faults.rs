@@ -17,25 +17,22 @@ use crate::process::Signal;
 use crate::records::{self, Files};
 use crate::stack::Stack;
 
-/// How long a process is stopped, a disk full or a cell held, at most.
+/// The maximum time for which a process is stopped, a disk full or a cell held.
 const LONGEST: Duration = Duration::from_secs(3);
 
-/// How long an answer is waited for before a service is asked afresh.
+/// The time to wait for an answer before a service is asked afresh.
 const ASKED_AGAIN: Duration = Duration::from_secs(1);
 
-/// How long after a refusal.
+/// The pause after a refusal.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// How long services are asked until they count as dead.
+/// The time after which a service counts as dead.
 const GIVEN_UP: Duration = Duration::from_secs(60);
 
-/// How far a clock is stepped.
-const STEPS: [&str; 4] = ["+1h", "-2h", "+400d", "-400d"];
-
-/// Who writes to the disk.
+/// The instances that write to the disk.
 const WRITERS: [&str; 2] = ["bridge-1", "planner-1"];
 
-/// What is done to a stack, and how often beside the others.
+/// The faults of a stack with their weights.
 const FAULTS: [(Fault, u32); 6] = [
     (Fault::Kill, 10),
     (Fault::Stop, 6),
@@ -45,7 +42,7 @@ const FAULTS: [(Fault, u32); 6] = [
     (Fault::KillAll, 1),
 ];
 
-/// What is done to a stack.
+/// A fault of a stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     /// A process is killed and started again.
@@ -56,16 +53,16 @@ enum Fault {
     Stop,
     /// A cell is held for a while, and somebody has a hand in it.
     Hold,
-    /// The disk of journal and store is full for a while; now and then one who writes to it is killed meanwhile.
+    /// The disk of journal and store is full for a while; now and then a writer is killed
+    /// meanwhile.
     Disk,
     /// The clock is set, and the next time put back.
     Clock,
 }
 
-/// How often something was done, and how long after its end fresh requests to all services succeeded at the latest.
+/// The times that a fault struck, and the longest until fresh requests to all services succeeded.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Recovered {
-    /// How often.
     pub(crate) count: usize,
     /// The longest, in seconds.
     pub(crate) longest_s: f64,
@@ -73,14 +70,14 @@ pub(crate) struct Recovered {
     pub(crate) waited_for: &'static str,
 }
 
-/// What was done to a stack, and to whom.
+/// The faults that struck a stack, by name.
 pub(crate) type Struck = BTreeMap<String, Recovered>;
 
-/// Does things to a stack.
+/// Strikes a stack with faults.
 pub(crate) struct Faults {
-    /// What journal and store lie on; `None` where it cannot be filled.
+    /// The disk of journal and store; `None` where it cannot be filled.
     disk: Option<Disk>,
-    /// What the services go by; `None` where it cannot be set.
+    /// The clock of the services; `None` where it cannot be set.
     clock: Option<Clock>,
     files: Files,
     cells: Vec<String>,
@@ -106,18 +103,18 @@ impl Faults {
         }
     }
 
-    /// What the processes of the stack need in their environment.
+    /// The environment that the processes of the stack need.
     pub(crate) fn environment(&self) -> Vec<(String, String)> {
         let clock = self.clock.as_ref();
         clock.map(Clock::environment).unwrap_or_default()
     }
 
-    /// What was done.
+    /// The faults so far.
     pub(crate) fn struck(&self) -> &Struck {
         &self.struck
     }
 
-    /// What is not possible here, and why.
+    /// The faults that are not possible here, and why.
     pub(crate) fn left_out(&self) -> Vec<&'static str> {
         let disk = "full disks: mounting a file system needs root";
         let clock = "clock steps: libfaketime is not there";
@@ -128,10 +125,10 @@ impl Faults {
         left_out.into_iter().flatten().collect()
     }
 
-    /// Does something to the stack, and waits until it serves again.
+    /// Strikes the stack with a fault, and waits until it serves again.
     ///
     /// # Errors
-    /// Where it does not, or where it was killed and left what cannot be.
+    /// Where it does not, or was killed and left files that disagree.
     pub(crate) fn strike(&mut self, stack: &mut Stack, cells: &[CellClient]) -> Result<()> {
         let is_possible = |fault: &Fault| match fault {
             Fault::Disk => self.disk.is_some(),
@@ -172,7 +169,7 @@ impl Faults {
     fn kill_all(&self, stack: &mut Stack) -> Result<String> {
         let names: Vec<String> = stack.names().map(str::to_owned).collect();
         for name in &names {
-            stack.signal(name, Signal::Kill)?;
+            stack.signal(name, Signal::SIGKILL)?;
         }
         records::check_killed(&self.files, &self.cells)?;
         for name in &names {
@@ -188,7 +185,7 @@ impl Faults {
         let killed = rand::rng().random_bool(0.5).then(|| any(&WRITERS));
         let killed = killed.transpose()?;
         if let Some(name) = killed {
-            stack.signal(name, Signal::Kill)?;
+            stack.signal(name, Signal::SIGKILL)?;
         }
         disk.free()?;
         match killed {
@@ -207,7 +204,7 @@ impl Faults {
         let step = if is_put_back {
             clock::TRUE
         } else {
-            any(&STEPS)?
+            any(&clock::STEPS)?
         };
         clock.step(step)?;
         Ok(match is_put_back {
@@ -217,7 +214,7 @@ impl Faults {
     }
 }
 
-/// How long each service that is asked about a cell takes to answer.
+/// Measures the time that each service takes to answer for a cell.
 fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
     let begun = Instant::now();
     ask_afresh(cell, &v1::SessionRequest::default()).context("the planner")?;
@@ -233,7 +230,8 @@ fn waits_of(cell: &CellClient) -> Result<[(&'static str, Duration); 3]> {
     ])
 }
 
-/// Asks until it is answered: what was on its way through a router that was killed is lost, and a service that has just begun says so.
+/// Asks until it is answered: requests on their way through a router that was killed are lost, and
+/// a service that has just begun refuses them.
 fn ask_afresh<R: Request + Clone>(cell: &CellClient, request: &R) -> Result<()> {
     let until = Instant::now() + GIVEN_UP;
     loop {
@@ -261,26 +259,22 @@ fn any_process(stack: &Stack) -> Result<String> {
 
 fn kill(stack: &mut Stack) -> Result<String> {
     let name = any_process(stack)?;
-    stack.signal(&name, Signal::Kill)?;
-    stack.restart(&name)?;
+    stack.kill(&name)?;
     Ok(format!("{name} killed"))
 }
 
 fn stop(stack: &mut Stack) -> Result<String> {
     let name = any_process(stack)?;
-    stack.signal(&name, Signal::Stop)?;
+    stack.signal(&name, Signal::SIGSTOP)?;
     thread::sleep(span());
-    stack.signal(&name, Signal::Continue)?;
+    stack.signal(&name, Signal::SIGCONT)?;
     Ok(format!("{name} stopped"))
 }
 
-/// Holds a cell for a while, waits until its robot stands, says that there was a hand in it, and lets it go on.
+/// Holds a cell for a while, waits until its robot stands, says that there was a hand in it, and
+/// lets it go on.
 fn hold(cell: &CellClient) -> Result<String> {
-    let hold = v1::HoldRequest {
-        reason: "a hand is in the cell".to_owned(),
-        ..v1::HoldRequest::default()
-    };
-    cell.ask(hold)?;
+    cell.hold("a hand is in the cell")?;
     while !cell.state()?.executing_placement_id.is_empty() {
         thread::sleep(Duration::from_millis(20));
     }

@@ -1,4 +1,4 @@
-//! How long plans take, from the request to the answer.
+//! The times of plans, from the request to the answer.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -20,13 +20,12 @@ use crate::cell::CellClient;
 pub(crate) struct Times(Vec<Duration>);
 
 impl Times {
-    /// The times.
     pub(crate) fn new(mut times: Vec<Duration>) -> Self {
         times.sort_unstable();
         Self(times)
     }
 
-    /// How many there are.
+    /// The number of times.
     pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
@@ -40,27 +39,27 @@ impl Times {
             .map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
     }
 
-    /// The same as it stands in a table.
+    /// The same, as tables show it.
     pub(crate) fn shown(&self, share: f64) -> String {
         format!("{:.2}", self.percentile_ms(share))
     }
 }
 
-/// What the plans of one container took.
+/// The times of the plans of one container.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Measured {
-    /// From the request for a plan to its answer, as the controller sees it.
+    /// The times from the request to the answer, as the controller sees them.
     pub(crate) asked: Vec<Duration>,
-    /// The same steps planned in this process.
+    /// The times of the same steps planned in this process.
     pub(crate) in_process: Vec<Duration>,
-    /// What the planner spent on each stage of a decision.
+    /// The times of the planner's stages.
     pub(crate) stages: BTreeMap<String, Vec<Duration>>,
-    /// Steps planned in another way than was asked for.
+    /// The number of steps planned in another way than was asked for.
     pub(crate) degraded: usize,
 }
 
-/// Packs `objects` into a new container, and measures each plan. With `twin` each step is also planned in this process, on the same
-/// heightmap; where the search is exhaustive the decisions must be the same.
+/// Packs `objects` into a new container, and measures each plan. With `twin` each step is planned
+/// in this process too, on the same heightmap: the decisions must be the same.
 pub(crate) fn pack_container(
     cell: &CellClient,
     session_id: &str,
@@ -71,7 +70,8 @@ pub(crate) fn pack_container(
     cell.begin(session_id, objects, false)?;
     let mut measured = Measured::default();
     loop {
-        // Until perception has seen the container, a plan waits for it: that wait is no part of planning.
+        // Until perception has seen the container, a plan waits for it: that wait is no part of
+        // planning.
         let least_state_number = cell.state()?.state_number;
         let heightmap = cell.ask(v1::HeightmapRequest {
             least_state_number,
@@ -89,14 +89,11 @@ pub(crate) fn pack_container(
         }
         measured.degraded += usize::from(!decision.degraded.is_empty());
         if let Some(twin) = &mut twin {
-            let heightmap = heightmap
-                .heightmap
-                .context("perception told no heightmap")?;
+            let heightmap = heightmap.heightmap.context("perception told none")?;
             let took = twin.plan(&heightmap, &decision, objects)?;
             measured.in_process.push(took);
         }
-        let outcome = cell.place(&decision)?;
-        cell.report(&decision, outcome)?;
+        cell.carry_out(&decision)?;
     }
 }
 
@@ -105,13 +102,11 @@ pub(crate) struct Twin<'a> {
     catalogue: &'a Catalogue,
     grid: Grid,
     planner: Planner,
-    is_exhaustive: bool,
 }
 
 impl<'a> Twin<'a> {
-    /// The exhaustive search of the reference setting. Where the stack searches exhaustively too, the decisions are
-    /// compared.
-    pub(crate) fn new(catalogue: &'a Catalogue, is_exhaustive: bool) -> Result<Self> {
+    /// The exhaustive search of the reference setting.
+    pub(crate) fn new(catalogue: &'a Catalogue) -> Result<Self> {
         let grid = Grid::reference();
         let settings = SearchSettings::default();
         let search = Search::new(&grid, &settings)?.bounded();
@@ -127,7 +122,6 @@ impl<'a> Twin<'a> {
             catalogue,
             grid,
             planner,
-            is_exhaustive,
         })
     }
 
@@ -140,19 +134,14 @@ impl<'a> Twin<'a> {
         let (grid, scene) = convert::scene::read_required("scene", heightmap.scene.as_ref())?;
         ensure!(grid == self.grid, "the stack uses another grid");
         let candidate = |item_id: &String| {
-            let arrival: usize = item_id
-                .strip_prefix("item-")
-                .context("an unknown item")?
-                .parse()?;
+            let arrival = item_id.strip_prefix("item-").context("an unknown item")?;
+            let arrival: usize = arrival.parse()?;
             let name = objects.get(arrival).context("an unknown item")?;
             let (_, object) = self.catalogue.find(name).context("an unknown object")?;
             Ok(Candidate::new(arrival, object.item.clone()))
         };
-        let candidates: Vec<Candidate> = decision
-            .buffer
-            .iter()
-            .map(candidate)
-            .collect::<Result<_>>()?;
+        let candidates = decision.buffer.iter().map(candidate);
+        let candidates: Vec<Candidate> = candidates.collect::<Result<_>>()?;
         let input = StepInput {
             step: decision.step,
             ..StepInput::new(&self.grid, &scene, &candidates)
@@ -160,18 +149,15 @@ impl<'a> Twin<'a> {
         let started = Instant::now();
         let choice = self.planner.plan(&input)?.choice();
         let took = started.elapsed();
-        if self.is_exhaustive {
-            let choice = choice.context("the stack placed what cannot be placed")?;
-            let placement = convert::placement::write_resting(&choice.resting);
-            let item = decision.buffer.get(choice.candidate);
-            ensure!(
-                item == Some(&decision.item_id) && decision.placement == Some(placement),
-                "step {}: the stack decided {:?}, the same search in this process {:?}",
-                decision.step,
-                decision.placement,
-                choice
-            );
-        }
+        let choice = choice.context("the stack placed what cannot be placed")?;
+        let placement = convert::placement::write_resting(&choice.resting);
+        let item = decision.buffer.get(choice.candidate);
+        ensure!(
+            item == Some(&decision.item_id) && decision.placement == Some(placement),
+            "step {}: the stack decided {:?}, the same search in this process {choice:?}",
+            decision.step,
+            decision.placement
+        );
         Ok(took)
     }
 }

@@ -1,6 +1,7 @@
 //! `stack`: a whole stack of real processes on this machine, a router and services that connect to it, measured and tested.
 //!
-//! The processes are those that lie beside this program: build them first, as `scripts/test` and `scripts/bench-stack` do.
+//! The processes are those that lie beside this program: build them first, as `scripts/test` and
+//! `scripts/bench-stack` do.
 
 mod bench;
 mod cell;

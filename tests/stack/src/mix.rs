@@ -1,16 +1,17 @@
-//! Cells of several kinds in one stack, and what the services are told of them.
+//! Cells of several kinds in one stack, with the services' settings for them.
 
 use ppnpack_wire::keys::Service;
 use rand::RngExt;
 
 use crate::stack::COARSE;
 
-/// How a cell is seen, and who packs it.
+/// A kind of cell, by its sensor and robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Seen exactly, packed by a robot that makes every placement.
     Plain,
-    /// Seen by a noisy camera; placed items are inspected, and now and then the gripper misses or drops one.
+    /// Seen by a noisy camera; placed items are inspected, and now and then the gripper misses or
+    /// drops one.
     Camera,
     /// Packed by an arm, which cannot hold or reach everything.
     Arm,
@@ -30,40 +31,39 @@ impl Kind {
     }
 }
 
-/// Planned cycles of the arm take about so long, in seconds.
+/// The usual time of the arm's planned cycles, in seconds.
 const CYCLE_S: f64 = 2.0;
 
-/// What an arm leaves for the next container before it gives a container up.
+/// The maximum of items that an arm sets aside before it gives a container up.
 const SET_ASIDE: usize = 40;
 
-/// What a cell with a camera is told about it.
+/// The bridge's settings of a cell with a camera.
 const CAMERA: [&str; 2] = [
     "scan=\"camera\"",
     "camera={noise={sigma_m=0.001,dropout=0.05}}",
 ];
 
-/// How often its robot misses or drops an item.
+/// The chances of its robot to miss or drop an item.
 const MISHAPS: &str = "missed_picks=0.02,drops=0.03";
 
-/// How perception takes the clouds of such a camera.
+/// Perception's settings for such a camera.
 const MAPPER: &str =
     "mapper={noise_m=0.001,point_radius_m=0.001,largest_hole_m=0.005,wall_margin_m=0.003}";
 
-/// Settings of planner and bridge for cells of these kinds, whose robots take so many seconds for a placement.
+/// Settings of planner and bridge for cells of these kinds, whose robots take so many seconds for a
+/// placement.
 pub(crate) fn settings(cells: &[(String, Kind)], place_duration_s: f64) -> Vec<(Service, String)> {
-    let of_cell = |(cell, kind): &(String, Kind)| {
-        let own = planner(*kind)
-            .into_iter()
-            .map(|setting| (Service::Planner, setting));
-        let own = own.chain(
-            bridge(*kind, place_duration_s)
-                .into_iter()
-                .map(|setting| (Service::Bridge, setting)),
-        );
-        let named = |(service, setting)| (service, format!("service.cells.{cell}.{setting}"));
-        own.map(named).collect::<Vec<_>>()
-    };
-    cells.iter().flat_map(of_cell).collect()
+    let of_cells = cells.iter().flat_map(|(cell, kind)| {
+        let of_cell = [
+            (Service::Planner, planner(*kind)),
+            (Service::Bridge, bridge(*kind, place_duration_s)),
+        ];
+        of_cell.into_iter().flat_map(move |(service, settings)| {
+            let settings = settings.into_iter();
+            settings.map(move |setting| (service, format!("service.cells.{cell}.{setting}")))
+        })
+    });
+    of_cells.collect()
 }
 
 fn planner(kind: Kind) -> Vec<String> {
@@ -81,7 +81,8 @@ fn bridge(kind: Kind, place_duration_s: f64) -> Vec<String> {
     let mut settings = vec![format!("place_duration_s={place_duration_s:?}")];
     if kind == Kind::Camera {
         settings.extend(CAMERA.map(str::to_owned));
-        // The draws begin anew where the bridge is killed: from a seed without an early mishap there would be none.
+        // The draws begin anew where the bridge is killed: from a seed without an early mishap
+        // there would be none.
         let seed: u32 = rand::rng().random();
         settings.push(format!("faults={{{MISHAPS},seed={seed}}}"));
     }
@@ -101,10 +102,11 @@ pub(crate) fn exact_perception(cells: &[(String, Kind)]) -> Vec<(Service, String
     of_perception(vec![served(cells, |kind| kind != Kind::Camera)])
 }
 
-/// Settings of another perception service for cells with cameras, as these have noise; `None` where there are none.
+/// Settings of another perception service for cells with cameras, as these have noise; `None` where
+/// there are none.
 pub(crate) fn camera_perception(cells: &[(String, Kind)]) -> Option<Vec<(Service, String)>> {
-    let mut kinds = cells.iter().map(|(_, kind)| *kind);
-    kinds.any(|kind| kind == Kind::Camera).then(|| {
+    let has_cameras = cells.iter().any(|(_, kind)| *kind == Kind::Camera);
+    has_cameras.then(|| {
         let cells = served(cells, |kind| kind == Kind::Camera);
         // What is found again in containers.
         let catalogue = format!("catalogue=\"{}\"", ppnpack_household::BUILTIN);
@@ -122,8 +124,6 @@ fn of_perception(settings: Vec<String>) -> Vec<(Service, String)> {
 
 fn served(cells: &[(String, Kind)], is_served: impl Fn(Kind) -> bool) -> String {
     let names = cells.iter().filter(|(_, kind)| is_served(*kind));
-    let names: Vec<String> = names
-        .map(|(cell, _)| format!("{cell}={{{COARSE}}}"))
-        .collect();
-    format!("cells={{{}}}", names.join(","))
+    let cells = names.map(|(cell, _)| format!("{cell}={{{COARSE}}}"));
+    format!("cells={{{}}}", cells.collect::<Vec<_>>().join(","))
 }

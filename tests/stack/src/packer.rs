@@ -1,4 +1,4 @@
-//! Automatic packing, container after container, for a long time: what it costs at the start and at the end.
+//! Automatic packing, container after container.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
@@ -15,18 +15,18 @@ use crate::cell::CellClient;
 use crate::mix::Kind;
 use crate::stack::Stack;
 
-/// How often a session is looked at.
+/// The time between two looks at a session.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// How long one container may take.
+/// The maximum time for one container.
 const CONTAINER_LIMIT: Duration = Duration::from_secs(600);
 
-/// A decision that was made meanwhile.
+/// A decision of the stack.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Decided {
-    /// Since the start.
+    /// The time since the start.
     pub(crate) at: Duration,
-    /// From the heightmap to the decision on disk.
+    /// The time from the heightmap to the decision on disk.
     pub(crate) took: Duration,
     /// Whether it was planned in another way than was asked for.
     pub(crate) is_degraded: bool,
@@ -52,7 +52,7 @@ pub(crate) fn note_decisions(stack: &Stack, start: Instant) -> Result<Arc<Mutex<
     Ok(decisions)
 }
 
-/// The stage `prepare` is left out: most of it is waiting for the robot and for perception.
+/// Notes a decision, without the stage `prepare`, which mostly waits for robot and perception.
 fn decided(decision: &v1::Decision, at: Duration) -> Decided {
     let stages = decision.stages.iter();
     let planning = stages.filter(|stage| stage.stage != "prepare");
@@ -63,23 +63,23 @@ fn decided(decision: &v1::Decision, at: Duration) -> Decided {
     }
 }
 
-/// What came of one container, by the planner.
+/// The end of one container, by the planner.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Container {
     /// The items that lie in it.
     pub(crate) packed: BTreeSet<String>,
-    /// Those that were placed, and that the inspection did not find.
+    /// The items that were placed, and that the inspection did not find.
     pub(crate) missing: BTreeSet<String>,
-    /// Those that left the cell.
+    /// The items that left the cell.
     pub(crate) lost: BTreeSet<String>,
-    /// How many were set aside, as nothing was possible with them.
+    /// The number of items that were set aside, as nothing was possible with them.
     pub(crate) set_aside: usize,
-    /// How often the automatic mode failed, and that was acknowledged.
+    /// The number of failures of the automatic mode that were acknowledged.
     pub(crate) acknowledged: usize,
 }
 
 impl Container {
-    /// By the items of its session.
+    /// The end by the items of a session.
     pub(crate) fn of(session: &v1::Session) -> Self {
         let of = |is_one: &dyn Fn(&v1::SessionItem) -> bool| -> BTreeSet<String> {
             let items = session.items.iter().filter(|item| is_one(item));
@@ -118,7 +118,6 @@ pub(crate) struct Packer {
 }
 
 impl Packer {
-    /// Packs a cell of this kind.
     pub(crate) fn new(cell: CellClient, kind: Kind) -> Self {
         Self { cell, kind }
     }
@@ -126,8 +125,8 @@ impl Packer {
     /// Packs one container in automatic mode, then has an empty one brought.
     ///
     /// # Errors
-    /// Where the automatic mode failed without an item that is gone, or in a cell where none may be; or what the planner
-    /// acknowledged is not what lies in the container.
+    /// Where the automatic mode failed without an item that is gone, or in a cell where none may
+    /// be, or the container holds other items than the planner acknowledged.
     pub(crate) fn pack(&self, session_id: &str, objects: &[&str]) -> Result<Container> {
         let cell = &self.cell;
         cell.patiently(|cell| cell.begin(session_id, objects, true))?;

@@ -5,22 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 
 use anyhow::{Context, Result, bail};
-use nix::sys::signal;
+pub(crate) use nix::sys::signal::Signal;
+use nix::sys::signal::kill;
 use nix::sys::wait::{Id, WaitPidFlag, waitid};
 use nix::unistd::Pid;
-
-/// What can be done to a process from outside.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Signal {
-    /// Ends it at once.
-    Kill,
-    /// Asks it to end.
-    Terminate,
-    /// Stops it where it is.
-    Stop,
-    /// Lets it go on.
-    Continue,
-}
 
 /// A program with its arguments, which can be run again and again.
 #[derive(Debug)]
@@ -63,10 +51,7 @@ impl Process {
         Ok(())
     }
 
-    pub(crate) fn is_running(&self) -> bool {
-        self.child.is_some()
-    }
-
+    /// The process id, while it runs.
     pub(crate) fn id(&self) -> Option<u32> {
         self.child.as_ref().map(Child::id)
     }
@@ -75,15 +60,9 @@ impl Process {
         let Some(child) = &self.child else {
             bail!("{} does not run", self.program.display());
         };
-        let number = match signal {
-            Signal::Kill => signal::SIGKILL,
-            Signal::Terminate => signal::SIGTERM,
-            Signal::Stop => signal::SIGSTOP,
-            Signal::Continue => signal::SIGCONT,
-        };
         let process = Pid::from_raw(i32::try_from(child.id())?);
-        signal::kill(process, number)?;
-        if signal == Signal::Stop {
+        kill(process, signal)?;
+        if signal == Signal::SIGSTOP {
             // On a busy machine its threads go on for a while.
             waitid(Id::Pid(process), WaitPidFlag::WSTOPPED)?;
         }
@@ -109,7 +88,7 @@ impl Drop for Process {
     }
 }
 
-/// A program of the workspace: beside this one, or beside the folder that this one lies in, as tests do.
+/// A program of the workspace: beside this one, or beside this one's folder, as of tests.
 pub(crate) fn beside(program: &str) -> Result<PathBuf> {
     let own = std::env::current_exe()?;
     let folders = own.ancestors().skip(1).take(2);

@@ -1,4 +1,4 @@
-//! What a bridge's journal and a planner's store say of a cell, read by themselves: neither service takes part.
+//! A bridge's journal and a planner's store, read without the services.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,16 +12,16 @@ use redb::{Database, ReadableDatabase, TableDefinition};
 
 use crate::packer::Container;
 
-/// In the journal, per cell and number: its records.
+/// The journal's records by cell and number.
 const RECORDS: TableDefinition<(&str, u64), &[u8]> = TableDefinition::new("records-2");
 
 /// The number of the first record.
 const FIRST: u64 = 1;
 
-/// In the store's file of a cell, per cell: its session.
+/// The sessions by cell, in the store's file of the cell.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 
-/// Where planner and bridge write.
+/// The files of planner and bridge.
 #[derive(Debug, Clone)]
 pub(crate) struct Files {
     /// The bridge's journal.
@@ -31,7 +31,7 @@ pub(crate) struct Files {
 }
 
 impl Files {
-    /// In this folder.
+    /// The files in a folder.
     pub(crate) fn in_folder(folder: &Path) -> Self {
         Self {
             journal: folder.join("bridge.redb"),
@@ -45,8 +45,8 @@ impl Files {
             .join(format!("{cell}.redb"))
     }
 
-    /// A copy in another folder of what services had written when they were killed: to open a file mends it, which is left to
-    /// them.
+    /// Copies the files of killed services to another folder: to open a file mends it, which is
+    /// left to the services.
     pub(crate) fn copied(&self, folder: &Path, cells: &[String]) -> Result<Self> {
         let copy = Self::in_folder(folder);
         std::fs::copy(&self.journal, &copy.journal)?;
@@ -59,16 +59,16 @@ impl Files {
     }
 }
 
-/// What became of the items of one container.
+/// The items of one container.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Contents {
-    /// What was placed into it, in its order.
+    /// The items that were placed into it, in their order.
     pub(crate) placed: Vec<String>,
-    /// What left the cell.
+    /// The items that left the cell.
     pub(crate) lost: BTreeSet<String>,
 }
 
-/// What a journal says of a cell.
+/// A journal's account of a cell.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Told {
     /// The containers one after the other, the present one at last.
@@ -79,11 +79,12 @@ pub(crate) struct Told {
     pub(crate) has_forgotten: bool,
 }
 
-/// Reads what a journal says of a cell.
+/// Reads a journal's account of a cell.
 ///
 /// # Errors
-/// Where it cannot be read, where a placement id was used twice, an item was placed twice into one container or lies nobody knows
-/// where, anything but the last has no end, or the numbers of states go back.
+/// Where it cannot be read, a placement id was used twice, an item was placed twice into one
+/// container or lies nobody knows where, anything but the last has no end, or the numbers of states
+/// go back.
 pub(crate) fn journal(files: &Files, cell: &str) -> Result<Told> {
     let database = Database::open(&files.journal).context("the journal cannot be opened")?;
     let table = database.begin_read()?.open_table(RECORDS)?;
@@ -144,29 +145,27 @@ impl Contents {
         Ok(())
     }
 
-    /// Whether this is what the planner acknowledged.
+    /// Whether the planner acknowledged just these items.
     pub(crate) fn is_that_of(&self, container: &Container) -> bool {
         let placed: BTreeSet<String> = self.placed.iter().cloned().collect();
         placed == container.placed() && self.lost == container.lost
     }
 
-    /// Whether the planner acknowledged nothing that is not here, and nothing is here that it knows nothing of: the outcome of its
-    /// last decision it may not have.
+    /// Whether all that the planner acknowledged is here, and nothing else but the items of its
+    /// last decision, of which it may not have the outcome.
     fn agrees_with(&self, container: &Container, decided: &BTreeSet<&str>) -> bool {
         let known = container.placed();
         let placed: BTreeSet<String> = self.placed.iter().cloned().collect();
-        let is_decided = |item: &&String| decided.contains(item.as_str());
+        let mut unknown = placed
+            .difference(&known)
+            .chain(self.lost.difference(&container.lost));
         known.is_subset(&placed)
             && container.lost.is_subset(&self.lost)
-            && placed.difference(&known).all(|item| is_decided(&item))
-            && self
-                .lost
-                .difference(&container.lost)
-                .all(|item| is_decided(&item))
+            && unknown.all(|item| decided.contains(item.as_str()))
     }
 }
 
-/// The session of a cell; that before the first one where nothing was written.
+/// Reads the session of a cell; gives an empty one where none was written.
 pub(crate) fn session(files: &Files, cell: &str) -> Result<v1::Session> {
     let path = files.of_cell(cell);
     let database = Database::open(path).context("the store cannot be opened")?;
@@ -176,7 +175,7 @@ pub(crate) fn session(files: &Files, cell: &str) -> Result<v1::Session> {
     Ok(session.transpose()?.unwrap_or_default())
 }
 
-/// Compares store and journal as services left them that were killed.
+/// Compares the store and the journal of killed services.
 ///
 /// # Errors
 /// Where they cannot be read, or the store does not agree with the journal.
@@ -192,7 +191,7 @@ pub(crate) fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
         let last = told.containers.iter().rev();
         // Where an empty one was brought after the session has ended, it is about the one before.
         let is_empty = |contents: &&Contents| **contents == Contents::default();
-        let skipped = usize::from(last.clone().next().as_ref().is_some_and(is_empty));
+        let skipped = usize::from(told.containers.last().as_ref().is_some_and(is_empty));
         let mut both = last.take(1 + skipped);
         ensure!(
             both.any(|contents| contents.agrees_with(&acknowledged, &decided)),
@@ -204,22 +203,20 @@ pub(crate) fn check_killed(files: &Files, cells: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// Compares what the planner acknowledged with what journal and store say, read without the services, which have ended. Where the
-/// journal has forgotten the first containers, the last ones.
+/// Compares the containers that the planner acknowledged with journal and store; the last ones,
+/// where the journal has forgotten the first.
 ///
 /// # Errors
-/// Where they cannot be read, or do not say what was acknowledged.
+/// Where they cannot be read, or disagree.
 pub(crate) fn check_ended(files: &Files, cell: &str, acknowledged: &[Container]) -> Result<()> {
     let journal = journal(files, cell)?;
     ensure!(!journal.is_unfinished, "{cell}: something has no end");
     let told = journal.containers.iter();
-    let told: Vec<&Contents> = told
-        .filter(|contents| !contents.placed.is_empty())
-        .collect();
+    let told = told.filter(|contents| !contents.placed.is_empty());
+    let told: Vec<&Contents> = told.collect();
     let acknowledged = acknowledged.iter();
-    let acknowledged: Vec<&Container> = acknowledged
-        .filter(|container| !container.placed().is_empty())
-        .collect();
+    let acknowledged = acknowledged.filter(|container| !container.placed().is_empty());
+    let acknowledged: Vec<&Container> = acknowledged.collect();
     // Of the first that is left only a part may be known.
     let known = told.len() - usize::from(journal.has_forgotten && !told.is_empty());
     let is_as_many = journal.has_forgotten || known == acknowledged.len();

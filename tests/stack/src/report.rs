@@ -1,4 +1,4 @@
-//! What a long run comes to, as tables.
+//! The results of a long run, as tables.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -13,20 +13,20 @@ use crate::packer::{Container, Decided};
 /// The memory of each process at some moments since the start, in MiB.
 pub(crate) type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
 
-/// What a long run comes to.
+/// The results of a long run.
 pub(crate) struct Report {
-    /// How long it took.
+    /// The time that it took.
     pub(crate) took: Duration,
-    /// How long it was to take, at which decisions and memory are divided into tenths.
+    /// The time that it was to take; decisions and memory are told by tenths of it.
     pub(crate) all: Duration,
-    /// What was packed, per cell; nothing where it failed: what became of the containers is not known then.
+    /// The containers of each cell; none where the run failed, as their ends are not known then.
     pub(crate) cells: Vec<(String, Kind, Vec<Container>)>,
     pub(crate) decisions: Vec<Decided>,
-    /// What was done to the stack.
+    /// The faults of the stack.
     pub(crate) faults: Struck,
-    /// What could not be done to it here, and why.
+    /// The faults that were not possible here, and why.
     pub(crate) left_out: Vec<&'static str>,
-    /// Lines of the logs that warn or tell of an error, per process.
+    /// The number of warnings and errors in each process's log.
     pub(crate) complaints: BTreeMap<String, usize>,
     pub(crate) memory: Samples,
 }
@@ -42,7 +42,7 @@ impl Report {
         ((at.as_secs_f64() / self.all.as_secs_f64() * 10.0) as usize).min(9)
     }
 
-    /// What a process had in memory, in MiB: the mean of each tenth of the time.
+    /// The mean memory of a process in each tenth of the time, in MiB.
     fn tenths_mib(&self, samples: &[(Duration, f64)]) -> [f64; 10] {
         std::array::from_fn(|tenth| {
             let of_tenth = samples.iter().filter(|(at, _)| self.tenth_of(*at) == tenth);
@@ -51,8 +51,8 @@ impl Report {
         })
     }
 
-    /// Checks that nothing kept growing by more than so many MiB, all served again within so many seconds, and without faults
-    /// nothing was degraded.
+    /// Checks that no memory grew by more than so many MiB, all served again within so many
+    /// seconds, and nothing was degraded without faults.
     ///
     /// # Errors
     /// The first that is not so.

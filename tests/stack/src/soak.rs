@@ -24,11 +24,11 @@ use crate::records::{self, Files};
 use crate::report::{Report, Samples};
 use crate::stack::{Options, Stack};
 
-/// Packs container after container in automatic mode, and says what latency and memory were at the start and at the
-/// end. Fails where anything was lost, failed or kept growing.
+/// Packs container after container in automatic mode, and says what latency and memory were at the
+/// start and at the end. Fails where anything was lost, failed or kept growing.
 ///
-/// The first cell is plain, the second has a camera and inspects what was placed, the third has an arm; the next ones begin
-/// again.
+/// The first cell is plain, the second has a camera and inspects what was placed, the third has an
+/// arm; the next ones begin again.
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// How long, in seconds
@@ -51,16 +51,17 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 0.2)]
     place_duration: f64,
 
-    /// What a service's memory may grow by after the first tenth, in MiB
+    /// The maximum growth of a service's memory after the first tenth, in MiB
     #[arg(long, default_value_t = 16.0)]
     growth: f64,
 
-    /// Seconds between two faults, about: processes that are killed or stopped, cells that are held, full disks, clocks that
-    /// are set; without, nothing fails
+    /// Seconds between two faults, about: processes that are killed or stopped, cells that are
+    /// held, full disks, clocks that are set; without, nothing fails
     #[arg(long, value_name = "SECONDS")]
     faults: Option<f64>,
 
-    /// After a fault has ended, fresh requests succeed within so many seconds; more is fair where others use the machine
+    /// After a fault has ended, fresh requests succeed within so many seconds; more is fair where
+    /// others use the machine
     #[arg(long, default_value_t = 5.0, value_name = "SECONDS")]
     recovery: f64,
 }
@@ -68,7 +69,7 @@ pub(crate) struct Arguments {
 /// Between two looks at the memory.
 const LOOK: Duration = Duration::from_secs(10);
 
-/// The disk of journal and store, in MiB: some times what they come to in an hour.
+/// The disk of journal and store, in MiB: several times what an hour writes.
 const DISK_MIB: u32 = 128;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -86,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     ended
 }
 
-/// Gives what was measured, and what failed, if anything did: what became of the containers is not known then.
+/// Gives the measurements, and the failure, if any: the ends of the containers are not known then.
 fn soak(
     arguments: &Arguments,
     cells: &[(String, Kind)],
@@ -186,14 +187,14 @@ struct Run<'a> {
     catalogue: &'a Catalogue,
     arguments: &'a Arguments,
     start: Instant,
-    /// How long it goes on.
+    /// The time for which it goes on.
     all: Duration,
     samples: Samples,
 }
 
 impl Run<'_> {
-    /// Packs in every cell until the time is over; looks at the memory, and lets things fail, meanwhile. Gives the containers
-    /// of each cell.
+    /// Packs in every cell until the time is over, and meanwhile looks at the memory and strikes
+    /// with faults. Gives the containers of each cell.
     fn go(&mut self, cells: &[(String, Kind)], faults: &mut Faults) -> Result<Vec<Vec<Container>>> {
         let clients = (0..cells.len()).map(|cell| self.stack.cell(cell));
         let clients = clients.collect::<Result<Vec<CellClient>>>()?;
@@ -288,7 +289,7 @@ fn pack_cell(
     Ok(packed)
 }
 
-/// Compares what the planner acknowledged with what journal and store say, read without bridge and planner.
+/// Compares the planner's containers with journal and store, read without bridge and planner.
 fn check_records(
     stack: &mut Stack,
     cells: &[String],
@@ -296,13 +297,13 @@ fn check_records(
     packed: &[Vec<Container>],
 ) -> Result<()> {
     for name in ["planner-1", "bridge-1"] {
-        stack.signal(name, Signal::Terminate)?;
+        stack.signal(name, Signal::SIGTERM)?;
     }
     let mut cells = cells.iter().zip(packed);
     cells.try_for_each(|(cell, packed)| records::check_ended(files, cell, packed))
 }
 
-/// Keeps logs and what was written, for whoever looks why it failed; what cannot be kept is left out.
+/// Keeps logs, journal and store of a run that failed; what cannot be kept is left out.
 fn keep(stack: &Stack, files: &Files, cells: &[String], folder: &Path) {
     drop(files.copied(folder, cells));
     for name in stack.names() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::TcpListener;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow, ensure};
@@ -15,7 +15,7 @@ use zenoh::Wait;
 use crate::cell::CellClient;
 use crate::process::{Process, Signal, beside};
 
-/// How long a service may take to start: the catalogue is read, the network warmed up.
+/// The maximum time for a service to start: it reads the catalogue and warms up the network.
 const START_LIMIT: Duration = Duration::from_secs(60);
 
 /// The paper's grid, on which steps are quick.
@@ -24,14 +24,14 @@ pub(crate) const COARSE: &str = "cell_m=0.01,yaws=4";
 /// The paper's objective alone, with nothing set aside.
 const PUBLISHED: &str = "weights={},scene_value={weight=0.0},set_aside=0";
 
-/// What a stack is made of.
+/// The parts and settings of a stack.
 #[derive(Debug, Clone)]
 pub(crate) struct Options {
     /// The names of its cells.
     pub(crate) cells: Vec<String>,
     /// Whether there is a ppn service, and the planner asks it.
     pub(crate) has_network: bool,
-    /// Where the planner has placements evaluated: `services`, or `in-process` as it is without this.
+    /// The planner's setting `evaluate`: `services`, or its default, `in-process`.
     pub(crate) evaluate: &'static str,
     /// Further settings per service, as for `--set`.
     pub(crate) settings: Vec<(Service, String)>,
@@ -56,10 +56,10 @@ pub(crate) struct Stack {
     // Dropped first: clients before those they talk to.
     session: zenoh::Session,
     processes: BTreeMap<String, Process>,
-    /// Of the router.
+    /// The router's endpoint.
     pub(crate) endpoint: String,
     cells: Vec<String>,
-    /// Where stores, journals and logs lie.
+    /// The folder of stores, journals and logs.
     pub(crate) folder: tempfile::TempDir,
 }
 
@@ -68,18 +68,13 @@ impl Stack {
     pub(crate) fn start(options: &Options) -> Result<Self> {
         let folder = tempfile::tempdir()?;
         let endpoint = format!("tcp/127.0.0.1:{}", free_port()?);
-        let mut processes = BTreeMap::new();
         let router = vec![
-            "--set".to_owned(),
             format!("zenoh.listen=[\"{endpoint}\"]"),
-            "--set".to_owned(),
             "admin.listen=127.0.0.1:0".to_owned(),
         ];
         let log = folder.path().join("router.log");
-        let program = beside("ppnpack-router")?;
-        let mut process = Process::new(program, router, &options.environment, &log);
-        process.start()?;
-        processes.insert("router".to_owned(), process);
+        let router = start("ppnpack-router", router, options, &log)?;
+        let processes = BTreeMap::from([("router".to_owned(), router)]);
         let session = connect(&endpoint)?;
         let mut stack = Self {
             session,
@@ -88,13 +83,12 @@ impl Stack {
             cells: options.cells.clone(),
             folder,
         };
-        stack.add(Service::Heuristic, 1, options)?;
-        if options.has_network {
-            stack.add(Service::Ppn, 1, options)?;
+        let network = options.has_network.then_some(Service::Ppn);
+        let services = [Service::Heuristic].into_iter().chain(network);
+        let others = [Service::Perception, Service::Bridge, Service::Planner];
+        for service in services.chain(others) {
+            stack.add(service, 1, options)?;
         }
-        stack.add(Service::Perception, 1, options)?;
-        stack.add(Service::Bridge, 1, options)?;
-        stack.add(Service::Planner, 1, options)?;
         let names: Vec<String> = stack.processes.keys().cloned().collect();
         for name in names {
             stack.wait_ready(&name)?;
@@ -108,7 +102,8 @@ impl Stack {
         Ok(format!("{service}-2"))
     }
 
-    /// Starts the operator's page on a port of the system's choice, and waits until it is served; gives the page.
+    /// Starts the operator's page on a port of the system's choice, and waits until it is served;
+    /// gives the page.
     #[cfg(test)]
     pub(crate) fn add_console(
         &mut self,
@@ -140,7 +135,11 @@ impl Stack {
             };
             self.folder.path().join(file).display().to_string()
         };
-        let cells = options.cells.iter();
+        let cells = |of_each: &str| {
+            let cells = options.cells.iter();
+            let cells: Vec<String> = cells.map(|cell| format!("{cell}={{{of_each}}}")).collect();
+            format!("service.cells={{{}}}", cells.join(","))
+        };
         match service {
             Service::Planner => {
                 settings.push(format!("service.store={}", path("sessions")));
@@ -148,42 +147,22 @@ impl Stack {
                     true => "{from=\"network\",percent=5.0,coarsening={cells=1,yaws=1}}",
                     false => "{from=\"all\"}",
                 };
-                settings.push(format!(
-                    "service.cells={{{}}}",
-                    cells
-                        .map(|cell| {
-                            let evaluate = options.evaluate;
-                            let method = format!("evaluate=\"{evaluate}\",proposals={from}");
-                            format!("{cell}={{{method},{COARSE},{PUBLISHED}}}")
-                        })
-                        .collect::<Vec<_>>()
-                        .join(",")
-                ));
+                let evaluate = options.evaluate;
+                let method = format!("evaluate=\"{evaluate}\",proposals={from}");
+                settings.push(cells(&format!("{method},{COARSE},{PUBLISHED}")));
             }
             Service::Perception => settings.push(format!("service.grid={{{COARSE}}}")),
             Service::Bridge => {
                 settings.push(format!("service.journal={}", path("bridge")));
-                settings.push(format!(
-                    "service.cells={{{}}}",
-                    cells
-                        .map(|cell| format!("{cell}={{}}"))
-                        .collect::<Vec<_>>()
-                        .join(",")
-                ));
+                settings.push(cells(""));
             }
             Service::Console => settings.push("service.listen=127.0.0.1:0".to_owned()),
             _ => {}
         }
         let own = options.settings.iter().filter(|(of, _)| *of == service);
         settings.extend(own.map(|(_, setting)| setting.clone()));
-        let arguments = settings
-            .into_iter()
-            .flat_map(|setting| ["--set".to_owned(), setting])
-            .collect();
         let log = self.folder.path().join(format!("{name}.log"));
-        let program = beside(&format!("ppnpack-{service}"))?;
-        let mut process = Process::new(program, arguments, &options.environment, &log);
-        process.start()?;
+        let process = start(&format!("ppnpack-{service}"), settings, options, &log)?;
         self.processes.insert(name, process);
         Ok(())
     }
@@ -202,19 +181,14 @@ impl Stack {
         ))
     }
 
-    /// The process id of an instance, such as `planner-1`.
-    fn process_id(&self, name: &str) -> Option<u32> {
-        self.processes.get(name)?.id()
-    }
-
     /// The names of all instances, and of the router.
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.processes.keys().map(String::as_str)
     }
 
-    /// What an instance has in memory, in MiB.
+    /// Gives the resident memory of an instance, in MiB.
     pub(crate) fn resident_mib(&self, name: &str) -> Result<f64> {
-        let id = self.process_id(name);
+        let id = self.processes.get(name).and_then(Process::id);
         let id = id.with_context(|| format!("{name} does not run"))?;
         let status = std::fs::read_to_string(format!("/proc/{id}/status"))?;
         let line = status.lines().find(|line| line.starts_with("VmRSS:"));
@@ -225,7 +199,7 @@ impl Stack {
 
     /// The log of an instance.
     pub(crate) fn log(&self, name: &str) -> Result<String> {
-        let path: PathBuf = self.folder.path().join(format!("{name}.log"));
+        let path = self.folder.path().join(format!("{name}.log"));
         Ok(std::fs::read_to_string(path)?)
     }
 
@@ -242,9 +216,7 @@ impl Stack {
     /// Waits until an instance has ended by itself, with an error.
     #[cfg(test)]
     pub(crate) fn wait_failed(&mut self, name: &str) -> Result<()> {
-        let process = self.processes.get_mut(name);
-        let process = process.with_context(|| format!("there is no {name}"))?;
-        let status = process.wait()?;
+        let status = self.process(name)?.wait()?;
         ensure!(
             !status.success(),
             "{name} ended with {status}: {}",
@@ -255,13 +227,12 @@ impl Stack {
 
     /// Sends a signal to an instance, such as `planner-1`, or to the `router`.
     pub(crate) fn signal(&mut self, name: &str, signal: Signal) -> Result<()> {
-        let process = self.processes.get_mut(name);
-        let process = process.with_context(|| format!("there is no {name}"))?;
+        let process = self.process(name)?;
         process.send(signal)?;
-        if matches!(signal, Signal::Kill | Signal::Terminate) {
+        if matches!(signal, Signal::SIGKILL | Signal::SIGTERM) {
             let status = process.wait()?;
             ensure!(
-                signal == Signal::Kill || status.success(),
+                signal == Signal::SIGKILL || status.success(),
                 "{name} ended with {status}: {}",
                 self.log(name)?
             );
@@ -271,10 +242,20 @@ impl Stack {
 
     /// Starts an instance again.
     pub(crate) fn restart(&mut self, name: &str) -> Result<()> {
-        let process = self.processes.get_mut(name);
-        let process = process.with_context(|| format!("there is no {name}"))?;
-        ensure!(!process.is_running(), "{name} runs already");
+        let process = self.process(name)?;
+        ensure!(process.id().is_none(), "{name} runs already");
         process.start()
+    }
+
+    /// Kills an instance and starts it again.
+    pub(crate) fn kill(&mut self, name: &str) -> Result<()> {
+        self.signal(name, Signal::SIGKILL)?;
+        self.restart(name)
+    }
+
+    fn process(&mut self, name: &str) -> Result<&mut Process> {
+        let process = self.processes.get_mut(name);
+        process.with_context(|| format!("there is no {name}"))
     }
 
     /// Waits until an instance is alive and ready.
@@ -305,6 +286,16 @@ impl Stack {
     }
 }
 
+/// Starts a program with these settings, and the options' environment.
+fn start(program: &str, settings: Vec<String>, options: &Options, log: &Path) -> Result<Process> {
+    let settings = settings.into_iter();
+    let arguments = settings.flat_map(|setting| ["--set".to_owned(), setting]);
+    let (program, arguments) = (beside(program)?, arguments.collect());
+    let mut process = Process::new(program, arguments, &options.environment, log);
+    process.start()?;
+    Ok(process)
+}
+
 /// A session of its own with a router.
 pub(crate) fn connect(endpoint: &str) -> Result<zenoh::Session> {
     let settings = ZenohSettings {
@@ -325,7 +316,7 @@ pub(crate) fn connect(endpoint: &str) -> Result<zenoh::Session> {
     }
 }
 
-/// A port that was free a moment ago: the router needs to be told one, as it is started again on the same.
+/// A port that was free a moment ago: the router needs one that it can be started on again.
 fn free_port() -> Result<u16> {
     Ok(TcpListener::bind("127.0.0.1:0")?.local_addr()?.port())
 }

@@ -1,5 +1,5 @@
-//! A cell with two containers, of which each is a process's business alone: what is decided for the one goes into the one, once,
-//! whatever is killed meanwhile.
+//! A cell with two containers: a decision for one goes into that one, once, whatever is killed
+//! meanwhile.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
@@ -9,35 +9,28 @@ use crate::process::Signal;
 use crate::records::{self, Files};
 use crate::stack::Stack;
 use crate::tests::common::{
-    self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, wait_for,
+    self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, refused, wait_for,
+    wait_until_packed,
 };
 use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1::{self, ItemState, SessionEnd, Status};
+use ppnpack_wire::v1::{self, ItemState, Status};
 
 const CONTAINERS: [&str; 2] = ["left", "right"];
 
-/// A stack of one cell whose robot serves two containers, and of which each is closed as soon as it is a little full.
-fn stack() -> Stack {
+/// A stack of one cell whose robot serves two containers; each is closed when it is a little full.
+fn start() -> (Stack, CellClient) {
+    let containers = "service.cells.cell-1.containers={left={},right={}}";
+    let closing = "service.cells.cell-1.closing={renews=true,fill_percent=5.0}";
     let cell = "{place_duration_s=0.1}";
+    let cells = format!("service.cells={{left={cell},right={cell}}}");
+    let robots = "service.robots={cell-1=[\"left\",\"right\"]}";
     let options = common::with(&[
-        (
-            Service::Planner,
-            "service.cells.cell-1.containers={left={},right={}}",
-        ),
-        (
-            Service::Planner,
-            "service.cells.cell-1.closing={renews=true,fill_percent=5.0}",
-        ),
-        (
-            Service::Bridge,
-            &format!("service.cells={{left={cell},right={cell}}}"),
-        ),
-        (
-            Service::Bridge,
-            "service.robots={cell-1=[\"left\",\"right\"]}",
-        ),
+        (Service::Planner, containers),
+        (Service::Planner, closing),
+        (Service::Bridge, &cells),
+        (Service::Bridge, robots),
     ]);
-    Stack::start(&options).unwrap()
+    common::started(&options)
 }
 
 fn begin(cell: &CellClient, objects: &[&str], is_automatic: bool) {
@@ -54,7 +47,7 @@ fn containers(cell: &CellClient) -> [CellClient; 2] {
     CONTAINERS.map(|name| cell.container(name).unwrap())
 }
 
-/// Which items lie in which of the containers that stood somewhere one after another.
+/// The items in each container, by its place and its number among those that stood there.
 type Lying = BTreeMap<(String, u64), BTreeSet<String>>;
 
 fn by_session(session: &v1::Session) -> Lying {
@@ -87,24 +80,16 @@ fn by_journal(files: &Files) -> Lying {
 
 #[test]
 fn two_containers_are_packed_and_renewed_while_processes_are_killed() {
-    let mut stack = stack();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = start();
     begin(&cell, &OBJECTS, true);
     let packed = |session: &v1::Session| common::count(session, ItemState::Packed);
-    for name in [
-        "bridge-1",
-        "planner-1",
-        "perception-1",
-        "router",
-        "bridge-1",
-        "planner-1",
-    ] {
-        let before = packed(&cell.session().unwrap());
+    let killed = ["bridge-1", "planner-1", "perception-1", "router"];
+    for name in killed.into_iter().chain(["bridge-1", "planner-1"]) {
+        let before = common::count_packed(&cell);
         wait_for(&cell, |session| {
             packed(session) >= before + 4 || session.end != 0
         });
-        stack.signal(name, Signal::Kill).unwrap();
-        stack.restart(name).unwrap();
+        stack.kill(name).unwrap();
         let ended = Instant::now();
         let when = format!("{name} killed");
         cell.ask_within(v1::SessionRequest::default(), RECOVERY)
@@ -112,36 +97,25 @@ fn two_containers_are_packed_and_renewed_while_processes_are_killed() {
         for container in containers(&cell) {
             // The session is the cell's.
             let until = ended + RECOVERY;
-            assert_serves_container(&container, until, &when);
+            common::assert_serves_container(&container, until, &when);
         }
         assert_recovered(ended, &when);
         assert_consistent(&cell, &when);
     }
-    let session = wait_for(&cell, |session| session.end != 0);
-    assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);
+    let session = wait_until_packed(&cell);
     assert_eq!(packed(&session), OBJECTS.len());
     assert!(session.closed.len() >= 2, "{:?}", session.closed);
     assert_consistent(&cell, "at the end");
     for name in ["planner-1", "bridge-1"] {
-        stack.signal(name, Signal::Terminate).unwrap();
+        stack.signal(name, Signal::SIGTERM).unwrap();
     }
     let files = Files::in_folder(stack.folder.path());
     assert_eq!(by_journal(&files), by_session(&session));
 }
 
-fn assert_serves_container(container: &CellClient, until: Instant, when: &str) {
-    let left = until.saturating_duration_since(Instant::now());
-    let served = container.ask_within(v1::CellStateRequest::default(), left);
-    served.unwrap_or_else(|error| panic!("{when}: bridge: {error}"));
-    let left = until.saturating_duration_since(Instant::now());
-    let served = container.ask_within(v1::HeightmapRequest::default(), left);
-    served.unwrap_or_else(|error| panic!("{when}: perception: {error}"));
-}
-
 #[test]
 fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
-    let mut stack = stack();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = start();
     begin(&cell, &OBJECTS[..4], false);
     let [left, right] = containers(&cell);
     let decision = cell.plan().unwrap().unwrap();
@@ -157,43 +131,36 @@ fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
         state_number,
         ..v1::PlaceRequest::from(&decision)
     };
-    let refused = other.ask(elsewhere.clone()).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Busy), "{refused}");
-    let outcome = cell.place(&decision).unwrap();
-    cell.report(&decision, outcome).unwrap();
+    refused(&other, elsewhere.clone(), Status::Busy);
+    cell.carry_out(&decision).unwrap();
     assert_consistent(&cell, "after a placement");
 
-    let hold = v1::HoldRequest {
-        reason: "a hand".to_owned(),
-        ..v1::HoldRequest::default()
-    };
-    own.ask(hold).unwrap();
-    let refused = other.ask(elsewhere.clone()).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
-    // Also where the bridge was killed before each had it written down: nothing begins before it is known of all.
-    stack.signal("bridge-1", Signal::Kill).unwrap();
-    stack.restart("bridge-1").unwrap();
-    let refused = other.ask(elsewhere).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
+    own.hold("a hand").unwrap();
+    refused(&other, elsewhere.clone(), Status::Held);
+    // Also where the bridge was killed before each had it written down: nothing begins before it is
+    // known of all.
+    stack.kill("bridge-1").unwrap();
+    refused(&other, elsewhere, Status::Held);
     let renewal = v1::RenewRequest {
         state_number: other.state().unwrap().state_number,
         ..v1::RenewRequest::default()
     };
-    let refused = other.ask(renewal).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
+    refused(&other, renewal, Status::Held);
     until_hold_is(&other, true);
     other.resume().unwrap();
     until_hold_is(&own, false);
     cell.acknowledge().unwrap();
-    let session = wait_for(&cell, |session| session.end != 0);
-    assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);
+    let session = wait_until_packed(&cell);
     assert_consistent(&cell, "at the end");
 }
 
 /// Waits until the state of a container says whether it is held.
 fn until_hold_is(container: &CellClient, is_held: bool) {
-    let until = Instant::now() + RECOVERY;
-    while container.state().unwrap().hold.is_some() != is_held {
-        assert!(Instant::now() < until, "held: not {is_held}");
-    }
+    common::within(RECOVERY, || {
+        let hold = container.state().unwrap().hold;
+        match hold.is_some() == is_held {
+            true => Ok(()),
+            false => Err(format!("{hold:?}")),
+        }
+    });
 }

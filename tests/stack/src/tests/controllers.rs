@@ -1,10 +1,10 @@
 //! The example controllers against a stack of real processes, with the planner killed on the way.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::process::Signal;
+use crate::process::beside;
 use crate::stack::{Options, Stack};
 use crate::tests::common::{OBJECTS, assert_consistent, slow_robot};
 
@@ -24,18 +24,12 @@ fn packs_over_a_restart(mut controller: Command) {
         let is_fifth = line.starts_with("step 4:");
         said.push(line);
         if is_fifth {
-            stack.signal("planner-1", Signal::Kill).unwrap();
-            stack.restart("planner-1").unwrap();
+            stack.kill("planner-1").unwrap();
         }
     }
-    let status = child.wait().unwrap();
-    let mut errors = String::new();
-    child
-        .stderr
-        .take()
-        .unwrap()
-        .read_to_string(&mut errors)
-        .unwrap();
+    let ended = child.wait_with_output().unwrap();
+    let errors = String::from_utf8_lossy(&ended.stderr);
+    let status = ended.status;
     assert!(status.success(), "{status}: {errors}\n{said:#?}");
     let last = said.last().unwrap();
     let packed: usize = last.split_whitespace().nth(1).unwrap().parse().unwrap();
@@ -45,13 +39,7 @@ fn packs_over_a_restart(mut controller: Command) {
 
 #[test]
 fn the_controller_in_rust_packs_over_a_restart_of_the_planner() {
-    let folder = std::env::current_exe().unwrap();
-    let program = folder
-        .ancestors()
-        .nth(2)
-        .unwrap()
-        .join("ppnpack-example-controller");
-    assert!(program.exists(), "{} is not built", program.display());
+    let program = beside("ppnpack-example-controller").unwrap();
     packs_over_a_restart(Command::new(program));
 }
 
@@ -65,10 +53,7 @@ fn the_controller_in_python_packs_over_a_restart_of_the_planner() {
         .output()
         .unwrap();
     let errors = String::from_utf8_lossy(&made.stderr);
-    assert!(
-        made.status.success(),
-        "the environment cannot be made: {errors}"
-    );
+    assert!(made.status.success(), "there is no environment: {errors}");
     let mut controller = Command::new(environment.join("bin/python"));
     controller.arg(example.join("cell_controller.py"));
     packs_over_a_restart(controller);

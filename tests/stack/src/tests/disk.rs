@@ -1,32 +1,36 @@
 //! A disk that is full, and one that cannot be written to, under the session store and the journal.
 //!
-//! That takes a small file system of its own, and files that nobody may write to, for which one has to be root; without
-//! that the tests say so and are skipped, and fail where `CI` is set.
+//! That takes a small file system of its own, and files that nobody may write to, which only root
+//! can make. Without root the tests say so and are skipped, and fail where `CI` is set.
 
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
+use crate::cell::CellClient;
 use crate::disk::Disk;
 use crate::stack::Stack;
-use crate::tests::common::{self, OBJECTS, assert_consistent, assert_serves_again, not_placed};
+use crate::tests::common::{
+    self, OBJECTS, assert_consistent, assert_serves_again, not_placed, refused,
+};
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, Status};
 
-/// What planner and bridge write.
+/// The files of planner and bridge.
 const FILES: [&str; 3] = ["sessions.redb", "bridge.redb", "sessions.cells/cell-1.redb"];
 
 /// A stack whose planner and bridge write to this folder.
-fn stack(folder: &Path) -> Stack {
+fn start(folder: &Path) -> (Stack, CellClient) {
     let [sessions, journal, _] = FILES.map(|name| folder.join(name).display().to_string());
     let options = common::with(&[
         (Service::Planner, &format!("service.store={sessions}")),
         (Service::Bridge, &format!("service.journal={journal}")),
     ]);
-    Stack::start(&options).unwrap()
+    common::started(&options)
 }
 
-/// Lets nobody write to the files of a folder, or everybody again; false where that is not possible here.
+/// Lets nobody write to the files of a folder, or everybody again; false where that is not possible
+/// here.
 fn set_immutable(folder: &Path, is_immutable: bool) -> bool {
     let mut change = Command::new("chattr");
     change.arg(if is_immutable { "+i" } else { "-i" });
@@ -43,10 +47,10 @@ impl Drop for Released<'_> {
     }
 }
 
-/// Nothing is acknowledged while what is in the folder cannot be written to, and everything goes on afterwards.
+/// Checks that nothing is acknowledged while the folder cannot be written to, and all goes on
+/// afterwards.
 fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl FnOnce()) {
-    let stack = stack(folder);
-    let cell = stack.cell(0).unwrap();
+    let (_stack, cell) = start(folder);
     cell.begin("disk", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
     let decision = cell.plan().unwrap().unwrap();
@@ -54,11 +58,9 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
 
     break_it();
     let place = v1::PlaceRequest::from(&decision);
-    let refused = cell.ask(place).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    refused(&cell, place.clone(), Status::Unavailable);
     // Held it is all the same.
-    let refused = cell.ask(v1::HoldRequest::default()).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    refused(&cell, v1::HoldRequest::default(), Status::Unavailable);
     assert!(cell.state().unwrap().hold.is_some());
     let report = v1::ReportRequest {
         decision_id: decision.decision_id.clone(),
@@ -68,18 +70,15 @@ fn survives(folder: &Path, fault: &str, break_it: impl FnOnce(), mend_it: impl F
         }),
         ..v1::ReportRequest::default()
     };
-    let refused = cell.ask(report).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    refused(&cell, report, Status::Unavailable);
     assert_eq!(cell.session().unwrap(), session);
     assert_eq!(cell.state().unwrap().state_number, state.state_number);
 
     mend_it();
     assert_serves_again(&cell, Instant::now(), fault);
-    let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Held), "{refused}");
+    refused(&cell, place.clone(), Status::Held);
     cell.resume().unwrap();
-    let refused = cell.ask(v1::PlaceRequest::from(&decision)).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Stale), "{refused}");
+    refused(&cell, place, Status::Stale);
     cell.report(&decision, not_placed(&cell)).unwrap();
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");

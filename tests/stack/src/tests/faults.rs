@@ -1,18 +1,18 @@
 //! Faults of real processes. Each test has a set-up, a fault, a recovery and an invariant.
 //!
-//! The invariants are those of `docs/reliability.md`: nothing that was acknowledged is lost, nothing is placed twice,
-//! nothing is placed for another state of the container, and a fresh request succeeds within five seconds of the end
-//! of the fault.
+//! The invariants are those of `docs/reliability.md`: nothing that was acknowledged is lost,
+//! nothing is placed twice or for another state of the container, and a fresh request succeeds
+//! within five seconds of the end of the fault.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use crate::cell::CellClient;
 use crate::process::Signal;
-use crate::stack::{Options, Stack};
+use crate::stack::Options;
 use crate::tests::common::{
-    self, OBJECTS, RECOVERY, assert_consistent, assert_recovered, assert_serves_again, finish,
-    slow_robot,
+    self, INSTANCES, OBJECTS, RECOVERY, assert_consistent, assert_degraded, assert_recovered,
+    assert_serves_again, finish, slow_robot, started,
 };
 use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
@@ -33,7 +33,7 @@ const STAGES: [Stage; 4] = [
     Stage::Placed,
 ];
 
-/// One step, with something done at one of its stages. Everything that a controller does is repeatable.
+/// Makes one step, with a fault at one of its stages. A controller may repeat all that it does.
 fn step_with(cell: &CellClient, at: Stage, fault: &mut dyn FnMut()) -> Option<v1::Decision> {
     let mut at_stage = |stage| {
         if stage == at {
@@ -53,29 +53,18 @@ fn step_with(cell: &CellClient, at: Stage, fault: &mut dyn FnMut()) -> Option<v1
 
 #[test]
 fn each_service_is_killed_at_each_stage_of_a_step() {
-    let mut stack = Stack::start(&slow_robot(Options::default())).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&slow_robot(Options::default()));
     cell.begin("kills", &OBJECTS, false).unwrap();
-    for name in [
-        "planner-1",
-        "heuristic-1",
-        "perception-1",
-        "bridge-1",
-        "router",
-    ] {
+    for name in INSTANCES {
         for stage in STAGES {
             let mut ended = Instant::now();
             let mut kill = || {
-                stack.signal(name, Signal::Kill).unwrap();
-                stack.restart(name).unwrap();
+                stack.kill(name).unwrap();
                 ended = Instant::now();
             };
             let decision = step_with(&cell, stage, &mut kill);
-            assert!(
-                decision.is_some(),
-                "{name} at {stage:?}: nothing was decided"
-            );
             let when = format!("{name} killed at {stage:?}");
+            assert!(decision.is_some(), "{when}: nothing was decided");
             assert_serves_again(&cell, ended, &when);
             assert_consistent(&cell, &when);
         }
@@ -85,81 +74,66 @@ fn each_service_is_killed_at_each_stage_of_a_step() {
 
 #[test]
 fn everything_is_killed_while_the_planner_packs_by_itself() {
-    let mut stack = Stack::start(&slow_robot(Options::default())).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&slow_robot(Options::default()));
     cell.begin("all-killed", &OBJECTS[..12], true).unwrap();
     for round in 0..3 {
         let packed = |session: &v1::Session| common::count(session, v1::ItemState::Packed);
-        let before = packed(&cell.session().unwrap());
+        let before = common::count_packed(&cell);
         common::wait_for(&cell, |session| {
             packed(session) > before || session.end != 0
         });
-        let all = [
-            "planner-1",
-            "heuristic-1",
-            "perception-1",
-            "bridge-1",
-            "router",
-        ];
-        for name in all {
-            stack.signal(name, Signal::Kill).unwrap();
+        for name in INSTANCES {
+            stack.signal(name, Signal::SIGKILL).unwrap();
         }
-        for name in all {
+        for name in INSTANCES {
             stack.restart(name).unwrap();
         }
         let when = format!("everything killed, round {round}");
         assert_serves_again(&cell, Instant::now(), &when);
         assert_consistent(&cell, &when);
     }
-    let session = common::wait_for(&cell, |session| session.end != 0);
+    let session = common::wait_for_end(&cell);
     assert_ne!(session.end(), v1::SessionEnd::Failed, "{}", session.failure);
     assert_consistent(&cell, "at the end");
 }
 
-#[test]
-fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
-    cell.begin("stopped", &OBJECTS, false).unwrap();
-    assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
-
-    stack.signal("heuristic-1", Signal::Stop).unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert!(
-        decision.degraded[0].contains("heuristic-1"),
-        "{:?}",
-        decision.degraded
-    );
-    assert_consistent(&cell, "while it is stopped");
-
-    stack.signal("heuristic-1", Signal::Continue).unwrap();
+/// Asserts that steps are soon planned as they were asked for.
+fn assert_asks_again(cell: &CellClient, when: &str) {
     let ended = Instant::now();
-    let when = "a stopped heuristic service is asked again";
     while !cell.step().unwrap().unwrap().degraded.is_empty() {
         assert!(ended.elapsed() < RECOVERY, "{when}");
     }
     assert_recovered(ended, when);
-    assert_consistent(&cell, "afterwards");
+    assert_consistent(cell, "afterwards");
+}
+
+#[test]
+fn a_stopped_heuristic_service_is_done_without_until_it_goes_on() {
+    let (mut stack, cell) = started(&Options::default());
+    cell.begin("stopped", &OBJECTS, false).unwrap();
+    assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
+
+    stack.signal("heuristic-1", Signal::SIGSTOP).unwrap();
+    assert_degraded(&cell.step().unwrap().unwrap(), "heuristic-1");
+    assert_consistent(&cell, "while it is stopped");
+
+    stack.signal("heuristic-1", Signal::SIGCONT).unwrap();
+    assert_asks_again(&cell, "a stopped heuristic service is asked again");
 }
 
 #[test]
 fn a_heuristic_service_decides_what_the_planner_decides() {
     let decisions = |evaluate: &'static str| {
-        let stack = Stack::start(&Options {
+        let (_stack, cell) = started(&Options {
             evaluate,
             ..Options::default()
-        })
-        .unwrap();
-        let cell = stack.cell(0).unwrap();
+        });
         cell.begin("same", &OBJECTS, false).unwrap();
         let mut decisions = Vec::new();
         while let Some(decision) = cell.step().unwrap() {
             assert_eq!(decision.degraded, Vec::<String>::new());
-            decisions.push((
-                decision.item_id,
-                decision.placement,
-                decision.value.to_bits(),
-            ));
+            let value = decision.value.to_bits();
+            decisions.push((decision.item_id, decision.placement, value));
         }
         decisions
     };
@@ -170,21 +144,18 @@ fn a_heuristic_service_decides_what_the_planner_decides() {
 
 #[test]
 fn a_stopped_bridge_places_once_when_it_goes_on() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&Options::default());
     cell.begin("stopped-bridge", &OBJECTS, false).unwrap();
     let decision = cell.plan().unwrap().unwrap();
     let before = cell.state().unwrap();
-    stack.signal("bridge-1", Signal::Stop).unwrap();
+    stack.signal("bridge-1", Signal::SIGSTOP).unwrap();
     let limit = Duration::from_millis(300);
     for _ in 0..3 {
         let request = v1::PlaceRequest::from(&decision);
-        assert!(
-            cell.ask_within(request, limit).is_err(),
-            "a stopped bridge answered"
-        );
+        let answer = cell.ask_within(request, limit);
+        assert!(answer.is_err(), "a stopped bridge answered");
     }
-    stack.signal("bridge-1", Signal::Continue).unwrap();
+    stack.signal("bridge-1", Signal::SIGCONT).unwrap();
     let ended = Instant::now();
     let outcome = cell.place(&decision).unwrap();
     assert_recovered(ended, "a stopped bridge places");
@@ -196,19 +167,15 @@ fn a_stopped_bridge_places_once_when_it_goes_on() {
 
 #[test]
 fn a_stopped_perception_delays_plans_and_none_is_made_on_an_old_heightmap() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&Options::default());
     cell.begin("stopped-perception", &OBJECTS, false).unwrap();
     let decision = cell.plan().unwrap().unwrap();
-    stack.signal("perception-1", Signal::Stop).unwrap();
-    let outcome = cell.place(&decision).unwrap();
-    cell.report(&decision, outcome).unwrap();
+    stack.signal("perception-1", Signal::SIGSTOP).unwrap();
+    cell.carry_out(&decision).unwrap();
     let refused = cell.ask_within(v1::PlanRequest::default(), Duration::from_secs(1));
-    assert!(
-        refused.is_err(),
-        "planned on a heightmap from before the placement"
-    );
-    stack.signal("perception-1", Signal::Continue).unwrap();
+    let planned = "planned on a heightmap from before the placement";
+    assert!(refused.is_err(), "{planned}");
+    stack.signal("perception-1", Signal::SIGCONT).unwrap();
     let ended = Instant::now();
     assert!(cell.step().unwrap().is_some());
     assert_serves_again(&cell, ended, "a stopped perception goes on");
@@ -221,26 +188,24 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
         (Service::Bridge, "service.cells.cell-1.is_stateless=true"),
         (Service::Bridge, "service.cloud_rate_hz=20"),
     ]);
-    let mut stack = Stack::start(&options).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&options);
     cell.begin("queued", &["toy_brick"; 20], false).unwrap();
     let is_noticed = "clouds that are held up are noticed from now on";
-    let until = Instant::now() + Duration::from_secs(60);
-    while !stack.log("perception-1").unwrap().contains(is_noticed) {
-        assert!(Instant::now() < until, "not noticed");
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    common::until(|| {
+        let log = stack.log("perception-1").unwrap();
+        log.contains(is_noticed).then_some(()).ok_or(log)
+    });
     let mut poses = BTreeSet::new();
     for _ in 0..4 {
         let decision = cell.plan().unwrap().unwrap();
-        stack.signal("perception-1", Signal::Stop).unwrap();
+        stack.signal("perception-1", Signal::SIGSTOP).unwrap();
         // The first of the clouds that queue show the cell as it was.
-        let outcome = cell.place(&decision).unwrap();
-        cell.report(&decision, outcome).unwrap();
+        cell.carry_out(&decision).unwrap();
         let refused = cell.ask_within(v1::PlanRequest::default(), Duration::from_secs(1));
         assert!(refused.is_err(), "planned while perception was stopped");
-        stack.signal("perception-1", Signal::Continue).unwrap();
-        // All are alike: planned on a picture from before, the next one would go where this one lies.
+        stack.signal("perception-1", Signal::SIGCONT).unwrap();
+        // All are alike: planned on a picture from before, the next one would go where this one
+        // lies.
         let placement = decision.placement.unwrap();
         let place = format!("{placement:?}");
         assert!(poses.insert(place), "{placement:?} was planned twice");
@@ -252,13 +217,12 @@ fn clouds_that_queued_while_perception_was_stopped_show_nothing_that_was_done_me
 fn services_without_a_router_end_to_begin_anew_and_a_bridge_once_its_robot_stands_still() {
     // Longer than the patience and the grace of a process together.
     let slow = "service.cells.cell-1.place_duration_s=18";
-    let mut stack = Stack::start(&common::with(&[(Service::Bridge, slow)])).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&common::with(&[(Service::Bridge, slow)]));
     cell.begin("no-router", &OBJECTS[..4], false).unwrap();
     let decision = cell.plan().unwrap().unwrap();
     cell.ask(v1::PlaceRequest::from(&decision)).unwrap();
     let begun = Instant::now();
-    stack.signal("router", Signal::Kill).unwrap();
+    stack.signal("router", Signal::SIGKILL).unwrap();
     let others = ["planner-1", "perception-1", "heuristic-1"];
     for name in others {
         stack.wait_failed(name).unwrap();
@@ -279,8 +243,7 @@ fn services_without_a_router_end_to_begin_anew_and_a_bridge_once_its_robot_stand
 
 #[test]
 fn a_request_for_a_plan_that_is_repeated_gives_the_same_decision() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&Options::default());
     cell.begin("same-plan", &OBJECTS, false).unwrap();
     let request = || v1::PlanRequest {
         header: Some(v1::RequestHeader {
@@ -290,24 +253,21 @@ fn a_request_for_a_plan_that_is_repeated_gives_the_same_decision() {
         alternatives: 0,
     };
     let decision = cell.ask(request()).unwrap().decision.unwrap();
-    stack.signal("planner-1", Signal::Kill).unwrap();
-    stack.restart("planner-1").unwrap();
+    stack.kill("planner-1").unwrap();
     let ended = Instant::now();
     let again = cell.ask(request()).unwrap().decision.unwrap();
     assert_recovered(ended, "a plan asked for again over a restart");
     assert_eq!(again.decision_id, decision.decision_id);
     assert_eq!(again.placement, decision.placement);
-    let refused = cell.ask(v1::PlanRequest::default()).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
+    common::refused(&cell, v1::PlanRequest::default(), Status::Conflict);
 }
 
 #[test]
 fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&Options::default());
     cell.begin("damaged", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
-    stack.signal("planner-1", Signal::Terminate).unwrap();
+    stack.signal("planner-1", Signal::SIGTERM).unwrap();
     let sessions = stack.folder.path().join("sessions.cells");
     std::fs::write(sessions.join("cell-1.redb"), vec![0x5a; 20_000]).unwrap();
     stack.restart("planner-1").unwrap();
@@ -332,17 +292,10 @@ fn a_damaged_session_store_is_put_aside_and_a_new_session_begins() {
 
 #[test]
 fn every_service_ends_cleanly_when_asked_to() {
-    let mut stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&Options::default());
     cell.begin("end", &OBJECTS, true).unwrap();
-    for name in [
-        "planner-1",
-        "bridge-1",
-        "perception-1",
-        "heuristic-1",
-        "router",
-    ] {
-        stack.signal(name, Signal::Terminate).unwrap();
+    for name in INSTANCES {
+        stack.signal(name, Signal::SIGTERM).unwrap();
         let log = stack.log(name).unwrap();
         assert!(log.contains("finished everything"), "{name}: {log}");
     }
@@ -354,34 +307,17 @@ fn a_network_that_hangs_or_is_away_costs_time_once_and_the_search_is_exhaustive(
         has_network: true,
         ..common::with(&[(Service::Planner, "service.cells.cell-1.propose_limit_s=0.2")])
     };
-    let mut stack = Stack::start(&options).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (mut stack, cell) = started(&options);
     cell.begin("network", &OBJECTS, false).unwrap();
     assert_eq!(cell.step().unwrap().unwrap().degraded, Vec::<String>::new());
-    stack.signal("ppn-1", Signal::Stop).unwrap();
+    stack.signal("ppn-1", Signal::SIGSTOP).unwrap();
     for _ in 0..2 {
-        let decision = cell.step().unwrap().unwrap();
-        assert!(
-            decision.degraded[0].contains("ppn"),
-            "{:?}",
-            decision.degraded
-        );
+        assert_degraded(&cell.step().unwrap().unwrap(), "ppn");
     }
-    stack.signal("ppn-1", Signal::Continue).unwrap();
-    stack.signal("ppn-1", Signal::Kill).unwrap();
-    let decision = cell.step().unwrap().unwrap();
-    assert!(
-        decision.degraded[0].contains("ppn"),
-        "{:?}",
-        decision.degraded
-    );
+    stack.signal("ppn-1", Signal::SIGCONT).unwrap();
+    stack.signal("ppn-1", Signal::SIGKILL).unwrap();
+    assert_degraded(&cell.step().unwrap().unwrap(), "ppn");
     stack.restart("ppn-1").unwrap();
     stack.wait_ready("ppn-1").unwrap();
-    let ended = Instant::now();
-    let when = "the network is asked again";
-    while !cell.step().unwrap().unwrap().degraded.is_empty() {
-        assert!(ended.elapsed() < RECOVERY, "{when}");
-    }
-    assert_recovered(ended, when);
-    assert_consistent(&cell, "afterwards");
+    assert_asks_again(&cell, "the network is asked again");
 }

@@ -1,5 +1,5 @@
-//! What others may send: malformed payloads at every endpoint, clouds at many times the rate, subscribers that never
-//! read. The services refuse, count and go on; their memory stays bounded.
+//! Hostile peers: malformed payloads at every endpoint, clouds at many times the rate, subscribers
+//! that never read. The services refuse, count and go on; their memory stays bounded.
 
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use crate::cell::CellClient;
 use crate::stack::{Options, Stack, connect};
 use crate::tests::common::{
-    OBJECTS, RECOVERY, assert_consistent, assert_serves, assert_serves_again,
+    OBJECTS, RECOVERY, assert_consistent, assert_serves, assert_serves_again, started,
 };
 use ppnpack_service::clock;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
@@ -19,27 +19,24 @@ use prost::Message;
 use rand::RngExt;
 use zenoh::Wait;
 
-/// Malformed payloads sent in all.
+/// The number of malformed payloads.
 const PAYLOADS: usize = 100_000;
 
-/// What a service may take in memory beyond what it took before, in MiB.
+/// The maximum by which a service's memory may grow, in MiB.
 const GROWTH_MIB: f64 = 64.0;
 
 const SERVICES: [&str; 4] = ["planner-1", "heuristic-1", "perception-1", "bridge-1"];
 
-fn memory(stack: &Stack) -> Vec<f64> {
-    SERVICES
-        .iter()
-        .map(|name| stack.resident_mib(name).unwrap())
-        .collect()
+fn memory(stack: &Stack) -> [f64; 4] {
+    SERVICES.map(|name| stack.resident_mib(name).unwrap())
 }
 
-fn assert_memory_bounded(stack: &Stack, before: &[f64]) {
-    for (name, before) in SERVICES.iter().zip(before) {
-        let now = stack.resident_mib(name).unwrap();
+fn assert_memory_bounded(stack: &Stack, before: [f64; 4]) {
+    for ((name, before), now) in SERVICES.iter().zip(before).zip(memory(stack)) {
+        let grown = now - before;
         assert!(
-            now < before + GROWTH_MIB,
-            "{name}: {before:.0} MiB before, {now:.0} MiB now"
+            grown < GROWTH_MIB,
+            "{name}: grown by {grown:.0} MiB to {now:.0}"
         );
     }
 }
@@ -49,8 +46,7 @@ struct Target {
     method: Method,
     key: String,
     valid: Vec<u8>,
-    /// Whether a payload is a whole request, where such a one may change something: then none is
-    /// sent.
+    /// Whether a payload is a whole request that may change something: such a one is not sent.
     is_whole: fn(&[u8]) -> bool,
 }
 
@@ -88,14 +84,9 @@ fn to<R: Request>(cell: &CellClient, service: Service, mut request: R) -> Target
 
 /// Every endpoint of the stack.
 fn targets(cell: &CellClient) -> Vec<Target> {
-    let heightmap = cell
-        .ask(v1::HeightmapRequest::default())
-        .unwrap()
-        .heightmap
-        .unwrap();
-    let scene = heightmap.scene;
+    let seen = cell.ask(v1::HeightmapRequest::default()).unwrap();
     let evaluate = v1::EvaluateRequest {
-        scene,
+        scene: seen.heightmap.unwrap().scene,
         candidates: vec![v1::CandidateItem {
             item_id: vec![7; 32],
             arrival: 0,
@@ -125,12 +116,8 @@ fn targets(cell: &CellClient) -> Vec<Target> {
         state_number: 1,
         ..v1::PlaceRequest::default()
     };
-    let healths = [
-        Service::Planner,
-        Service::Heuristic,
-        Service::Perception,
-        Service::Bridge,
-    ];
+    use Service::{Bridge, Heuristic, Perception, Planner};
+    let healths = [Planner, Heuristic, Perception, Bridge];
     let healths = healths.map(|service| to(cell, service, v1::HealthRequest::default()));
     let mut targets = vec![
         harmless(cell, v1::HeightmapRequest::default()),
@@ -195,8 +182,7 @@ fn malformed(random: &mut impl rand::Rng, valid: &[u8]) -> Vec<u8> {
 
 #[test]
 fn malformed_payloads_at_every_endpoint_change_nothing() {
-    let stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (stack, cell) = started(&Options::default());
     cell.begin("hostile", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
     let (session, state) = (cell.session().unwrap(), cell.state().unwrap());
@@ -206,41 +192,30 @@ fn malformed_payloads_at_every_endpoint_change_nothing() {
     let left_out = methods.find(|method| targets.iter().all(|target| target.method != **method));
     assert_eq!(left_out, None);
     let mut random = rand::rng();
-    let streams = [
-        Stream::Cloud,
-        Stream::TrayCloud,
-        Stream::Heightmap,
-        Stream::Outcome,
-    ];
+    use Stream::{Cloud, Heightmap, Outcome, TrayCloud};
+    let streams = [Cloud, TrayCloud, Heightmap, Outcome];
     for round in 0..PAYLOADS {
         if round % 4 == 0 {
             let stream = streams[round / 4 % streams.len()];
             let key = Key::Stream(cell.cell().clone(), stream).to_string();
             let valid = v1::PointCloud::default().encode_to_vec();
-            stack
-                .session()
-                .put(key, malformed(&mut random, &valid))
-                .wait()
-                .unwrap();
+            let payload = malformed(&mut random, &valid);
+            stack.session().put(key, payload).wait().unwrap();
         } else {
             let target = &targets[random.random_range(0..targets.len())];
             let payload = malformed_for(&mut random, target);
             // Answers are not waited for: the services have to cope with the pace.
-            stack
-                .session()
-                .get(&target.key)
-                .payload(payload)
-                .callback(|_| {})
-                .wait()
-                .unwrap();
+            let asked = stack.session().get(&target.key).payload(payload);
+            asked.callback(|_| {}).wait().unwrap();
         }
         if round % 1000 == 999 {
-            // Nor does the sender run away: what is in flight is limited by an honest request now and then.
+            // Nor does the sender run away: what is in flight is limited by an honest request now
+            // and then.
             assert_serves(&cell, Instant::now() + RECOVERY, "in between");
         }
     }
     assert_serves_again(&cell, Instant::now(), "malformed payloads");
-    assert_memory_bounded(&stack, &before);
+    assert_memory_bounded(&stack, before);
     let now = cell.state().unwrap();
     assert_eq!((now.state_number, now.hold), (state.state_number, None));
     assert_eq!(cell.session().unwrap(), session);
@@ -250,14 +225,13 @@ fn malformed_payloads_at_every_endpoint_change_nothing() {
 
 #[test]
 fn clouds_at_many_times_the_rate_are_dropped_and_memory_stays_bounded() {
-    let stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (stack, cell) = started(&Options::default());
     cell.begin("flood", &OBJECTS, false).unwrap();
     cell.step().unwrap().unwrap();
     let before = memory(&stack);
     let key = Key::Stream(cell.cell().clone(), Stream::Cloud).to_string();
-    // The simulated sensor sends two a second, of 16,384 points each: these come at ten times the rate, and each has
-    // eighteen times the points. They are newer than its own, and show the same.
+    // The simulated sensor sends two a second, of 16,384 points each: these come at ten times the
+    // rate, and each has eighteen times the points. They are newer than its own, and show the same.
     let mut cloud = cloud_of(&stack, &key, cell.state().unwrap().state_number);
     let points = cloud.data.len() / cloud.point_stride as usize;
     cloud.data = cloud.data.repeat(18);
@@ -274,12 +248,12 @@ fn clouds_at_many_times_the_rate_are_dropped_and_memory_stays_bounded() {
     let measured = quality.points_measured;
     assert!(measured > 10 * points as u64, "none was mapped: {measured}");
     assert_serves_again(&cell, Instant::now(), "a flood of clouds");
-    assert_memory_bounded(&stack, &before);
+    assert_memory_bounded(&stack, before);
     assert!(cell.step().unwrap().is_some());
     assert_consistent(&cell, "afterwards");
 }
 
-/// What the sensor sees of this state.
+/// Waits for the sensor's cloud of this state.
 fn cloud_of(stack: &Stack, key: &str, state_number: u64) -> v1::PointCloud {
     let (sender, clouds) = mpsc::channel();
     let subscriber = stack.session().declare_subscriber(key);
@@ -300,8 +274,7 @@ fn cloud_of(stack: &Stack, key: &str, state_number: u64) -> v1::PointCloud {
 
 #[test]
 fn a_subscriber_that_never_reads_holds_nobody_up() {
-    let stack = Stack::start(&Options::default()).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (stack, cell) = started(&Options::default());
     // Its channel is full after one message, which then blocks its session.
     let slow = connect(&stack.endpoint).unwrap();
     let _subscriber = slow

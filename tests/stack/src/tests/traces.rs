@@ -1,11 +1,11 @@
-//! One trace spans planner and services: what a collector of OpenTelemetry is sent of a plan.
+//! One trace spans planner and services, as a collector of OpenTelemetry gets it.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use crate::stack::Stack;
+use crate::http;
 use crate::tests::common::{self, OBJECTS};
 use opentelemetry_proto::tonic::collector::trace::v1::ExportTraceServiceRequest;
 use opentelemetry_proto::tonic::common::v1::any_value::Value;
@@ -13,7 +13,7 @@ use opentelemetry_proto::tonic::trace::v1::Span;
 use ppnpack_wire::keys::Service;
 use prost::Message;
 
-/// How long spans may take: they are sent every few seconds.
+/// The maximum time for spans, which are sent every few seconds.
 const LIMIT: Duration = Duration::from_secs(30);
 
 /// A span, and the service that sent it.
@@ -40,38 +40,20 @@ fn collector() -> (String, mpsc::Receiver<Sent>) {
 /// Reads a request and answers it; `None` at the end of the connection.
 fn take(connection: &TcpStream, sender: &mpsc::Sender<Sent>) -> Option<()> {
     let mut reader = BufReader::new(connection);
-    let mut length = 0;
-    loop {
-        let mut line = String::new();
-        if reader.read_line(&mut line).ok()? == 0 {
-            return None;
-        }
-        let (name, value) = line.trim().split_once(':').unwrap_or((line.trim(), ""));
-        if name.eq_ignore_ascii_case("content-length") {
-            length = value.trim().parse().ok()?;
-        }
-        if name.is_empty() {
-            break;
-        }
-    }
+    http::line(&mut reader).ok()?;
+    let headers = http::headers(&mut reader).ok()?;
+    let length = headers.get("content-length")?.parse().ok()?;
     let mut body = vec![0; length];
     reader.read_exact(&mut body).ok()?;
-    for resource in ExportTraceServiceRequest::decode(&*body)
-        .ok()?
-        .resource_spans
-    {
-        let attributes = resource.resource.unwrap_or_default().attributes;
-        let name = attributes
-            .into_iter()
-            .find(|pair| pair.key == "service.name");
+    let request = ExportTraceServiceRequest::decode(&*body).ok()?;
+    for resource in request.resource_spans {
+        let mut attributes = resource.resource.unwrap_or_default().attributes.into_iter();
+        let name = attributes.find(|pair| pair.key == "service.name");
         let Some(Value::StringValue(service)) = name?.value?.value else {
             return None;
         };
-        for span in resource
-            .scope_spans
-            .into_iter()
-            .flat_map(|scope| scope.spans)
-        {
+        let scopes = resource.scope_spans.into_iter();
+        for span in scopes.flat_map(|scope| scope.spans) {
             let service = service.clone();
             sender.send(Sent { service, span }).ok()?;
         }
@@ -81,26 +63,20 @@ fn take(connection: &TcpStream, sender: &mpsc::Sender<Sent>) -> Option<()> {
 }
 
 fn find<'a>(spans: &'a [Sent], service: &str, name: &str, parent: &[u8]) -> Option<&'a Span> {
-    spans
-        .iter()
-        .filter(|sent| sent.service == service && sent.span.name == name)
-        .map(|sent| &sent.span)
-        .find(|span| parent.is_empty() || span.parent_span_id == parent)
+    let is_it = |sent: &&Sent| {
+        let is_child = parent.is_empty() || sent.span.parent_span_id == parent;
+        sent.service == service && sent.span.name == name && is_child
+    };
+    spans.iter().find(is_it).map(|sent| &sent.span)
 }
 
 /// The span of the heuristic service within that of the planner's plan, where all came.
 fn trace(spans: &[Sent]) -> Option<(&Span, &Span)> {
     let plan = find(spans, "ppnpack-planner", "planner/plan", &[])?;
     let answer_to = |call: &Span| {
-        let is_part = call.name == "heuristic/evaluate" && call.trace_id == plan.trace_id;
-        let answer = || {
-            find(
-                spans,
-                "ppnpack-heuristic",
-                "heuristic/evaluate",
-                &call.span_id,
-            )
-        };
+        let name = "heuristic/evaluate";
+        let is_part = call.name == name && call.trace_id == plan.trace_id;
+        let answer = || find(spans, "ppnpack-heuristic", name, &call.span_id);
         is_part.then(answer).flatten()
     };
     let answer = spans.iter().find_map(|sent| answer_to(&sent.span))?;
@@ -113,8 +89,7 @@ fn one_trace_spans_the_planner_and_the_services_that_it_asks() {
     let otlp = format!("telemetry.otlp={address}");
     let settings = [Service::Planner, Service::Heuristic]
         .map(|of| [(of, otlp.as_str()), (of, "telemetry.sampled_share=1.0")]);
-    let stack = Stack::start(&common::with(settings.as_flattened())).unwrap();
-    let cell = stack.cell(0).unwrap();
+    let (_stack, cell) = common::started(&common::with(settings.as_flattened()));
     cell.begin("traced", &OBJECTS, false).unwrap();
     cell.plan().unwrap().unwrap();
 
