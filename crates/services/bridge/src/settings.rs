@@ -134,7 +134,9 @@ mod tests {
         let endless = refused(|s| s.decision_age_limit_s = f64::INFINITY);
         assert!(endless.contains("decision_age_limit_s"));
         assert!(refused(|s| s.queue = 0).contains("queue"));
-        let named = refused(|s| drop(s.cells.insert("Cell".to_owned(), Default::default())));
+        let named = refused(|s| {
+            s.cells.insert("Cell".to_owned(), Default::default());
+        });
         assert!(named.contains("'Cell'"));
         let broken = refused(|s| s.cells.get_mut("cell-1").unwrap().place_duration_s = -1.0);
         assert!(broken.starts_with("cells.cell-1.place_duration_s"));

@@ -150,7 +150,7 @@ fn a_robot_is_held_at_all_its_containers_and_places_into_one_at_a_time() {
     other.resume().unwrap();
     until_hold_is(&own, false);
     cell.acknowledge().unwrap();
-    let session = wait_until_packed(&cell);
+    wait_until_packed(&cell);
     assert_consistent(&cell, "at the end");
 }
 
