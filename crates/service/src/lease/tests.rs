@@ -129,7 +129,13 @@ fn a_predecessor_that_was_killed_is_waited_for_until_its_token_has_gone() {
     let key = Key::Alive(cell("c1"), Service::Bridge, name(), start).to_string();
     let session = embedded::session(&hub).unwrap();
     let token = session.liveliness().declare_token(key).wait().unwrap();
-    let taking = Taking::start(&bridge(&hub, 2), &["c1"]);
+    let waiting = bridge(&hub, 2);
+    until("announced", || {
+        let deadline = Instant::now() + LOOK_LIMIT;
+        let found = alive::tokens(waiting.session(), Some(Service::Bridge), deadline);
+        !found.unwrap().0.is_empty()
+    });
+    let taking = Taking::start(&waiting, &["c1"]);
     taking.assert_nothing_for(ANSWER_LIMIT);
     drop(token);
     // It did not say that it works.
