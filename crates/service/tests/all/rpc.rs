@@ -286,7 +286,8 @@ fn no_answer_at_all_is_no_refusal() {
     let pair = Pair::new(Service::Perception);
     let error = pair.ask(0, Instant::now() + Duration::from_millis(300));
     assert_eq!(error.unwrap_err().status(), None);
-    let call = pair.begin(0);
+    let client = pair.client.clone();
+    let call = thread::spawn(move || client.call(&cell(), wants(0), soon()));
     let _echo = pair.echo();
     assert!(call.join().unwrap().is_ok());
 }
