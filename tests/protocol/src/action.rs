@@ -40,7 +40,8 @@ pub enum Action {
     Report(u8),
     /// The robot begins what it was told.
     Move,
-    /// The robot has ended what it did; whether the item is in the container then, where that may be either.
+    /// The robot has ended what it did; whether the item is in the container then, where that may
+    /// be either.
     Stop(Ending, bool),
     /// The bridge writes down what the robot did.
     Write,

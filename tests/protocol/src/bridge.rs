@@ -252,7 +252,7 @@ impl World {
     }
 
     pub(crate) fn back_up_journal(&mut self, configuration: &Configuration) -> Option<()> {
-        let is_of_use = configuration.allows(Fault::Restore);
+        let is_of_use = configuration.most(Fault::Restore) > 0;
         let is_known = self.bridge.backup.as_ref() == Some(&self.bridge.ledger);
         if !is_of_use || is_known || self.happened(Fault::Restore) > 0 {
             return None;

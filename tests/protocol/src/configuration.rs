@@ -15,8 +15,6 @@ pub struct Configuration {
     pub controllers: u8,
     /// Whether the robot may fail: miss an item, lose it, not know.
     pub may_fail: bool,
-    /// Of how many worlds one is followed, to see whether it goes on when all faults have ended.
-    pub followed: u64,
     /// What is taken out of the software, to see that it is missed.
     pub sabotage: Option<Sabotage>,
     /// How often something may happen, by [`Fault`].
@@ -30,7 +28,8 @@ pub enum Fault {
     KillBridge,
     /// The planner is killed.
     KillPlanner,
-    /// A request is given up by who asked; it may arrive all the same. So may a hold that was answered, once more.
+    /// A request is given up by who asked; it may arrive all the same. So may a hold that was
+    /// answered, once more.
     TimeOut,
     /// The journal is lost, while the bridge is down.
     LoseJournal,
@@ -90,7 +89,6 @@ impl Configuration {
             people: 1,
             controllers: 0,
             may_fail: false,
-            followed: 1,
             sabotage: None,
             most: [0; Fault::COUNT],
         }
@@ -126,17 +124,18 @@ impl Configuration {
                 (LoseStore, 1),
                 (TimeOut, 1),
             ]),
-            automatic("backups")
-                .with(&[
-                    (KillBridge, 1),
-                    (KillPlanner, 1),
-                    (Restore, 1),
-                    (TimeOut, 1),
-                ])
-                .following(64),
-            automatic("a backup, then a new container")
-                .with(&[(KillPlanner, 1), (Restore, 1), (Renew, 1), (TimeOut, 1)])
-                .following(64),
+            automatic("backups").with(&[
+                (KillBridge, 1),
+                (KillPlanner, 1),
+                (Restore, 1),
+                (TimeOut, 1),
+            ]),
+            automatic("a backup, then a new container").with(&[
+                (KillPlanner, 1),
+                (Restore, 1),
+                (Renew, 1),
+                (TimeOut, 1),
+            ]),
             automatic("renewals").with(&[(KillBridge, 1), (Renew, 1), (Hold, 1), (TimeOut, 1)]),
             automatic("a robot that fails")
                 .failing()
@@ -144,10 +143,11 @@ impl Configuration {
             automatic("two people and a robot that fails")
                 .failing()
                 .by_people(2),
-            automatic("two controllers")
-                .by_controllers(2)
-                .with(&[(KillBridge, 1), (Hold, 1), (TimeOut, 1)])
-                .following(64),
+            automatic("two controllers").by_controllers(2).with(&[
+                (KillBridge, 1),
+                (Hold, 1),
+                (TimeOut, 1),
+            ]),
         ]
     }
 
@@ -190,12 +190,6 @@ impl Configuration {
         Self { people, ..self }
     }
 
-    /// The same, in which one of so many worlds is followed.
-    #[must_use]
-    pub fn following(self, followed: u64) -> Self {
-        Self { followed, ..self }
-    }
-
     /// The same without a safeguard.
     #[must_use]
     pub fn without(self, sabotage: Sabotage) -> Self {
@@ -221,8 +215,8 @@ impl Configuration {
         self
     }
 
-    /// Whether something may happen at all.
-    pub fn allows(&self, fault: Fault) -> bool {
-        self.most.get(fault as usize).is_some_and(|most| *most > 0)
+    /// Gives how often something may happen.
+    pub(crate) fn most(&self, fault: Fault) -> u8 {
+        self.most.get(fault as usize).copied().unwrap_or_default()
     }
 }

@@ -1,12 +1,11 @@
-//! Who has decisions carried out: the planner in automatic mode, or a controller. Both do it by [`pursuit`].
-
-use std::hash::{Hash, Hasher};
+//! Who has decisions carried out: the planner in automatic mode, or a controller. Both do it by
+//! [`pursuit`].
 
 use ppnpack_protocol::pursuit::{self, Next};
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 /// What is asked of the bridge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Ask {
     Place(usize),
     Outcome(usize),
@@ -25,42 +24,22 @@ pub(crate) enum Answer {
     },
 }
 
-impl Eq for Answer {}
-
-impl Hash for Answer {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        match self {
-            Self::Execution(execution) => {
-                let outcome = execution.outcome.as_ref();
-                let ended = outcome.map(|outcome| (outcome.kind, outcome.state_number));
-                (0_u8, &execution.placement_id, ended).hash(state);
-            }
-            Self::Refused(status) => (1_u8, status).hash(state),
-            Self::State {
-                first_state_number,
-                state_number,
-                is_held,
-            } => (2_u8, first_state_number, state_number, is_held).hash(state),
-        }
-    }
-}
-
 /// A request that is not answered yet, or whose answer is on its way.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Call {
     pub(crate) ask: Ask,
     pub(crate) answer: Option<Answer>,
 }
 
 /// Who has a decision carried out. All of it is forgotten when its process is killed.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Driver {
     pub(crate) decision: Option<usize>,
     pub(crate) call: Option<Call>,
     /// Whether the bridge said that it carries the decision out.
-    is_accepted: bool,
+    pub(crate) is_accepted: bool,
     /// As what the decision is settled when the cell's state is known.
-    settling: Option<OutcomeKind>,
+    pub(crate) settling: Option<OutcomeKind>,
     /// Whether the cell was held when it was last asked.
     pub(crate) is_held: bool,
     /// What the decision came to, to be reported.
@@ -70,15 +49,6 @@ pub(crate) struct Driver {
 /// How a decision ended, for the session.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settled(pub(crate) v1::Outcome);
-
-impl Eq for Settled {}
-
-impl Hash for Settled {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self(outcome) = self;
-        (&outcome.placement_id, outcome.kind, outcome.state_number).hash(state);
-    }
-}
 
 impl Driver {
     /// What it knows when it goes on with another decision, or with none.

@@ -1,16 +1,19 @@
 //! Every order in which everything can happen, by stateright.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::time::Duration;
+use std::collections::HashSet;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use stateright::{Checker, Model, Path, Property};
 
 use crate::{Action, Configuration, World};
 
 /// A world as a model of stateright.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Exhaust {
     configuration: Configuration,
+    /// The fingerprints of worlds that go on: what comes to one of them goes on, too.
+    going_on: Mutex<HashSet<u64>>,
 }
 
 /// What came of it.
@@ -57,25 +60,25 @@ impl Model for Exhaust {
         vec![
             Property::always(KEPT, |_, world: &World| world.broken().is_none()),
             Property::always(GOES_ON, |model: &Self, world: &World| {
-                let is_followed = fingerprint(world).is_multiple_of(model.configuration.followed);
-                world.broken().is_some() || !is_followed || world.goes_on(&model.configuration)
+                let mut known = model
+                    .going_on
+                    .lock()
+                    .unwrap_or_else(PoisonError::into_inner);
+                world.broken().is_some() || world.goes_on(&model.configuration, &mut known)
             }),
             Property::sometimes(PACKS, |_, world: &World| world.is_packed()),
         ]
     }
 }
 
-/// Goes through all of it, for so long at most, on so many threads.
-pub fn exhaust(configuration: &Configuration, limit: Duration, threads: usize) -> Exhausted {
+/// Goes through all of it, for so long at most.
+pub fn exhaust(configuration: &Configuration, limit: Duration) -> Exhausted {
     let model = Exhaust {
         configuration: configuration.clone(),
+        going_on: Mutex::default(),
     };
-    let checker = model
-        .checker()
-        .threads(threads)
-        .timeout(limit)
-        .spawn_bfs()
-        .join();
+    let begun = Instant::now();
+    let checker = model.checker().timeout(limit).spawn_bfs().join();
     let broken = [KEPT, GOES_ON]
         .iter()
         .find_map(|name| checker.discovery(name));
@@ -83,14 +86,9 @@ pub fn exhaust(configuration: &Configuration, limit: Duration, threads: usize) -
         worlds: checker.unique_state_count(),
         steps: checker.state_count(),
         depth: checker.max_depth(),
-        is_complete: checker.is_done(),
+        // A checker whose time is over says that it is done, too.
+        is_complete: checker.is_done() && begun.elapsed() < limit,
         broken: broken.map(Path::into_actions),
         packs: checker.discovery(PACKS).is_some(),
     }
-}
-
-fn fingerprint(world: &World) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    world.hash(&mut hasher);
-    hasher.finish()
 }

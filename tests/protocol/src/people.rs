@@ -1,5 +1,5 @@
-//! People: they hold the cell, reach into it, look, and let it go on. They do what docs/protocol.md and the texts of the software
-//! ask of them, and no more.
+//! People: they hold the cell, reach into it, look, and let it go on. They do what docs/protocol.md
+//! and the texts of the software ask of them, and no more.
 
 use ppnpack_protocol::ledger::{BRIDGE, Hold, RenewalVerdict};
 use ppnpack_wire::v1;
@@ -11,16 +11,17 @@ use crate::shared::Shared;
 use crate::world::{Whereabouts, World};
 
 /// Somebody, and what they asked for last: each request may arrive late, or never, or once more.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Person {
-    /// Whether they hold the cell, by what they know: their hold was answered, and they did not ask that it ends.
-    holds: bool,
+    /// Whether they hold the cell, by what they know: their hold was answered, and they did not ask
+    /// that it ends.
+    pub(crate) holds: bool,
     /// The name of their last hold.
-    hold: String,
-    /// What they asked to end.
-    ended: Vec<String>,
+    pub(crate) hold: String,
+    /// The holds that they asked to end.
+    pub(crate) ended: Vec<String>,
     /// The failure that they acknowledged.
-    failure: String,
+    pub(crate) failure: String,
 }
 
 impl World {
@@ -39,10 +40,7 @@ impl World {
 
     /// Somebody holds the cell, and gets the answer.
     pub(crate) fn hold(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
-        // People are alike: they come in their order.
-        let mut before = self.people.iter().take(usize::from(person));
-        let comes = before.all(|other| !other.hold.is_empty());
-        if !self.bridge.is_up || !comes || self.person(person)?.holds {
+        if !self.bridge.is_up || self.person(person)?.holds {
             return None;
         }
         let id = format!("h{}", self.happened(Fault::Hold));
@@ -91,8 +89,9 @@ impl World {
         Some(())
     }
 
-    /// Somebody asks that their own hold ends, those that nobody relies on, such as of a backup, and those of the software: for these they
-    /// wait until the robot stands and nobody else holds the cell, and say what the container holds. From now on they rely on nothing.
+    /// Somebody asks that their own hold ends, those that nobody relies on, such as of a backup,
+    /// and those of the software: for these they wait until the robot stands and nobody else holds
+    /// the cell, and say what the container holds. From now on they rely on nothing.
     pub(crate) fn resume(&mut self, person: u8) -> Option<()> {
         let mut is_changed = self.person(person)?.holds;
         if !self.bridge.is_up {
@@ -160,7 +159,8 @@ impl World {
         Some(())
     }
 
-    /// What was decided before begins no more, as the planner has the bridge count the state up; `None` where it cannot.
+    /// What was decided before begins no more, as the planner has the bridge count the state up;
+    /// `None` where it cannot.
     fn void_decisions(&mut self, configuration: &Configuration) -> Option<u64> {
         let ledger = &self.bridge.ledger;
         if configuration.lacks(Sabotage::NothingIsVoided) {
@@ -174,7 +174,8 @@ impl World {
         Some(self.bridge.ledger.head().state_number)
     }
 
-    /// Somebody sees that the session has failed, and asks that it goes on. Who drives it by a controller looks, and goes on.
+    /// Somebody sees that the session has failed, and asks that it goes on. Who drives it by a
+    /// controller looks, and goes on.
     pub(crate) fn acknowledge(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
         if !self.planner.is_up {
             return None;
@@ -211,7 +212,8 @@ impl World {
         self.planner.session.set_automatic(true, &failure).ok()
     }
 
-    /// Somebody looks where everything is, and takes out of the session what does not wait any more.
+    /// Somebody looks where everything is, and takes out of the session what does not wait any
+    /// more.
     fn look(&mut self, configuration: &Configuration) -> Option<()> {
         if self.motion.is_some() {
             return None;

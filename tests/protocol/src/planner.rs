@@ -150,7 +150,8 @@ impl World {
         let decision = decision.map(|decided| decided.decision.clone());
         let gives_up = self.driver_mut(who)?.receive(decision.as_deref())?;
         if gives_up {
-            // The bridge refuses only what it cannot understand or contradicts what it was asked before.
+            // The bridge refuses only what it cannot understand or contradicts what it was asked
+            // before.
             self.break_promise(Broken::NotUnderstood);
             self.planner.session.end(End::Failed("refused".to_owned()));
         }
@@ -257,7 +258,7 @@ impl World {
     }
 
     pub(crate) fn back_up_store(&mut self, configuration: &Configuration) -> Option<()> {
-        let is_of_use = configuration.allows(Fault::Restore);
+        let is_of_use = configuration.most(Fault::Restore) > 0;
         let is_known = self.planner.backup.as_ref() == Some(&self.planner.session);
         if !is_of_use || is_known || self.happened(Fault::Restore) > 0 {
             return None;

@@ -1,5 +1,7 @@
 //! Whether it goes on when all faults have ended.
 
+use std::collections::HashSet;
+
 use ppnpack_protocol::placing::Ending;
 use ppnpack_wire::v1::ItemState;
 
@@ -20,25 +22,31 @@ impl World {
     /// The promise that was broken; also that it goes on when all faults have ended.
     pub fn end(&self, configuration: &Configuration) -> Option<Broken> {
         match self.broken() {
-            None if !self.goes_on(configuration) => Some(Broken::Stuck),
+            None if !self.goes_on(configuration, &mut HashSet::new()) => Some(Broken::Stuck),
             broken => broken,
         }
     }
 
-    /// Whether what is pending comes to its end, and an item that waits is decided on, once nothing fails any more and people do what
-    /// is asked of them.
-    pub(crate) fn goes_on(&self, configuration: &Configuration) -> bool {
+    /// Says whether what is pending comes to its end, and an item that waits is decided on, once
+    /// nothing fails any more and people do what is asked of them. `known` are the fingerprints of
+    /// worlds of which that is known; those on the way become known.
+    pub(crate) fn goes_on(&self, configuration: &Configuration, known: &mut HashSet<u64>) -> bool {
         let mut world = self.clone();
+        let mut way = Vec::new();
         for _ in 0..MOST_STEPS {
-            if world.is_at_rest(configuration) {
+            let fingerprint = world.fingerprint();
+            if world.is_at_rest(configuration) || known.contains(&fingerprint) {
+                known.extend(way);
                 return true;
             }
+            way.push(fingerprint);
             let next = world.mended();
             let mut next = next.into_iter();
             let Some(after) = next.find_map(|action| world.after(action, configuration)) else {
                 return false;
             };
             if after.broken().is_some() {
+                known.extend(way);
                 return true;
             }
             world = after;

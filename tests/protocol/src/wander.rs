@@ -61,7 +61,8 @@ pub fn shrink(story: &[Action], configuration: &Configuration) -> Vec<Action> {
     story
 }
 
-/// The promise that a story breaks, also that it goes on afterwards; `None` where it breaks none, or cannot happen.
+/// The promise that a story breaks, also that it goes on afterwards; `None` where it breaks none,
+/// or cannot happen.
 pub fn end_of(story: &[Action], configuration: &Configuration) -> Option<Broken> {
     let mut steps = story.iter();
     let world = steps.try_fold(World::new(configuration), |world, action| {

@@ -2,14 +2,12 @@
 
 use std::collections::BTreeSet;
 use std::fmt;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 
-use ppnpack_protocol::ledger::{Holds, Ledger, Record};
+use ppnpack_protocol::ledger::{Holds, Ledger};
 use ppnpack_protocol::placing::Finding;
 use ppnpack_protocol::session::Session;
 use ppnpack_wire::v1;
-use prost::Message;
 
 use crate::configuration::{Configuration, Fault};
 use crate::driver::Driver;
@@ -189,6 +187,7 @@ impl World {
         let mut next = self.clone();
         next.happen(action, configuration)?;
         next.take_pictures();
+        next.forget(configuration);
         Some(next)
     }
 
@@ -199,8 +198,9 @@ impl World {
         inside.fold(0, |content, (item, _)| content | 1 << item)
     }
 
-    /// The camera shows the cell as the bridge numbers it, but while the robot does what the bridge told it, or what it did is not
-    /// written down. A robot whose bridge was killed may move in the picture.
+    /// The camera shows the cell as the bridge numbers it, but while the robot does what the bridge
+    /// told it, or what it did is not written down. A robot whose bridge was killed may move in the
+    /// picture.
     fn take_pictures(&mut self) {
         if self.bridge.is_up && self.bridge.job.is_none() {
             let picture = (self.bridge.ledger.head().state_number, self.content());
@@ -208,7 +208,18 @@ impl World {
         }
     }
 
-    /// A state that no cell ever had.
+    /// Forgets what nobody can use any more: pictures after the last decision, and backups after
+    /// the last restoring.
+    fn forget(&mut self, configuration: &Configuration) {
+        if self.decided.len() >= usize::from(configuration.decisions) {
+            self.pictures.clear();
+        }
+        if self.happened(Fault::Restore) >= configuration.most(Fault::Restore) {
+            (self.planner.backup, self.bridge.backup) = (None, None);
+        }
+    }
+
+    /// Gives a state that no cell ever had.
     pub(crate) fn fresh_state(&mut self) -> u64 {
         self.fresh += FRESH_STEP;
         self.fresh
@@ -217,8 +228,7 @@ impl World {
     /// Counts what may only happen so often; `None` where it may not any more.
     pub(crate) fn count(&mut self, fault: Fault, configuration: &Configuration) -> Option<()> {
         let happened = self.happened.get_mut(fault as usize)?;
-        let most = configuration.most.get(fault as usize)?;
-        if *happened >= *most {
+        if *happened >= configuration.most(fault) {
             return None;
         }
         *happened += 1;
@@ -248,80 +258,4 @@ fn begun_ledger() -> Ledger {
     }
     ledger.apply(ledger.held_by(Holds::default(), 0));
     ledger
-}
-
-impl Hash for World {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        let Planner {
-            session, backup, ..
-        } = &self.planner;
-        for session in [Some(session), backup.as_ref()] {
-            session
-                .map(|session| session.hash_by(hash_session))
-                .hash(state);
-        }
-        (self.planner.is_up, &self.planner.driver, &self.controllers).hash(state);
-        self.people.hash(state);
-        let Bridge { ledger, backup, .. } = &self.bridge;
-        for ledger in [Some(ledger), backup.as_ref()] {
-            ledger.map(|ledger| ledger.hash_by(hash_ledger)).hash(state);
-        }
-        self.bridge.is_up.hash(state);
-        match &self.bridge.job {
-            None => 0_u8.hash(state),
-            Some(Job::Place(decision)) => (1_u8, decision).hash(state),
-            Some(Job::Placed(finding)) => (2_u8, finding.ending as u8).hash(state),
-            Some(Job::Renew) => 3_u8.hash(state),
-            Some(Job::Renewed) => 4_u8.hash(state),
-        }
-        (self.motion, &self.items, &self.pictures, self.fresh).hash(state);
-        for decided in &self.decided {
-            let Decided {
-                decision,
-                item,
-                shown,
-                is_sent,
-                begun,
-                settled,
-            } = decided;
-            (&decision.decision_id, decision.state_number, item).hash(state);
-            (shown, is_sent, begun, settled).hash(state);
-        }
-        for outcome in &self.published {
-            (&outcome.placement_id, outcome.kind, outcome.state_number).hash(state);
-        }
-        (self.must_look, self.sessions, self.happened, self.broken).hash(state);
-    }
-}
-
-fn hash_session(session: &Session, state: &mut DefaultHasher) {
-    session.to_message(0).encode_to_vec().hash(state);
-}
-
-fn hash_ledger(ledger: &Ledger, state: &mut DefaultHasher) {
-    let head = ledger.head();
-    (
-        head.state_number,
-        head.first_state_number,
-        &head.holds,
-        head.placements_left,
-        head.next,
-    )
-        .hash(state);
-    for body in &head.bodies {
-        body.item_id.hash(state);
-    }
-    for (number, record) in ledger.records() {
-        match record {
-            Record::Placement { placement, outcome } => {
-                let outcome = outcome.as_ref();
-                let ended = outcome.map(|ended| (ended.finding.ending as u8, ended.state_number));
-                (number, &placement.placement_id, ended).hash(state);
-            }
-            Record::Renewal {
-                request_id,
-                state_number,
-            } => (number, request_id, state_number).hash(state),
-        }
-    }
 }

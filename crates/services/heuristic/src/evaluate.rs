@@ -12,10 +12,10 @@ use ppnpack_wire::{convert, header, v1};
 
 use crate::worker::{Worker, search_failed};
 
-/// The most placements that one request may ask for.
+/// Maximum number of placements that one request may ask for.
 const MAX_LIMIT: u32 = 65_536;
 
-/// The most candidates of one request.
+/// Maximum number of candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
 impl one_worker::Worker for Worker {
@@ -120,7 +120,7 @@ fn check_work(parts: &[v1::SearchPart], grid: &Grid, most: usize) -> Result<(), 
     )))
 }
 
-/// The candidates that are searched, and what is proposed for each.
+/// Reads the candidates that are searched, and what is proposed for each.
 fn read_parts(
     parts: &[v1::SearchPart],
     candidates: &[Candidate],

@@ -1,6 +1,7 @@
 //! The heuristic service: the best valid placements of a step.
 //!
-//! It serves any cell, or those that are named. Its worker, one thread, keeps the searches of the cells that ask it, with the memory that they need.
+//! It serves any cell, or those that are named. Its worker, one thread, keeps the searches of the
+//! cells that ask it, with the memory that they need.
 
 mod evaluate;
 mod settings;

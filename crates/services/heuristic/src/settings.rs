@@ -1,4 +1,4 @@
-//! What can be set.
+//! Settings of the heuristic service.
 
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::{self, in_range};
@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// The cells that are served, and their containers where a cell has several; where none is named, all.
+    /// The cells that are served, and their containers where one has several; where none is named, all.
     pub cells: Vec<String>,
-    /// Requests that wait at most; more are refused.
+    /// Maximum number of requests that wait; more are refused.
     pub queue: usize,
     /// Threads that one search is spread over. More cells at once: more such services.
     pub threads_per_search: usize,
@@ -18,11 +18,11 @@ pub struct Settings {
     pub items_kept_mib: usize,
     /// Searches that are kept, one per cell, grid and objective.
     pub searches_kept: usize,
-    /// The memory that the searches may take together, in MiB: half for those that are kept, of which the longest
-    /// unused go first, and half for the one at work; a request that needs more is refused.
+    /// The memory that the searches may take together, in MiB: half for those that are kept, of
+    /// which the longest unused go first, and half for the one at work; what needs more is refused.
     pub searches_mib: usize,
-    /// The most work of one request: cells of the container times the yaws that are searched, of all candidates together. More
-    /// is refused before it is begun.
+    /// The most work of one request: cells of the container times the yaws that are searched, of
+    /// all candidates together. More is refused before it is begun.
     pub most_placements: usize,
 }
 

@@ -1,4 +1,4 @@
-//! A worker: what answers requests.
+//! The worker that answers requests.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use ppnpack_wire::v1;
 
 use crate::settings::Settings;
 
-/// Why a search led to nothing.
+/// Says why a search led to nothing.
 pub(crate) fn search_failed(error: SearchError) -> Refusal {
     match error {
         SearchError::Evaluate(error) if error.is::<TooMuchMemory>() => too_much(&*error),
@@ -37,18 +37,18 @@ pub(crate) struct Worker {
     /// The last used first.
     searches: VecDeque<KeptSearch>,
     searches_kept: usize,
-    /// The most that searches may hold together.
+    /// Maximum bytes of all searches together.
     searches_bytes: usize,
     most_placements: usize,
 }
 
 struct KeptSearch {
-    cell: Cell,
-    grid: Grid,
-    settings: SearchSettings,
-    checks: Vec<i32>,
+    of: SearchKey,
     search: ValidSearch,
 }
+
+/// The cell, grid, settings and checks that a search is for.
+type SearchKey = (Cell, Grid, SearchSettings, Vec<i32>);
 
 impl Worker {
     pub(crate) fn new(settings: &Settings) -> Result<Self, ServiceError> {
@@ -75,12 +75,12 @@ impl Worker {
         })
     }
 
-    /// The most work of one request: cells times yaws.
+    /// Gives the most work of one request: cells times yaws.
     pub(crate) fn most_placements(&self) -> usize {
         self.most_placements
     }
 
-    /// The items that a request names.
+    /// Gives the items that a request names.
     pub(crate) fn items(
         &mut self,
         given: &[v1::Item],
@@ -95,7 +95,7 @@ impl Worker {
         Ok(items)
     }
 
-    /// The search that this cell used last with these settings, or a new one.
+    /// Gives the search that this cell used last with these settings, or a new one.
     pub(crate) fn search(
         &mut self,
         cell: &Cell,
@@ -103,19 +103,19 @@ impl Worker {
         settings: &SearchSettings,
         checks: &[i32],
     ) -> Result<&mut ValidSearch, Refusal> {
-        let is_same = |kept: &KeptSearch| {
-            kept.cell == *cell
-                && kept.grid == *grid
-                && kept.settings == *settings
-                && kept.checks == checks
-        };
-        let kept = self.searches.iter().position(is_same);
+        let of = (
+            cell.clone(),
+            grid.clone(),
+            settings.clone(),
+            checks.to_vec(),
+        );
+        let kept = self.searches.iter().position(|kept| kept.of == of);
         let kept = kept.and_then(|index| self.searches.remove(index));
         self.searches.truncate(self.searches_kept - 1);
         self.make_room();
         let kept = match kept {
             Some(kept) => kept,
-            None => self.new_search(cell, grid, settings, checks)?,
+            None => self.new_search(of)?,
         };
         self.searches.push_front(kept);
         match self.searches.front_mut() {
@@ -124,7 +124,7 @@ impl Worker {
         }
     }
 
-    /// The most that one search may take: half of the memory, as the other half is for those that are kept.
+    /// Gives the most that one search may take: half of the memory, as the rest is for those kept.
     fn bytes_of_one(&self) -> usize {
         self.searches_bytes / 2
     }
@@ -141,14 +141,9 @@ impl Worker {
         self.searches.truncate(left);
     }
 
-    fn new_search(
-        &self,
-        cell: &Cell,
-        grid: &Grid,
-        settings: &SearchSettings,
-        checks: &[i32],
-    ) -> Result<KeptSearch, Refusal> {
-        let boxed = convert::check::read_all(checks)?;
+    fn new_search(&self, of: SearchKey) -> Result<KeptSearch, Refusal> {
+        let (_, grid, settings, checks) = &of;
+        let checks = convert::check::read_all(checks)?;
         let limit_bytes = self.bytes_of_one();
         if Search::least_bytes(grid, settings.heuristic) > limit_bytes {
             return Err(too_much(&TooMuchMemory { limit_bytes }));
@@ -159,12 +154,7 @@ impl Worker {
         if let Some(pool) = &self.pool {
             search = search.with_pool(Arc::clone(pool));
         }
-        Ok(KeptSearch {
-            cell: cell.clone(),
-            grid: grid.clone(),
-            settings: settings.clone(),
-            checks: checks.to_vec(),
-            search: ValidSearch::new(Box::new(search), boxed),
-        })
+        let search = ValidSearch::new(Box::new(search), checks);
+        Ok(KeptSearch { of, search })
     }
 }

@@ -47,7 +47,8 @@ impl Rig {
         self.client.call(&cell, request, Instant::now() + within)
     }
 
-    /// Asserts that a request is answered with the end of its time. An answer may come too late where other tests run beside.
+    /// Asserts that a request is answered with the end of its time. An answer may come too late
+    /// where other tests run beside.
     fn assert_timed_out<R: Request + Clone>(&self, request: &R, within: Duration) {
         let ask = || self.ask(request.clone(), within).err();
         let refused = (0..5).find_map(|_| ask().filter(|error| error.status().is_some()));

@@ -1,4 +1,5 @@
-//! Plans that nobody wants any more: whoever switches the automatic mode off does not wait for the plan that is being made.
+//! Interruption of plans: whoever switches the automatic mode off does not wait for the plan that
+//! is being made.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,7 +1,8 @@
-//! The planner service: keeps the packing session of each cell on disk, and decides which item goes where.
+//! The planner service: keeps each cell's session on disk, and decides which item goes where.
 //!
 //! A cell is an actor; cells know nothing of each other. Algorithm 1 is that of
-//! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without those that are not.
+//! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without
+//! those that are not.
 
 mod cell;
 mod interruption;
@@ -49,10 +50,11 @@ pub struct PlannerService {
     ready: HealthLatch,
 }
 
-/// Starts the service; `catalogues` has the objects that can be announced by name, one for each resolution of a cell.
+/// Starts the service; `catalogues` has the objects that can be announced by name, one for each
+/// resolution of a cell.
 ///
 /// # Errors
-/// [`ServiceError`] where the store, the session or a thread cannot be had, or a setting is not possible.
+/// [`ServiceError`] where the store, the session, a thread or a setting is not possible.
 pub fn start(
     process: &Process,
     settings: &Settings,

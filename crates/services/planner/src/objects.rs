@@ -22,7 +22,8 @@ pub(crate) struct Objects(Vec<Arc<GridObjects>>);
 pub(crate) struct GridObjects {
     resolution: Resolution,
     by_name: HashMap<String, Object>,
-    has_limits: bool,
+    /// Whether some of them may not carry anything.
+    pub(crate) have_limits: bool,
 }
 
 /// An object on one grid.
@@ -31,12 +32,12 @@ pub(crate) struct Object {
     pub(crate) shape: ItemId,
     pub(crate) item: Arc<Item>,
     pub(crate) model: Arc<Model>,
-    /// As a candidate, in each pose in which it may be packed: first as the catalogue has it.
+    /// Candidates in each pose in which it may be packed: first as the catalogue has it.
     pub(crate) poses: Vec<Candidate>,
 }
 
 impl Objects {
-    /// The objects of catalogues, one per resolution.
+    /// Reads the objects of catalogues, one per resolution.
     pub(crate) fn new(catalogues: &[Arc<Catalogue>]) -> Self {
         let catalogues = catalogues.iter();
         Self(
@@ -46,7 +47,7 @@ impl Objects {
         )
     }
 
-    /// The objects on a cell's grid; none where there is no catalogue for it.
+    /// Gives the objects on a cell's grid; none where there is no catalogue for it.
     pub(crate) fn of(&self, settings: &CellSettings) -> Option<Arc<GridObjects>> {
         let grid = settings.grid.build().ok()?;
         let mut catalogues = self.0.iter();
@@ -70,17 +71,11 @@ impl GridObjects {
         Self {
             resolution: catalogue.resolution.clone(),
             by_name: objects.collect(),
-            has_limits: limits.any(|object| object.model.carries_kg.is_some()),
+            have_limits: limits.any(|object| object.model.carries_kg.is_some()),
         }
     }
 
-    /// An object by its name.
     pub(crate) fn named(&self, name: &str) -> Option<&Object> {
         self.by_name.get(name)
-    }
-
-    /// Whether some of them may not carry anything.
-    pub(crate) fn have_limits(&self) -> bool {
-        self.has_limits
     }
 }

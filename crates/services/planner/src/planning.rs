@@ -38,7 +38,7 @@ pub(crate) struct Planning {
 }
 
 impl Planning {
-    /// Planning by a cell's settings.
+    /// Makes the planning of a cell by its settings.
     ///
     /// # Errors
     /// What is not possible in the settings.
@@ -72,7 +72,7 @@ impl Planning {
         }
     }
 
-    /// Planning by a cell's settings in this process alone, to the same decisions.
+    /// Makes the planning of a cell in this process alone, to the same decisions.
     ///
     /// # Errors
     /// What is not possible in the settings, or cannot be done without other services.
@@ -105,7 +105,7 @@ impl Planning {
     }
 }
 
-/// What planning is made of.
+/// The parts that planning is made of.
 struct Parts<'a> {
     settings: &'a CellSettings,
     threads: Option<Arc<rayon::ThreadPool>>,
@@ -121,7 +121,7 @@ impl Parts<'_> {
             .map_err(|error| error.to_string())
     }
 
-    /// A search in this process.
+    /// Makes a search in this process.
     fn search(&self) -> Result<Search, String> {
         let settings = self.settings.method.search_settings();
         let search = Search::new(&self.grid()?, &settings).map_err(|error| error.to_string())?;
@@ -139,9 +139,9 @@ impl Parts<'_> {
             checks.push(Box::new(interruption.clone()));
         }
         if let Some(station) = settings.station().map_err(|error| error.to_string())? {
-            // The planner asks the arm itself, last, going through the placements by increasing value: it is asked for
-            // a handful of placements, and a heuristic service would need the arm, what is around it and the items'
-            // meshes.
+            // The planner asks the arm itself, last, going through the placements by increasing
+            // value: it is asked for a handful of placements, and a heuristic service would need
+            // the arm, what is around it and the items' meshes.
             checks.push(Box::new(station.check()));
         }
         let mut twin = settings.twin.clone();

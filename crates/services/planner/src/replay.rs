@@ -1,8 +1,9 @@
 //! Recorded steps planned again, without any other service.
 //!
-//! Whatever a decision depends on is in its record, and what is planned depends on nothing else: not on the number of threads, on what
-//! was planned before, on who evaluated the placements, nor on how long it took. So a step that was planned to its end leads to the same
-//! decision again, bit for bit, in the same build on processors that reckon alike.
+//! Whatever a decision depends on is in its record, and what is planned depends on nothing else:
+//! not on the number of threads, on what was planned before, on who evaluated the placements, nor
+//! on how long it took. So a step that was planned to its end leads to the same decision again, bit
+//! for bit, in the same build on processors that reckon alike.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -50,26 +51,19 @@ pub enum Unreplayable {
 /// Plans recorded steps again.
 pub struct Replayer {
     threads: Option<Arc<rayon::ThreadPool>>,
-    /// Of the cell that was planned last.
+    /// The cell that was planned last.
     cell: Option<ReplayedCell>,
 }
 
 /// The containers of a cell, each planned by the settings of a record.
 struct ReplayedCell {
-    /// What it was made of.
-    made_of: MadeOf,
+    /// The name and the settings in the record.
+    made_of: (String, String),
     plannings: HashMap<String, Planning>,
 }
 
-/// What the planning of a cell is made of.
-#[derive(PartialEq)]
-struct MadeOf {
-    cell: String,
-    settings: String,
-}
-
 impl Replayer {
-    /// Plans on so many threads; the decisions are the same with any number.
+    /// Makes one that plans on so many threads; the decisions are the same with any number.
     ///
     /// # Errors
     /// Where the threads cannot be had.
@@ -81,8 +75,8 @@ impl Replayer {
         })
     }
 
-    /// Plans a step again: what is decided, with all that follows from what it was planned on; without the names, times and states of a
-    /// decision. `None` where nothing has a valid placement.
+    /// Plans a step again. The decision has all that follows from the input, and no names, times
+    /// and states. `None` where nothing has a valid placement.
     ///
     /// # Errors
     /// [`Unreplayable`] says why it cannot be planned again.
@@ -99,12 +93,9 @@ impl Replayer {
         Ok(found.and_then(|found| step.decision(&found)))
     }
 
-    /// The cell of a record, which is kept for the next one.
+    /// Gives the cell of a record, which is kept for the next one.
     fn cell_of(&mut self, record: &v1::PlanningRecord) -> Result<&mut ReplayedCell, Unreplayable> {
-        let made_of = MadeOf {
-            cell: record.cell.clone(),
-            settings: record.settings.clone(),
-        };
+        let made_of = (record.cell.clone(), record.settings.clone());
         let kept = self.cell.take().filter(|cell| cell.made_of == made_of);
         let cell = match kept {
             Some(kept) => kept,
@@ -116,18 +107,19 @@ impl Replayer {
 
 impl ReplayedCell {
     fn new(
-        made_of: MadeOf,
+        made_of: (String, String),
         threads: Option<&Arc<rayon::ThreadPool>>,
     ) -> Result<Self, Unreplayable> {
+        let (cell, settings) = &made_of;
         let settings: CellSettings =
-            serde_json::from_str(&made_of.settings).map_err(Unreplayable::Settings)?;
+            serde_json::from_str(settings).map_err(Unreplayable::Settings)?;
         if settings.method.proposals.is_network() {
             return Err(Unreplayable::Network);
         }
         let possible = settings.validate();
         possible.map_err(Unreplayable::Planning)?;
         let planned = |error: &dyn std::fmt::Display| Unreplayable::Planning(error.to_string());
-        let cell = Cell::new(&made_of.cell).map_err(|error| planned(&error))?;
+        let cell = Cell::new(cell).map_err(|error| planned(&error))?;
         let plans = settings.container_plans(&cell);
         let plannings = plans.map_err(|error| planned(&error))?.into_iter();
         let plannings = plannings.map(|plan| {
@@ -151,7 +143,8 @@ impl PlansContainers for ReplayedCell {
     }
 }
 
-/// What of a decision follows from what it was planned on: all but its names, times and states, and but for which services were there.
+/// Keeps of a decision what follows from its input: all but its names, times and states, and which
+/// services were there.
 pub fn what_follows(decision: &v1::Decision) -> v1::Decision {
     v1::Decision {
         decision_id: String::new(),

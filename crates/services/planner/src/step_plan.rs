@@ -1,4 +1,5 @@
-//! A step over the open containers of a cell, and what is found: the same when it is planned and when it is planned again.
+//! A step over the open containers of a cell, and what is found: the same when it is planned and
+//! when it is planned again.
 
 use std::time::Instant;
 
@@ -10,7 +11,7 @@ use ppnpack_packing::plan::Plan;
 use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
 use ppnpack_wire::{convert, v1};
 
-/// What a step over the open containers is planned on.
+/// The input of a step over the open containers.
 pub(crate) struct StepPlan {
     /// The items of the buffer, as decisions name them.
     pub(crate) items: Vec<v1::RecordedItem>,
@@ -32,7 +33,7 @@ pub(crate) struct ContainerStep {
     pub(crate) scene: Scene,
 }
 
-/// Who plans in each container.
+/// A planner in each container.
 pub(crate) trait PlansContainers {
     type Error;
 
@@ -40,8 +41,8 @@ pub(crate) trait PlansContainers {
 }
 
 impl StepPlan {
-    /// Plans the step: the fullest container that can take an item of the buffer. What the first attempt that finds a placement finds;
-    /// else the last of them. `None` where there is no container.
+    /// Plans the step: gives what the first attempt finds that has a placement, else the last one.
+    /// `None` where there is no container.
     pub(crate) fn plan<P: PlansContainers>(
         &self,
         planner: &mut P,
@@ -56,7 +57,7 @@ impl StepPlan {
         )
     }
 
-    /// The step in a container, on a scene of it and with some of the candidates.
+    /// Gives the step in a container, on a scene of it and with some of the candidates.
     pub(crate) fn input<'a>(
         &self,
         container: &'a ContainerStep,
@@ -71,8 +72,8 @@ impl StepPlan {
         }
     }
 
-    /// What was chosen in the step, as a decision without all that does not follow from what it was planned on: its names, times and
-    /// states. `None` where nothing was.
+    /// Gives the choice of the step as a decision with all that follows from the input; without
+    /// names, times and states. `None` where nothing was chosen.
     pub(crate) fn decision(&self, found: &Found) -> Option<v1::Decision> {
         let (
             items,
@@ -119,7 +120,7 @@ fn is_of(item: &v1::RecordedItem, held: &Candidate) -> bool {
     usize::try_from(item.arrival) == Ok(held.arrival)
 }
 
-/// A placement of one of these candidates as one of its item.
+/// Writes a placement of one of these candidates as one of its item.
 pub(crate) fn write_ranked(
     items: &[v1::RecordedItem],
     candidates: &[Candidate],

@@ -1,7 +1,8 @@
-//! The ppn service: which placements the network scores best, for the planners of any cell, or of those that are named.
+//! The ppn service: which placements the network scores best, for the planners of any cell, or of
+//! those that are named.
 //!
-//! One thread owns the network; requests wait for it in a bounded queue. The network itself is behind the traits [`Network`]
-//! and [`Scorer`]: this crate does not link libtorch.
+//! One thread owns the network; requests wait for it in a bounded queue. The network itself is
+//! behind the traits [`Network`] and [`Scorer`]: this crate does not link libtorch.
 
 mod settings;
 mod worker;
@@ -40,7 +41,7 @@ pub trait Scorer: Send {
     fn best(&mut self, step: &ScoredStep<'_>) -> Result<ScoredItems, StageError>;
 }
 
-/// The best placements of a step's items by the network: per item, those with the best scores, best first.
+/// The best placements of a step's items by the network: per item, those that score best, in order.
 pub type ScoredItems = Vec<Vec<Placement>>;
 
 /// A step whose items are to be scored.

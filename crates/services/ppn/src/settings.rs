@@ -1,4 +1,4 @@
-//! What can be set.
+//! Settings of the ppn service.
 
 use std::path::PathBuf;
 
@@ -10,32 +10,32 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
-    /// The cells that are served, and their containers where a cell has several; where none is named, all.
+    /// The cells that are served, and their containers where one has several; where none is named, all.
     pub cells: Vec<String>,
-    /// The weights, a .safetensors file with its card beside it; those that ship where none is given.
+    /// The weights, a .safetensors file with its card beside it; by default those that ship.
     pub model: Option<PathBuf>,
-    /// Where the network runs.
+    /// The device that the network runs on.
     pub device: Device,
-    /// Requests that wait for the network at most; more are refused.
+    /// Maximum number of requests that wait for the network; more are refused.
     pub queue: usize,
     /// Items kept between requests, in MiB as they are encoded.
     pub items_kept_mib: usize,
     /// Grids that the network is kept ready for.
     pub grids_kept: usize,
-    /// The most cells of a container's grid that the network is made ready for.
+    /// Maximum number of cells of a container's grid that the network is made ready for.
     pub most_cells: usize,
-    /// The most work of one request: cells of the container times yaws times candidates, which is also what its memory grows
-    /// with. More is refused before it is begun.
+    /// Maximum work of one request: cells of the container times yaws times candidates, which is
+    /// also what its memory grows with. More is refused before it is begun.
     pub most_placements: usize,
 }
 
-/// Where a network runs.
+/// A device that a network runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Device {
-    /// On the processor.
+    /// The processor.
     Cpu,
-    /// On the first CUDA device.
+    /// The first CUDA device.
     Cuda,
 }
 

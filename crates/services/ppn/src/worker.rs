@@ -18,7 +18,7 @@ use ppnpack_wire::{convert, header, v1};
 use crate::settings::Settings;
 use crate::{Network, ScoredStep, Scorer};
 
-/// The most candidates of one request.
+/// Maximum number of candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
 /// Runs the network for requests.
@@ -32,13 +32,8 @@ pub(crate) struct Worker {
     most_placements: usize,
 }
 
-/// What a request asks for.
-struct Step {
-    grid: Grid,
-    scene: Scene,
-    items: Vec<Arc<Item>>,
-    share: Percent,
-}
+/// A request as it was read: container, candidates, and how many placements are wanted.
+type Step = (Grid, Scene, Vec<Arc<Item>>, Percent);
 
 impl one_worker::Worker for Worker {
     type Request = v1::ProposeRequest;
@@ -48,15 +43,15 @@ impl one_worker::Worker for Worker {
         incoming: &Incoming<v1::ProposeRequest>,
     ) -> Result<(v1::ProposeReply, Done), Refusal> {
         let began = Instant::now();
-        let step = self.read(incoming.message())?;
+        let (grid, scene, items, share) = self.read(incoming.message())?;
         let read = began.elapsed();
-        let items: Vec<&Item> = step.items.iter().map(|item| &**item).collect();
+        let items: Vec<&Item> = items.iter().map(|item| &**item).collect();
         let scored = ScoredStep {
-            heightmap: step.scene.heightmap(),
+            heightmap: scene.heightmap(),
             items: &items,
-            share: step.share,
+            share,
         };
-        let scorer = self.scorer(&step.grid);
+        let scorer = self.scorer(&grid);
         let best = scorer.and_then(|scorer| scorer.best(&scored));
         let best = best.map_err(|error| Refusal::Failed(error.to_string()))?;
         let proposals = best
@@ -111,12 +106,7 @@ impl Worker {
         for item in &items {
             item.check_yaws(&grid)?;
         }
-        Ok(Step {
-            grid,
-            scene,
-            items,
-            share,
-        })
+        Ok((grid, scene, items, share))
     }
 
     /// Refuses what is more work, or takes more memory, than may be asked for at once.
@@ -140,7 +130,7 @@ impl Worker {
         Ok(())
     }
 
-    /// The network for a grid; those longest unused go first.
+    /// Gives the network for a grid; those longest unused go first.
     fn scorer(&mut self, grid: &Grid) -> Result<&mut dyn Scorer, StageError> {
         let kept = self.scorers.iter().position(|(of, _)| of == grid);
         let entry = match kept.and_then(|index| self.scorers.remove(index)) {

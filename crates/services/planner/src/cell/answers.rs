@@ -1,4 +1,4 @@
-//! What is answered to each request.
+//! The answers to requests.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -23,13 +23,13 @@ use super::{CellPlanner, Message};
 use crate::settings::{MAX_ALTERNATIVES, set_aside_in_range};
 use ppnpack_protocol::session::{Session, SessionError, closed_container, message, open_container};
 
-/// Regions that one session keeps free at most.
+/// Maximum number of regions that one session keeps free.
 const MAX_REGIONS: usize = 256;
 
-/// How far the heightmaps of an item may lean where it waits, in radians: poses that were seen are not exact.
+/// Maximum lean of an item's heightmaps where it waits, in radians: seen poses are not exact.
 const GREATEST_LEAN_RAD: f64 = 0.15;
 
-/// Items that one request may announce.
+/// Maximum number of items that one request may announce.
 const MAX_ANNOUNCED: usize = 1_000;
 
 impl CellPlanner {
@@ -71,7 +71,7 @@ impl CellPlanner {
     {
         self.carry_out(incoming, |planner, request| {
             work(planner, request)?;
-            Ok(planner.message().into())
+            Ok(planner.session.message().into())
         });
     }
 
@@ -100,7 +100,8 @@ impl CellPlanner {
         }
     }
 
-    /// Refuses what is meant for another session than that under way, such as by a controller whose session another one replaced.
+    /// Refuses what is meant for another session than the one under way, such as by a controller
+    /// whose session was replaced.
     fn must_be_meant(&self, header: &RequestHeader) -> Result<(), Refusal> {
         match (&header.session_id, self.session.id()) {
             (Some(meant), own) if meant != own => Err(Refusal::new(
@@ -130,43 +131,30 @@ impl CellPlanner {
                     session.needs_state(&container, state_number);
                 }
             }
-            let saved = self.shared.store.begin(&self.cell, &session);
-            self.saved(saved)?;
-            self.session = session;
+            self.session.begin(session)?;
             self.is_compared = true;
             // The container may be another one since the last picture.
             self.containers_changed();
             self.to_inspect = None;
-            self.shapes.clear();
-            self.posed_models.clear();
-            self.news.is_session_new = true;
+            self.shapes.forget();
         }
         Ok(())
     }
 
-    /// The containers of a session, by what its request says of them.
     fn read_containers(
         &self,
         request: &v1::BeginRequest,
     ) -> Result<Vec<v1::SessionContainer>, Refusal> {
         let starts = request.containers.iter().map(read_start);
         let starts = starts.collect::<Result<Vec<v1::SessionContainer>, _>>()?;
-        for (index, start) in starts.iter().enumerate() {
-            if !self
-                .places
-                .iter()
-                .any(|place| place.name == start.container)
-            {
-                return Err(SessionError::UnknownContainer(start.container.clone()).into());
+        let mut named = HashSet::new();
+        for v1::SessionContainer { container, .. } in &starts {
+            if !self.places.iter().any(|place| place.name == *container) {
+                return Err(SessionError::UnknownContainer(container.clone()).into());
             }
-            if starts
-                .iter()
-                .skip(index + 1)
-                .any(|other| other.container == start.container)
-            {
+            if !named.insert(container) {
                 return Err(Refusal::invalid(format_args!(
-                    "containers: '{}' is there twice",
-                    start.container
+                    "containers: '{container}' is there twice"
                 )));
             }
         }
@@ -188,7 +176,7 @@ impl CellPlanner {
         Ok(containers.collect())
     }
 
-    /// Has the bridge void what was decided for each container. Gives their states where they are known.
+    /// Has the bridge void what was decided for each container. Gives the states where known.
     fn void_decisions(&mut self, deadline: Instant) -> Result<Vec<(String, Option<u64>)>, Refusal> {
         // Only a bridge tells its clock.
         let pending = self.session.pending();
@@ -200,14 +188,13 @@ impl CellPlanner {
         self.places.iter_mut().map(void).collect()
     }
 
-    /// Every container may look otherwise than in the last pictures.
+    /// Notes that every container may look otherwise than in the last pictures.
     pub(super) fn containers_changed(&mut self) {
         for place in &mut self.places {
             place.changed(None);
         }
     }
 
-    /// The most items that a session may set aside, by what its request says of that.
     fn read_set_aside(&self, asked: Option<u32>) -> Result<usize, Refusal> {
         let Some(asked) = asked else {
             return Ok(self.settings.set_aside);
@@ -232,18 +219,10 @@ impl CellPlanner {
             announced.push(self.read_announcement(item, &mut shapes, &mut items)?);
         }
         self.must_not_lie_there(&announced, incoming.deadline())?;
-        self.change_with(&shapes, |session| session.announce(announced))?;
+        self.session
+            .change_with(&shapes, |session| session.announce(announced))?;
         self.automatic.go_on();
-        if !items.is_empty() {
-            let used = self.session.items().iter().map(|item| item.shape.clone());
-            let used: HashSet<Vec<u8>> = used.collect();
-            let is_used = |shape: &ItemId| used.contains(&shape.to_bytes());
-            self.shapes.retain(|shape, _| is_used(shape));
-            self.posed_models.retain(|shape, _| is_used(shape));
-        }
-        for (shape, item) in items {
-            self.shapes.entry(shape).or_insert(item);
-        }
+        self.shapes.add(items, self.session.items());
         Ok(())
     }
 
@@ -277,7 +256,7 @@ impl CellPlanner {
                     let text = format!("item {item_id}: the catalogue has no object '{name}'");
                     Refusal::new(Status::NotFound, text)
                 };
-                let object = self.named(name);
+                let object = self.shapes.named(name);
                 (name.clone(), object.ok_or_else(unknown)?.shape)
             }
             Some(v1::announcement::Shape::Item(message)) => {
@@ -325,11 +304,10 @@ impl CellPlanner {
         })
     }
 
-    /// The resting poses that an announcement can allow.
     fn possible_poses(&self, item: &v1::Announcement) -> PossiblePoses {
         match &item.shape {
             Some(v1::announcement::Shape::Object(name)) if item.waits_at.is_none() => {
-                let object = self.named(name);
+                let object = self.shapes.named(name);
                 PossiblePoses {
                     most: u32::try_from(self.settings.poses).unwrap_or(u32::MAX),
                     because: "see `poses` of the planner's cell",
@@ -349,8 +327,10 @@ impl CellPlanner {
     fn withdraw(&mut self, incoming: &Incoming<v1::WithdrawRequest>) -> Result<(), Refusal> {
         let v1::WithdrawRequest { item_id, order, .. } = incoming.message();
         match (item_id.as_str(), order.as_str()) {
-            (_, "") => self.change(|session| session.withdraw(item_id)),
-            ("", order) => self.change(|session| session.expects_no_more(order)),
+            (_, "") => self.session.change(|session| session.withdraw(item_id)),
+            ("", order) => self
+                .session
+                .change(|session| session.expects_no_more(order)),
             (_, _) => Err(Refusal::invalid(
                 "item_id and order: name an item, or an order of which no more comes, each in a request of its own",
             )),
@@ -376,27 +356,23 @@ impl CellPlanner {
             }
             None => self.decide(request_id, alternatives, incoming.deadline())?,
         };
-        let reply = v1::PlanReply {
+        let mut reply = v1::PlanReply {
             set_aside: self.session.reasons_set_aside_now(),
             ..v1::PlanReply::default()
         };
-        Ok(match decided {
-            Decided::Decision(decision) => v1::PlanReply {
-                result: v1::PlanResult::Decided.into(),
-                set_aside: decision.set_aside.clone(),
-                decision: Some(*decision),
-                ..v1::PlanReply::default()
-            },
-            Decided::NothingFits(reasons) => v1::PlanReply {
-                result: v1::PlanResult::NothingFits.into(),
-                reasons,
-                ..reply
-            },
-            Decided::NothingWaits => v1::PlanReply {
-                result: v1::PlanResult::NothingWaits.into(),
-                ..reply
-            },
-        })
+        match decided {
+            Decided::Decision(decision) => {
+                reply.set_result(v1::PlanResult::Decided);
+                reply.set_aside.clone_from(&decision.set_aside);
+                reply.decision = Some(*decision);
+            }
+            Decided::NothingFits(reasons) => {
+                reply.set_result(v1::PlanResult::NothingFits);
+                reply.reasons = reasons;
+            }
+            Decided::NothingWaits => reply.set_result(v1::PlanResult::NothingWaits),
+        }
+        Ok(reply)
     }
 
     fn report(&mut self, incoming: &Incoming<v1::ReportRequest>) -> Result<(), Refusal> {
@@ -415,7 +391,8 @@ impl CellPlanner {
     ) -> Result<(), Refusal> {
         let pending = self.session.pending();
         let container = pending.map(|pending| pending.container.clone());
-        self.change(|session| session.report(decision_id, outcome))?;
+        self.session
+            .change(|session| session.report(decision_id, outcome))?;
         if let Some(container) = container.filter(|_| self.session.pending().is_none()) {
             let state_number = Some(outcome.state_number).filter(|number| *number > 0);
             self.place_of(&container)?.changed(state_number);
@@ -445,7 +422,7 @@ impl CellPlanner {
             // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
             changed = self.void_decisions(deadline)?;
         }
-        self.change(|session| {
+        self.session.change(|session| {
             for (container, state_number) in &changed {
                 session.goes_on_at(container, *state_number);
             }
@@ -477,7 +454,7 @@ pub(super) fn read_regions(regions: &[v1::Region]) -> Result<Vec<v1::Region>, Re
     }
 }
 
-/// How far a frame's z axis is from the vertical, in radians.
+/// Gives the angle between a frame's z axis and the vertical, in radians.
 fn lean_rad(frame: &Isometry3<f64>) -> f64 {
     (frame.rotation * Vector3::z()).angle(&Vector3::z())
 }

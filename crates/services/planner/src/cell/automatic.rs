@@ -1,7 +1,8 @@
-//! The automatic mode: plan, have the bridge place, take the outcome, see the container again, until nothing is left.
+//! The automatic mode: plan, have the bridge place, take the outcome, see the container again,
+//! until nothing is left.
 //!
-//! Nothing of it is remembered but what the session has on disk: after a restart the pending decision is sent to the
-//! bridge again, which executes a placement once whatever is repeated.
+//! Nothing of it is remembered but what the session has on disk: after a restart the pending
+//! decision is sent to the bridge again, which executes a placement once whatever is repeated.
 
 use std::time::{Duration, Instant};
 
@@ -15,35 +16,35 @@ use super::CellPlanner;
 use super::decide::Decided;
 use super::refusal::Refusal;
 
-/// How long planning one step may take for each open container, with the wait for a heightmap.
+/// Maximum time to plan one step, for each open container, with the wait for a heightmap.
 const PLAN_LIMIT: Duration = Duration::from_secs(2);
 
-/// How long one request to the bridge may take.
+/// Maximum time of one request to the bridge.
 const BRIDGE_LIMIT: Duration = Duration::from_secs(1);
 
-/// How long to wait before something that failed is tried again.
+/// Pause before something that failed is tried again.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// How long to wait before a cell that is held is asked to go on again.
+/// Pause before a held cell is asked again whether it goes on.
 const HELD_PAUSE: Duration = Duration::from_millis(200);
 
-/// How long to wait for an empty container, or for anything else that changes the session, before the others are looked at again.
+/// Pause in which an empty container, or anything else that changes the session, is waited for.
 const RENEWAL_PAUSE: Duration = Duration::from_secs(5);
 
-/// How often the bridge is asked for an outcome that should have come by itself.
+/// Interval at which the bridge is asked for an outcome that should have come by itself.
 const ASK_EVERY: Duration = Duration::from_millis(500);
 
-/// Attempts at one item before somebody has to look.
+/// Maximum attempts at one item before somebody has to look.
 const MAX_ATTEMPTS: u32 = 5;
 
-/// Where the automatic mode is.
+/// The progress of the automatic mode.
 #[derive(Debug, Default)]
 pub(crate) struct Automatic {
     /// The decision that the bridge works on.
     placing: Option<Placing>,
-    /// Not before this is anything tried again.
+    /// The time before which nothing is tried again.
     resume_at: Option<Instant>,
-    /// The container of which the bridge said when it was asked last that the cell is held; then nothing is planned until it is not.
+    /// The container whose bridge said last that the cell is held; nothing is planned meanwhile.
     held: Option<String>,
     /// The item that was not placed the last time, and how often in a row.
     refused: (String, u32),
@@ -58,7 +59,7 @@ struct Placing {
 }
 
 impl Automatic {
-    /// When the thread has to look again; `None` where only a request can change anything.
+    /// Gives when the thread has to look again; `None` where only a request can change anything.
     pub(crate) fn wakes_at(&self, session: &Session) -> Option<Instant> {
         if !is_on(session) {
             return None;
@@ -68,7 +69,7 @@ impl Automatic {
         Some(self.resume_at.or(asks_at).unwrap_or_else(Instant::now))
     }
 
-    /// What was waited for may be there.
+    /// Ends a pause: what was waited for may be there.
     pub(super) fn go_on(&mut self) {
         self.resume_at = None;
     }
@@ -123,34 +124,27 @@ impl CellPlanner {
         }
         let open = u32::try_from(open).unwrap_or(u32::MAX).max(1);
         let alternatives = self.settings.alternatives;
-        match self.decide("", alternatives, Instant::now() + PLAN_LIMIT * open)? {
-            Decided::Decision(_) => Ok(()),
-            Decided::NothingWaits => match self.session.end_of_items() {
-                // What is set aside is for the next container, where one comes.
-                End::OthersSetAside if self.is_renewing() => {
-                    self.automatic.pause(RENEWAL_PAUSE);
-                    Ok(())
-                }
-                End::OthersSetAside if self.close_fullest()? => Ok(()),
-                end => self.finish(end),
-            },
-            Decided::NothingFits(_) if self.is_renewing() => {
+        let end = match self.decide("", alternatives, Instant::now() + PLAN_LIMIT * open)? {
+            Decided::Decision(_) => return Ok(()),
+            Decided::NothingWaits => self.session.end_of_items(),
+            Decided::NothingFits(reasons) => End::NothingFits(reasons),
+        };
+        // Items that are left are for the next container, where one comes.
+        if end != End::AllPacked {
+            if self.is_renewing() {
                 self.automatic.pause(RENEWAL_PAUSE);
-                Ok(())
+                return Ok(());
             }
-            Decided::NothingFits(reasons) => match self.close_fullest()? {
-                true => Ok(()),
-                false => self.finish(End::NothingFits(reasons)),
-            },
+            if self.close_fullest()? {
+                return Ok(());
+            }
         }
+        self.finish(end)
     }
 
     fn finish(&mut self, end: End) -> Result<(), Refusal> {
         tracing::info!(cell = %self.cell, session = self.session.id(), ?end, "the automatic mode has ended");
-        self.change(|session| {
-            session.end(end);
-            Ok(())
-        })
+        self.session.end(end)
     }
 
     /// Has a decision carried out, or looks how it went.
@@ -182,7 +176,6 @@ impl CellPlanner {
         }
     }
 
-    /// Asks the bridge about a container.
     fn ask_bridge<R: Request>(
         &mut self,
         container: &str,
@@ -191,10 +184,8 @@ impl CellPlanner {
     ) -> Result<R::Reply, CallError> {
         // The settings name its containers: a session with others has failed.
         let place = self.place_of(container);
-        let address = place.map(|place| place.address.clone());
-        let address = address.map_err(|error| CallError::Zenoh(error.to_string()))?;
-        let client = &self.shared.helpers.client;
-        client.call(&address, request, Instant::now() + limit)
+        let place = place.map_err(|error| CallError::Zenoh(error.to_string()))?;
+        place.bridge.call(request, Instant::now() + limit)
     }
 
     fn place(&mut self, decision: &v1::Decision) -> Result<(), Refusal> {
@@ -212,7 +203,7 @@ impl CellPlanner {
         {
             tracing::info!(cell = %self.cell, reason = %error, "waiting until the cell is resumed");
             self.automatic.held = Some(decision.container.clone());
-            // Another container of the robot may be the one that is held: this one's state does not say so.
+            // Another container of the robot may be held: this one's state does not say so.
             self.automatic.pause(HELD_PAUSE);
         }
         let answer = answer.map(|reply| reply.execution);
@@ -246,7 +237,7 @@ impl CellPlanner {
         }
     }
 
-    /// Whether the cell that was held goes on; where it does not, it is asked again after a pause.
+    /// Says whether the held cell goes on; else it is asked again after a pause.
     fn is_resumed(&mut self, container: &str) -> bool {
         let asked = self.ask_bridge(container, v1::CellStateRequest::default(), BRIDGE_LIMIT);
         let state = asked.ok().and_then(|reply| reply.state);
@@ -261,8 +252,7 @@ impl CellPlanner {
         is_resumed
     }
 
-    /// Enters what became of a decision of which the bridge has no outcome. What comes next is planned on the state that it
-    /// has now.
+    /// Settles a decision of which the bridge has no outcome, at the state that the cell has now.
     fn settle_here(
         &mut self,
         decision: &v1::Decision,
@@ -297,7 +287,7 @@ impl CellPlanner {
         self.go_on_with(decision, &answer, pursuit::after_outcome)
     }
 
-    /// The bridge told of an outcome by itself.
+    /// Takes an outcome that the bridge told of by itself.
     pub(crate) fn on_outcome(&mut self, outcome: &v1::Outcome) {
         let Some(pending) = self.session.pending() else {
             return;
@@ -346,7 +336,7 @@ impl CellPlanner {
     }
 }
 
-/// As what the bridge refused; `None` where it did not answer in time.
+/// Gives the status with which the bridge refused; `None` where nobody answered.
 fn status(error: &CallError) -> Option<Status> {
     match error {
         CallError::TimedOut => Some(Status::TimedOut),

@@ -10,8 +10,8 @@ use super::refusal::Refusal;
 use crate::scenes::Seen;
 
 impl CellPlanner {
-    /// A picture of a container that nothing contradicts, with what lies there where plans need
-    /// that. It and the bridge are waited for until then; the plan has time until its deadline.
+    /// Gives a picture of a container that nothing contradicts, with its content where plans need
+    /// that. Picture and bridge are waited for until then; the plan has time until its deadline.
     pub(super) fn believed(
         &mut self,
         container: &str,

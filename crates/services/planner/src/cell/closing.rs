@@ -12,7 +12,7 @@ use super::CellPlanner;
 use super::answers::read_regions;
 use super::refusal::Refusal;
 
-/// How long to wait before a container that could not be closed is looked at again.
+/// Pause before a container that could not be closed is looked at again.
 const PAUSE: Duration = Duration::from_millis(500);
 
 impl CellPlanner {
@@ -30,7 +30,7 @@ impl CellPlanner {
     /// Has the session go on with an empty container.
     pub(super) fn open_container(&mut self, start: v1::SessionContainer) -> Result<(), Refusal> {
         let (container, sequence) = (start.container.clone(), start.sequence);
-        self.change(|session| session.open(start))?;
+        self.session.change(|session| session.open(start))?;
         tracing::info!(cell = %self.cell, container, sequence, "an empty container stands there");
         self.automatic.go_on();
         self.place_of(&container)?.changed(None);
@@ -56,14 +56,16 @@ impl CellPlanner {
     ) -> Result<(), Refusal> {
         let renewal_id = is_renewed.then(|| format!("{:032x}", rand::random::<u128>()));
         let why = closed.clone();
-        self.change(|session| session.close(closed, renewal_id))?;
+        self.session
+            .change(|session| session.close(closed, renewal_id))?;
         let (container, sequence) = (why.container, why.sequence);
         tracing::info!(cell = %self.cell, container, sequence, why = why.text, "a container is closed");
         Ok(())
     }
 
-    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is one. Not one that holds nothing, or
-    /// that is no larger than an open one that does: what does not fit into that does not fit into an empty one there.
+    /// Closes the fullest container, as nothing of the buffer fits into any; says whether there is
+    /// one. It leaves out empty ones, and those no larger than an open one that is empty: what does
+    /// not fit into that does not fit into an empty one there.
     pub(super) fn close_fullest(&mut self) -> Result<bool, Refusal> {
         if !self.settings.closing.renews {
             return Ok(false);
@@ -88,7 +90,7 @@ impl CellPlanner {
     /// Closes the containers that a rule of the cell closes, where anything changed.
     pub(super) fn close_done(&mut self) {
         let has_rules = self.settings.closing.rules != ClosingRules::default();
-        let is_due = self.closes_at.take_if(|at| *at <= Instant::now());
+        let is_due = self.session.closes_at.take_if(|at| *at <= Instant::now());
         if is_due.is_none() || !has_rules {
             return;
         }
@@ -100,7 +102,7 @@ impl CellPlanner {
         for (name, sequence) in open {
             if let Err(refusal) = self.close_where_done(&name, sequence) {
                 tracing::warn!(cell = %self.cell, container = name, reason = refusal.message, "not closed yet");
-                self.closes_at = Some(Instant::now() + PAUSE);
+                self.session.closes_at = Some(Instant::now() + PAUSE);
             }
         }
     }
@@ -131,7 +133,7 @@ impl CellPlanner {
         Ok(Fill::of(self.filled_m3(name), size))
     }
 
-    /// Whether a container is for one order of which all that was announced lies in it.
+    /// Says whether a container is for one order of which all that was announced lies in it.
     fn is_complete(&mut self, name: &str) -> bool {
         if !self.settings.closing.rules.order_complete {
             return false;
@@ -140,7 +142,8 @@ impl CellPlanner {
         orders.is_some_and(|orders| orders.complete() == Some(0))
     }
 
-    /// The open containers, that of which the greatest share is filled first; of equal ones in the order of the cell.
+    /// Gives the open containers by the share of them that is filled, the greatest first; equal
+    /// ones in the order of the cell.
     pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
         let containers = self.session.containers().iter();
         let open = containers.filter(|container| container.is_open);
@@ -157,18 +160,18 @@ impl CellPlanner {
         open.into_iter().map(|(_, name)| name).collect()
     }
 
-    /// The volume of the items in an open container, in cubic metres; without those whose shape is not known any more.
+    /// Gives the volume of the items in an open container, in cubic metres, without those whose
+    /// shape is not known any more.
     fn filled_m3(&mut self, name: &str) -> f64 {
-        let items: Vec<_> = self.session.packed_in(name).cloned().collect();
-        let volumes_m3 = items.iter().filter_map(|item| {
-            let shape = self.shape(item).ok()?;
+        let volumes_m3 = self.session.packed_in(name).filter_map(|item| {
+            let shape = self.shapes.shape(item).ok()?;
             Some(shape.item.mesh_volume_m3())
         });
         volumes_m3.sum()
     }
 }
 
-/// A container that a rule closes, as the session tells of it.
+/// Describes a container that a rule closes, as the session tells of it.
 fn closed(name: &str, sequence: u64, why: &Closing) -> v1::ClosedContainer {
     let (reason, text) = match why {
         Closing::NothingFits => (
@@ -193,12 +196,12 @@ fn closed(name: &str, sequence: u64, why: &Closing) -> v1::ClosedContainer {
     }
 }
 
-/// Whether a container is no larger than another one, along any axis.
+/// Says whether a container is no larger than another one, along any axis.
 fn is_within(size: &ContainerSize, other: &ContainerSize) -> bool {
     size.x_m <= other.x_m && size.y_m <= other.y_m && size.z_m <= other.z_m
 }
 
-/// A container that is opened, the first that stands there.
+/// Reads a container that is opened, the first that stands there.
 pub(super) fn read_start(start: &v1::ContainerStart) -> Result<v1::SessionContainer, Refusal> {
     let keep_out = read_regions(&start.keep_out)?;
     let name = start.container.clone();

@@ -1,4 +1,4 @@
-//! What became of a cell's plans and sessions, counted.
+//! Counts of a cell's plans and sessions, by how they ended.
 
 use ppnpack_service::metrics::{self, Metric};
 use ppnpack_wire::keys::Cell;

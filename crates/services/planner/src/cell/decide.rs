@@ -16,13 +16,13 @@ use super::refusal::Refusal;
 use crate::interruption::INTERRUPTED;
 use crate::step_plan::{Found, PlansContainers, write_ranked};
 
-/// Of what is left of the time of a request, the share that is kept for checking, saving and answering what was found.
+/// Share of a request's remaining time that is kept for checking, saving and answering.
 const KEPT_SHARE: f64 = 0.05;
 
-/// The least that is kept: a write to a disk, and an answer that waits for a busy processor.
+/// Minimum time that is kept: for a write to a disk, and an answer that waits for a busy processor.
 const LEAST_KEPT: Duration = Duration::from_millis(10);
 
-/// What planning a step led to.
+/// The result of planning a step.
 pub(crate) enum Decided {
     Decision(Box<v1::Decision>),
     NothingFits(Vec<v1::ItemReason>),
@@ -30,8 +30,9 @@ pub(crate) enum Decided {
 }
 
 impl CellPlanner {
-    /// Plans the next step and enters the decision; it is on disk when this returns. Where nothing in the buffer has a
-    /// valid placement, items are set aside, as many as may be, until one that arrives after them has.
+    /// Plans the next step and enters the decision; it is on disk when this returns. Where nothing
+    /// in the buffer has a valid placement, items are set aside, as many as may be, until one that
+    /// arrives after them has.
     pub(crate) fn decide(
         &mut self,
         request_id: &str,
@@ -57,12 +58,11 @@ impl CellPlanner {
             }
             self.record(&prepared, &found, None);
             // What fits nowhere now may fit into a container that comes.
-            if !self.session.may_set_aside() || self.is_renewing() {
-                let reasons = self.reasons(&prepared, &found);
-                return Ok(Decided::NothingFits(reasons));
+            let may_set_aside = self.session.may_set_aside() && !self.is_renewing();
+            if may_set_aside {
+                in_time(until)?;
             }
-            in_time(until)?;
-            if !self.set_aside(&prepared, &found)? {
+            if !may_set_aside || !self.set_aside(&prepared, &found)? {
                 let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
             }
@@ -78,7 +78,7 @@ impl CellPlanner {
         }
         let saving = Instant::now();
         let entered = decision.clone();
-        self.change(|session| session.decide(entered))?;
+        self.session.change(|session| session.decide(entered))?;
         decision
             .stages
             .push(header::stage("save", saving.elapsed()));
@@ -91,8 +91,9 @@ impl CellPlanner {
         Ok(Decided::Decision(Box::new(decision)))
     }
 
-    /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the first to arrive. It
-    /// is on disk when this returns. Says whether there was one: what rules keep out waits for another container.
+    /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the
+    /// first to arrive. It is on disk when this returns. Says whether there was one: what rules
+    /// keep out waits for another container.
     fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
         let volume_m3 = |item: &&v1::SessionItem| {
             let candidates = &prepared.plan.candidates;
@@ -109,13 +110,12 @@ impl CellPlanner {
         let lost = || Refusal::new(Status::Failed, "the plan says nothing of an item");
         let reason = reason.ok_or_else(lost)?;
         let entered = reason.clone();
-        self.change(|session| session.set_aside(entered))?;
+        self.session.change(|session| session.set_aside(entered))?;
         let v1::ItemReason { item_id, text, .. } = reason;
         tracing::info!(cell = %self.cell, item_id, reason = text, "set aside");
         Ok(true)
     }
 
-    /// Where a waiting item would go, or why nowhere.
     pub(crate) fn explain(
         &mut self,
         item_id: &str,
@@ -140,8 +140,8 @@ impl CellPlanner {
         })
     }
 
-    /// Plans a step over the open containers: the fullest that can take an item of the buffer. Rules that give way do so where nothing
-    /// could be packed with them.
+    /// Plans a step over the open containers: the fullest that can take an item of the buffer.
+    /// Rules that give way do so where nothing could be packed with them.
     ///
     /// # Errors
     /// [`Status::Unavailable`] where nothing fits into those that are seen, and others are not.
@@ -166,7 +166,7 @@ impl CellPlanner {
         let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
         let chosen = prepared.plan.decision(found).ok_or_else(lost)?;
         let place = self.place_of(&chosen.container)?;
-        let decided_at_ns = place.bridge_now_ns(deadline);
+        let decided_at_ns = place.bridge.now_ns(deadline);
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),
@@ -187,15 +187,15 @@ impl CellPlanner {
         })
     }
 
-    /// Why the items of the buffer have no valid placement.
     fn reasons(&mut self, prepared: &Prepared, found: &Found) -> Vec<v1::ItemReason> {
         let items = prepared.items.iter();
         let reasons = items.filter_map(|item| self.reason(prepared, found, item));
         reasons.collect()
     }
 
-    /// Why an item of the buffer has no valid placement: in the first of its poses, where it may be packed in several, and in the
-    /// container that holds least. What only the blocked regions keep out is told apart, by planning on the scene without them.
+    /// Says why an item of the buffer has no valid placement: in the first of its poses, and in the
+    /// container that holds least. An item that only blocked regions keep out is told apart, by
+    /// planning on the scene without them.
     fn reason(
         &mut self,
         prepared: &Prepared,
@@ -258,14 +258,13 @@ impl PlansContainers for CellPlanner {
     }
 }
 
-/// When a step has to be planned, for its answer to come by the deadline.
+/// Gives when a step has to be planned, for its answer to come by the deadline.
 fn planned_by(now: Instant, deadline: Instant) -> Instant {
     let left = deadline.saturating_duration_since(now);
     let kept = left.mul_f64(KEPT_SHARE).max(LEAST_KEPT);
     now + left.saturating_sub(kept)
 }
 
-/// Refuses what would come too late.
 fn in_time(deadline: Instant) -> Result<(), Refusal> {
     if Instant::now() < deadline {
         return Ok(());
@@ -294,7 +293,7 @@ fn write_reason(item_id: &str, reason: Option<&Reason>, is_blocked: bool) -> v1:
     }
 }
 
-/// What became of the placements of an item, in all of its poses together.
+/// Adds up the placements of an item, in all of its poses.
 fn write_reports(reports: &[CandidateReport]) -> v1::PlacementCounts {
     let mut counts = PlacementCounts::default();
     let mut refusals = Refusals::default();

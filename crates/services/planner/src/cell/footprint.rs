@@ -6,8 +6,8 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::ItemView;
 use ppnpack_packing::placement::RestingPlacement;
 
-/// The floor below a packed item, where the item is now: the box that it was planned in, moved and turned with it, and grown
-/// by a cell. `moved` takes the item from where it was planned to where it is.
+/// Gives the floor below a packed item where it is now: the box that it was planned in, moved and
+/// turned with it, and grown by a cell. `moved` is the motion from the planned place.
 pub(super) fn footprint(
     placement: &RestingPlacement,
     view: &ItemView,

@@ -1,7 +1,8 @@
 //! After a placement: perception says how the item lies, and the session is corrected by that.
 //!
-//! The cell's actor answers other requests meanwhile: a thread of its own waits for perception and sends the answer to
-//! the actor. Plans wait for the inspection, as what is found moves the regions of fragile items.
+//! The cell's actor answers other requests meanwhile: a thread of its own waits for perception and
+//! sends the answer to the actor. Plans wait for the inspection, as what is found moves the regions
+//! of fragile items.
 
 use std::time::{Duration, Instant};
 
@@ -14,22 +15,22 @@ use super::{ANSWER_SLACK, CellPlanner, Message};
 use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::session::End;
 
-/// How long one attempt waits for a heightmap that shows the placement.
+/// Maximum wait of one attempt for a heightmap that shows the placement.
 const SCENE_LIMIT: Duration = Duration::from_millis(300);
 
-/// How long the actor waits for it before it looks at its mailbox.
+/// Maximum wait for it before the actor looks at its mailbox.
 const SCENE_SLICE: Duration = Duration::from_millis(50);
 
-/// How long perception may take.
+/// Maximum time of perception's answer.
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
-/// How long to wait before another attempt.
+/// Pause before another attempt.
 const PAUSE: Duration = Duration::from_millis(100);
 
-/// Attempts before an item is left as it was reported.
+/// Maximum attempts before an item is left as it was reported.
 const MAX_ATTEMPTS: u32 = 15;
 
-/// How long a plan waits for an inspection at most: as long as one attempt takes. It goes on without it then.
+/// Maximum wait of a plan for an inspection: as long as one attempt takes. Then it goes on without.
 const PLAN_PATIENCE: Duration = SCENE_LIMIT.saturating_add(ANSWER_LIMIT);
 
 /// An item that was decided on, until it is known how it lies.
@@ -37,18 +38,18 @@ const PLAN_PATIENCE: Duration = SCENE_LIMIT.saturating_add(ANSWER_LIMIT);
 pub(crate) struct ToInspect {
     decision_id: String,
     item_id: String,
-    /// Into which it was placed.
+    /// The container that it was placed into.
     container: String,
     request: v1::InspectRequest,
     /// The state of the cell after the placement; before it has ended there is nothing to see.
     placed_in: Option<u64>,
-    /// What perception said, where that is not on disk yet.
+    /// Perception's answer, where that is not on disk yet.
     found: Option<v1::Inspection>,
     attempts: u32,
     next: Next,
 }
 
-/// What is next for an item that was placed.
+/// The next step of the inspection of an item.
 #[derive(Debug, Clone, Copy)]
 enum Next {
     /// An attempt begins then.
@@ -60,12 +61,11 @@ enum Next {
 }
 
 impl ToInspect {
-    /// Whether the item was placed.
     pub(super) fn is_due(&self) -> bool {
         self.placed_in.is_some()
     }
 
-    /// When the actor has to go on with it; `None` until it is placed.
+    /// Gives when the actor has to go on with it; `None` until it is placed.
     pub(super) fn goes_on_at(&self) -> Option<Instant> {
         match self.next {
             Next::Attempt(at) => self.is_due().then_some(at),
@@ -117,7 +117,7 @@ impl CellPlanner {
         });
     }
 
-    /// Notes how a decision ended. An item that was found need not be looked for, unless that is asked for.
+    /// Notes how a decision ended. An item that was found is looked for only where that is asked for.
     pub(super) fn has_ended(&mut self, decision_id: &str, outcome: &v1::Outcome) {
         let told = read_pose(outcome.container_from_item.as_ref(), outcome.is_found);
         let is_found = told.is_some_and(|told| told.is_found());
@@ -133,19 +133,19 @@ impl CellPlanner {
         }
     }
 
-    /// Whether the item that was placed last, into this container, is not inspected yet.
+    /// Says whether an item was placed last into this container and is not inspected yet.
     pub(super) fn is_inspecting_in(&self, container: &str) -> bool {
         let it = self.to_inspect.as_ref().filter(|it| it.is_due());
         it.is_some_and(|it| it.container == container)
     }
 
-    /// Whether the item that was placed last is not inspected yet.
+    /// Says whether the item that was placed last is not inspected yet.
     pub(super) fn is_inspecting(&self) -> bool {
         self.to_inspect.as_ref().is_some_and(ToInspect::is_due)
     }
 
-    /// Goes on with the inspection of the item that was placed last. Waits for a heightmap for a moment, and for nothing
-    /// else.
+    /// Goes on with the inspection of the item that was placed last. Waits for a heightmap for a
+    /// moment, and for nothing else.
     pub(super) fn inspect(&mut self) {
         let goes_on = |it: &mut ToInspect| it.goes_on_at().is_some_and(|at| at <= Instant::now());
         let Some(mut it) = self.to_inspect.take_if(goes_on) else {
@@ -164,7 +164,6 @@ impl CellPlanner {
         self.end_attempt(it, went);
     }
 
-    /// Perception answered, or did not.
     pub(super) fn on_inspected(
         &mut self,
         decision_id: &str,
@@ -180,7 +179,7 @@ impl CellPlanner {
         let is_asked_for = self.settings.inspect.is_some();
         let went = read_answer(it.placed_in, is_asked_for, answer).and_then(|found| {
             if let Ok(place) = self.place_of(&it.container) {
-                place.is_inspected();
+                place.uninspected_until = None;
             }
             it.found = Some(found.clone());
             self.enter_found(&it, found)
@@ -212,7 +211,8 @@ impl CellPlanner {
         }
     }
 
-    /// Waits for a heightmap that surely shows the placement, as perception has its cloud then, and asks perception.
+    /// Waits for a heightmap that surely shows the placement, as perception has its cloud then, and
+    /// asks perception.
     fn ask_inspection(&mut self, it: &mut ToInspect) -> Result<(), NotInspected> {
         let now = Instant::now();
         let until = match it.next {
@@ -246,7 +246,7 @@ impl CellPlanner {
             cell = %self.cell, item_id, inspection = named, slide_m = found.slide_m,
             tilt_rad = found.tilt_rad, reason = found.reason, "inspected"
         );
-        let entered = self.change(|session| {
+        let entered = self.session.change(|session| {
             let failure = format!("item {item_id} was placed, but {}", found.reason);
             let was_packed = session.inspected(item_id, found)?;
             if was_packed && kind == InspectionKind::Missing && session.is_automatic() {
@@ -285,8 +285,8 @@ impl CellPlanner {
     }
 }
 
-/// What perception says about an item that was placed in this state of the cell. Where the settings
-/// do not ask for inspections, a perception that inspects nothing is as good.
+/// Reads perception's answer about an item that was placed in this state of the cell. Where the
+/// settings do not ask for inspections, a perception that inspects nothing is as good.
 fn read_answer(
     placed_in: Option<u64>,
     is_asked_for: bool,
@@ -317,7 +317,6 @@ fn read_answer(
     reply.inspection.ok_or_else(nothing)
 }
 
-/// Whether perception has no catalogue, or nobody answers.
 fn inspects_nothing(error: &CallError) -> bool {
     matches!(error, CallError::NoAnswer { .. }) || error.status() == Some(Status::NotFound)
 }

@@ -1,4 +1,4 @@
-//! What a session knows, held against what the bridges know: neither is taken for the newest by itself.
+//! A session held against what the bridges know: neither is taken for the newest by itself.
 
 use std::collections::HashSet;
 use std::time::Instant;
@@ -7,21 +7,23 @@ use ppnpack_protocol::session::{AFTER_ANOTHER, End};
 use ppnpack_wire::v1::{self, Status};
 
 use super::CellPlanner;
-use super::place::Place;
 use super::refusal::Refusal;
 
 impl CellPlanner {
-    /// Ends a session that knows of a later state than a bridge is in: no picture of it comes, however long it is waited for.
+    /// Ends a session that knows of a later state than a bridge is in: no picture of it comes,
+    /// however long it is waited for.
     pub(super) fn must_not_be_ahead(&mut self) -> Result<(), Refusal> {
-        let behind = self.places.iter_mut().filter_map(Place::take_behind);
+        let places = self.places.iter_mut();
+        let behind = places.filter_map(|place| place.behind.take());
         match behind.last() {
             Some(why) => Err(self.fail(why)),
             None => Ok(()),
         }
     }
 
-    /// Ends a session that was on disk as this process began, where the bridges tell that it is not the newest. It is held against
-    /// them once, before anything is decided; in automatic mode they are waited for.
+    /// Ends a session that was on disk as this process began, where the bridges tell that it is not
+    /// the newest. It is held against them once, before anything is decided; in automatic mode they
+    /// are waited for.
     pub(super) fn must_be_newest(&mut self, deadline: Instant) -> Result<(), Refusal> {
         if self.is_compared {
             return Ok(());
@@ -29,7 +31,7 @@ impl CellPlanner {
         let is_automatic = self.session.is_automatic();
         let (mut unexplained, mut is_compared) = (None, true);
         for place in &mut self.places {
-            match place.state(is_automatic, deadline)? {
+            match place.bridge.state(is_automatic, deadline)? {
                 Some(state) => {
                     let found = self.session.unexplained(&place.name, &state);
                     unexplained = unexplained.or(found.map(str::to_owned));
@@ -47,14 +49,11 @@ impl CellPlanner {
 
     fn fail(&mut self, why: String) -> Refusal {
         tracing::error!(cell = %self.cell, why, "the session has failed");
-        let ended = self.change(|session| {
-            session.end(End::Failed(why.clone()));
-            Ok(())
-        });
+        let ended = self.session.end(End::Failed(why.clone()));
         ended.err().unwrap_or_else(|| Refusal::unavailable(why))
     }
 
-    /// Refuses items that are new here and have the ids of what lies in a container, by what the bridges say.
+    /// Refuses new items with the ids of what lies in a container, by what the bridges say.
     pub(super) fn must_not_lie_there(
         &mut self,
         announced: &[v1::SessionItem],
@@ -66,8 +65,8 @@ impl CellPlanner {
             return Ok(());
         }
         for place in &mut self.places {
-            let bodies = place.bodies(deadline);
-            let mut bodies = bodies.iter();
+            let state = place.bridge.state_if_there(deadline).unwrap_or_default();
+            let mut bodies = state.bodies.iter();
             if let Some(body) = bodies.find(|body| new.contains(body.item_id.as_str())) {
                 return Err(Refusal::new(
                     Status::Conflict,

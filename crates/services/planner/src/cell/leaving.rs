@@ -1,33 +1,32 @@
-//! At which stops what lies in a container leaves it.
+//! Stops at which the content of a container leaves it.
 
 use nalgebra::Isometry3;
 use ppnpack_packing::leaving::{Leaving, Stop};
 use ppnpack_protocol::session::Packed;
 use ppnpack_protocol::session::item::stop;
-use ppnpack_wire::v1;
 
 use super::CellPlanner;
 use super::footprint::footprint;
 use super::refusal::Refusal;
 
-/// An item that is turned by less than this lies as planned, in radians.
+/// Maximum turn of an item that counts as lying as planned, in radians.
 const AS_PLANNED_RAD: f64 = 0.035;
 
-/// An item that is off by less than this part of a cell lies as planned.
+/// Maximum shift of an item that counts as lying as planned, in cells.
 const AS_PLANNED_CELLS: f64 = 0.25;
 
 impl CellPlanner {
-    /// At which stops the items leave that lie in a container, each where it lies now; `None` where none is said to leave at one.
+    /// Gives the stops at which the items of a container leave, each where it lies now; `None`
+    /// where no item has a stop.
     pub(super) fn leaving(&mut self, container: &str) -> Result<Option<Leaving>, Refusal> {
+        let grid = self.place_of(container)?.planning.grid().clone();
         let packed = self.session.packed_in(container);
-        let packed = packed.filter(|item| stop(item) != Stop::LAST);
-        let packed: Vec<v1::SessionItem> = packed.cloned().collect();
-        if packed.is_empty() {
+        let mut packed = packed.filter(|item| stop(item) != Stop::LAST).peekable();
+        if packed.peek().is_none() {
             return Ok(None);
         }
-        let grid = self.place_of(container)?.planning.grid().clone();
         let mut leaving = Leaving::empty(&grid);
-        for item in &packed {
+        for item in packed {
             let Some(Packed {
                 placement,
                 pose,
@@ -37,7 +36,7 @@ impl CellPlanner {
             else {
                 continue;
             };
-            let shape = self.heightmaps(item, pose)?;
+            let shape = self.shapes.heightmaps(item, pose)?;
             let Some(view) = shape.views().get(placement.placement.yaw) else {
                 continue;
             };

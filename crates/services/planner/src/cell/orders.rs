@@ -1,4 +1,4 @@
-//! Which container may take an item at all, by the rules of the cell.
+//! Rules of the cell by which a container may take an item at all.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,18 +10,19 @@ use ppnpack_wire::v1::{self, ItemState};
 use super::CellPlanner;
 
 impl CellPlanner {
-    /// The orders of the session, and what these open containers hold of them; `None` where there are no rules to keep.
+    /// Gives the orders of the session, and what these open containers hold of them; `None` where
+    /// there are no rules to keep.
     pub(super) fn orders(&mut self, open: &[String]) -> Option<Orders> {
         let rules = self.settings.rules.clone();
         let items = self.session.items().iter();
         let items = items.filter(|item| has_rules(&rules, item));
-        let items: Vec<v1::SessionItem> = items.cloned().collect();
+        let items: Vec<&v1::SessionItem> = items.collect();
         if items.is_empty() {
             return None;
         }
         let known = items.iter().map(|item| {
-            let order_item = self.order_item(rules.sharing, item);
-            (arrival(item), order_item)
+            let mass_kg = self.shapes.mass_kg(item);
+            (arrival(item), order_item(rules.sharing, item, mass_kg))
         });
         let known: Vec<(usize, OrderItem)> = known.collect();
         let mut orders = Orders::new(rules, known);
@@ -47,26 +48,26 @@ impl CellPlanner {
         }
         Some(orders)
     }
+}
 
-    fn order_item(&mut self, sharing: Sharing, item: &v1::SessionItem) -> OrderItem {
-        let line = item.order_line.as_deref();
-        let order = line.map_or("", |line| line.order.as_str());
-        let group = line.map_or("", |line| line.group.as_str());
-        // What is of no order belongs together where each container is for one, and to nothing where they are shared. No order has a
-        // name with a blank.
-        let order: Arc<str> = match sharing {
-            Sharing::Shared if order.is_empty() => format!("of item {}", item.item_id).into(),
-            _ => order.into(),
-        };
-        OrderItem {
-            group: (!group.is_empty()).then(|| group.into()),
-            mass_kg: self.mass_kg(item),
-            ..OrderItem::new(order)
-        }
+fn order_item(sharing: Sharing, item: &v1::SessionItem, mass_kg: Option<f64>) -> OrderItem {
+    let line = item.order_line.as_deref();
+    let order = line.map_or("", |line| line.order.as_str());
+    let group = line.map_or("", |line| line.group.as_str());
+    // Items without an order belong together where each container is for one order, and to nothing
+    // where containers are shared. No order has a name with a blank.
+    let order: Arc<str> = match sharing {
+        Sharing::Shared if order.is_empty() => format!("of item {}", item.item_id).into(),
+        _ => order.into(),
+    };
+    OrderItem {
+        group: (!group.is_empty()).then(|| group.into()),
+        mass_kg,
+        ..OrderItem::new(order)
     }
 }
 
-/// Whether a rule can say anything of an item.
+/// Says whether a rule can apply to an item.
 fn has_rules(rules: &ContainerRules, item: &v1::SessionItem) -> bool {
     let is_of_all = rules.most_kg.is_some() || rules.sharing == Sharing::OneOrder;
     is_of_all || item.order_line.is_some()

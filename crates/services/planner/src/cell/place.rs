@@ -8,67 +8,50 @@ use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::hidden::SceneMemory;
 use ppnpack_service::ServiceError;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{CallError, Client};
+use ppnpack_service::rpc::CallError;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::v1::{self, Status};
 
-use super::bridge_clock::BridgeClock;
+use super::bridge::Bridge;
 use super::refusal::Refusal;
 use super::{Own, Shared};
-use crate::interruption::{INTERRUPTED, Interruption};
+use crate::interruption::Interruption;
 use crate::planning::Planning;
 use crate::scenes::{SceneLimits, Scenes, Seen};
 use crate::settings::ContainerPlan;
 
-/// How long the bridge may take to say in which state the container is, where a plan can do without.
-const PATIENCE: Duration = Duration::from_millis(100);
-
-/// A bridge that did not say is left alone for so long, where a plan can do without.
-const LEFT_ALONE: Duration = Duration::from_secs(30);
-
-/// How long one request for its state waits where a plan needs it: an interruption is heeded between two.
-const INSISTENCE: Duration = Duration::from_secs(1);
-
-/// How long to wait before a bridge is asked for its state again that refused to say.
-const PAUSE: Duration = Duration::from_millis(50);
-
-/// How long the bridge may take to say that it is behind the session, when the time of a plan is over.
+/// Maximum wait for the bridge to say that it is behind, when the time of a plan is over.
 const MOMENT: Duration = Duration::from_millis(10);
 
-/// How long a perception that inspects nothing is not asked again. It may be given a catalogue.
+/// Time until a perception that inspects nothing is asked again: it may be given a catalogue.
 const UNINSPECTED: Duration = Duration::from_secs(60);
 
-/// What people do about a picture that contradicts what is believed.
+/// Remedy, for people, of a picture that contradicts what is believed.
 const REMEDY: &str = "Say by `changed` which items were taken out, or none where all may stay";
 
-/// How long the bridge may take to void what was decided.
+/// Maximum wait for the bridge to void what was decided.
 const VOID_LIMIT: Duration = Duration::from_millis(500);
 
-/// Where a container of a cell stands.
+/// A place for a container of a cell.
 pub(super) struct Place {
-    /// As the session has it; empty where it is the cell itself.
+    /// Its name in sessions; empty where it is the cell itself.
     pub(super) name: String,
-    /// Under which bridge and perception serve it.
+    /// The name under which bridge and perception serve it.
     pub(super) address: Cell,
     pub(super) planning: Planning,
     pub(super) scenes: Scenes,
-    pub(super) bridge_clock: BridgeClock,
-    /// What was seen last, for what is hidden now.
+    pub(super) bridge: Bridge,
+    /// Heights that were seen last, for what is hidden now.
     memory: SceneMemory,
-    /// What pictures should show by what is believed to lie here.
+    /// Heights that pictures should show by what is believed to lie here.
     expected: Expected,
     /// Whether the bridge ever told of something that lies here.
     pub(super) has_told_bodies: bool,
-    client: Client,
     interruption: Interruption,
-    /// The bridge did not say in which state the container is, and is not asked again before.
-    left_alone_until: Option<Instant>,
-    /// The state that the bridge said last; 0 where it said none.
-    told_state: u64,
     /// Why no picture comes that the session needs: its bridge is in an earlier state.
-    behind: Option<String>,
-    /// Perception inspects nothing here, and is not asked again before.
-    uninspected_until: Option<Instant>,
+    pub(super) behind: Option<String>,
+    /// Time before which a perception that inspects nothing here is not asked again.
+    pub(super) uninspected_until: Option<Instant>,
     /// The state since the scenes were last told of a change, where that is known.
     shown_state: Option<u64>,
 }
@@ -85,8 +68,8 @@ impl Place {
             address,
             settings,
         } = plan;
-        let interruption = &own.interruption;
-        let planning = Planning::new(&address, &settings, &shared.helpers, interruption);
+        let (helpers, interruption) = (&shared.helpers, &own.interruption);
+        let planning = Planning::new(&address, &settings, helpers, interruption);
         let planning = planning.map_err(ServiceError::start)?;
         let limits = SceneLimits {
             age: Duration::from_secs_f64(settings.heightmap_age_limit_s),
@@ -94,20 +77,17 @@ impl Place {
         };
         let mut scenes =
             Scenes::subscribe(process, &address, planning.grid(), limits, interruption)?;
-        // What was done last, before this process was there, may not be in a picture that was on its way.
+        // A picture that is on its way may not show what was done before this process began.
         scenes.changed();
         Ok(Self {
             name,
             planning,
             scenes,
-            bridge_clock: BridgeClock::subscribe(process, &address)?,
+            bridge: Bridge::subscribe(process, &address, &helpers.client, interruption)?,
             memory: SceneMemory::default(),
             expected: Expected::default(),
             has_told_bodies: false,
-            client: shared.helpers.client.clone(),
             interruption: interruption.clone(),
-            left_alone_until: None,
-            told_state: 0,
             behind: None,
             uninspected_until: None,
             shown_state: None,
@@ -115,10 +95,11 @@ impl Place {
         })
     }
 
-    /// A heightmap that shows what was done up to this state, which is waited for until then, and that the cell has come to.
+    /// Waits for a heightmap that shows all up to this state, of one that the cell has come to.
     ///
-    /// Where its sensor knows no states it is of the state that the bridge has now: for that it has to have come after this state was
-    /// heard of for the first time. A bridge that was heard of, or is needed, is waited for, too.
+    /// Where its sensor knows no states it is of the state that the bridge has now: for that it has
+    /// to have come after this state was heard of first. A bridge that was heard of, or is needed,
+    /// is waited for, too.
     pub(super) fn seen(
         &mut self,
         least: u64,
@@ -139,7 +120,7 @@ impl Place {
                 return Ok(seen);
             }
             let Some(v1::CellState { state_number, .. }) =
-                self.state(needs_bridge, bridge_until)?
+                self.bridge.state(needs_bridge, bridge_until)?
             else {
                 return Ok(seen);
             };
@@ -152,17 +133,18 @@ impl Place {
         }
     }
 
-    /// Refuses what a heightmap shows of a state that the cell has not come to: nobody knows when it was made.
+    /// Refuses what a heightmap shows of a state that the cell has not come to: nobody knows when
+    /// it was made.
     fn must_have_come_to(
         &mut self,
         shown: u64,
         least: u64,
         deadline: Instant,
     ) -> Result<(), Refusal> {
-        if shown <= least.max(self.told_state) {
+        if shown <= least.max(self.bridge.told_state) {
             return Ok(());
         }
-        match self.state(false, deadline)? {
+        match self.bridge.state(false, deadline)? {
             // Older bridges do not say.
             Some(v1::CellState { state_number, .. }) if (1..shown).contains(&state_number) => {
                 Err(Refusal::unavailable(format_args!(
@@ -179,18 +161,14 @@ impl Place {
         if least == 0 || self.interruption.is_asked_for() {
             return;
         }
-        let until = Instant::now() + MOMENT;
-        let state = match self.bridge_clock.was_heard() {
-            true => self.ask_state(until),
-            false => self.bridge_state(until),
-        };
-        if let Some(state) = state {
+        if let Some(state) = self.bridge.state_if_there(Instant::now() + MOMENT) {
             // It is noted.
             self.must_not_be_behind(state.state_number, least).ok();
         }
     }
 
-    /// Refuses, and notes, that the bridge is in an earlier state than one that the cell was in: it lost what it knew.
+    /// Refuses, and notes, that the bridge is in an earlier state than one that the cell was in: it
+    /// lost what it knew.
     fn must_not_be_behind(&mut self, told: u64, least: u64) -> Result<(), Refusal> {
         if !(1..least).contains(&told) {
             return Ok(());
@@ -202,16 +180,6 @@ impl Place {
         );
         self.behind = Some(why.clone());
         Err(Refusal::unavailable(why))
-    }
-
-    /// Whether the bridge was found to be behind the session.
-    pub(super) fn is_behind(&self) -> bool {
-        self.behind.is_some()
-    }
-
-    /// Why the bridge counts as behind the session, where it does; forgets it.
-    pub(super) fn take_behind(&mut self) -> Option<String> {
-        self.behind.take()
     }
 
     /// Gives what is hidden in a scene of this container the heights of what is known to lie there.
@@ -234,7 +202,7 @@ impl Place {
         contradiction.is_some()
     }
 
-    /// The content changed just now, to this state where it is known.
+    /// Notes that the content changed just now, to this state where it is known.
     pub(super) fn changed(&mut self, state_number: Option<u64>) {
         if state_number.is_none() {
             self.expected.forget();
@@ -243,106 +211,26 @@ impl Place {
         self.scenes.changed();
     }
 
-    /// Whether perception may inspect what is placed here, as far as is known.
+    /// Says whether perception may inspect what is placed here, as far as is known.
     pub(super) fn may_be_inspected(&self) -> bool {
         let until = self.uninspected_until;
         until.is_none_or(|until| until <= Instant::now())
     }
 
-    /// Perception inspects here.
-    pub(super) fn is_inspected(&mut self) {
-        self.uninspected_until = None;
-    }
-
-    /// Perception inspects nothing here. Says whether that is news.
+    /// Notes that perception inspects nothing here; says whether that is news.
     pub(super) fn is_not_inspected(&mut self) -> bool {
         let until = Instant::now() + UNINSPECTED;
         self.uninspected_until.replace(until).is_none()
     }
 
-    /// The state as the bridge has it now. One that was heard of, or is needed, is waited for until the deadline; `None` where there is
-    /// none, and a controller drives the robot itself.
+    /// Has the bridge count the state up, so that all that was decided before is stale, however
+    /// late its request comes. Gives the new state; `None` where there is no bridge, and a
+    /// controller drives the robot itself.
     ///
     /// # Errors
-    /// [`Status::Unavailable`] where it does not say.
-    pub(super) fn state(
-        &mut self,
-        is_needed: bool,
-        deadline: Instant,
-    ) -> Result<Option<v1::CellState>, Refusal> {
-        if !is_needed && !self.bridge_clock.was_heard() {
-            return Ok(self.bridge_state(deadline));
-        }
-        loop {
-            let now = Instant::now();
-            if let Some(state) = self.ask_state(deadline.min(now + INSISTENCE)) {
-                return Ok(Some(state));
-            }
-            if self.interruption.is_asked_for() {
-                return Err(Refusal::unavailable(INTERRUPTED));
-            }
-            if Instant::now() + PATIENCE >= deadline {
-                return Err(Refusal::unavailable(format_args!(
-                    "the bridge of cell {} does not say in which state it is",
-                    self.address
-                )));
-            }
-            std::thread::sleep(PAUSE);
-        }
-    }
-
-    /// The state as the bridge has it now, where it says so soon.
-    pub(super) fn bridge_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
-        let now = Instant::now();
-        if self.left_alone_until.is_some_and(|until| now < until) {
-            return None;
-        }
-        let state = self.ask_state(deadline.min(now + PATIENCE));
-        if state.is_none() {
-            self.left_alone_until = Some(now + LEFT_ALONE);
-        }
-        state
-    }
-
-    /// As [`Self::bridge_state`], of a bridge that has to be there: it is asked also where it did
-    /// not answer last.
-    pub(super) fn ask_state(&mut self, until: Instant) -> Option<v1::CellState> {
-        let request = v1::CellStateRequest::default();
-        let reply = self.client.call(&self.address, request, until);
-        let state = reply.ok().and_then(|reply| reply.state);
-        state.map(|state| self.heard(state))
-    }
-
-    fn heard(&mut self, state: v1::CellState) -> v1::CellState {
-        self.bridge_clock.heard(&state);
-        self.told_state = state.state_number;
-        self.left_alone_until = None;
-        state
-    }
-
-    /// What the bridge's clock shows now; 0 where no bridge is heard of, not even when it is asked.
-    pub(super) fn bridge_now_ns(&mut self, deadline: Instant) -> u64 {
-        if !self.bridge_clock.was_heard() {
-            self.bridge_state(deadline);
-        }
-        self.bridge_clock.now_ns()
-    }
-
-    /// What the bridge says that lies in the container, where there is a bridge that says so soon.
-    pub(super) fn bodies(&mut self, deadline: Instant) -> Vec<v1::Body> {
-        let state = match self.bridge_clock.was_heard() {
-            true => self.ask_state(deadline.min(Instant::now() + INSISTENCE)),
-            false => self.bridge_state(deadline),
-        };
-        state.map(|state| state.bodies).unwrap_or_default()
-    }
-
-    /// Has the bridge count the state up, so that all that was decided before is stale, however late its request comes. Gives the new
-    /// state; `None` where there is no bridge, and a controller drives the robot itself.
-    ///
-    /// # Errors
-    /// As what the bridge refuses it: [`Status::Busy`] while the robot carries something out; [`Status::Unavailable`] where a
-    /// bridge that was there, now or when `is_by_bridge` was decided, does not answer.
+    /// The status with which the bridge refuses: [`Status::Busy`] while the robot carries something
+    /// out; [`Status::Unavailable`] where a bridge that was there, now or when `is_by_bridge` was
+    /// decided, does not answer.
     pub(super) fn void_decisions(
         &mut self,
         is_by_bridge: bool,
@@ -352,10 +240,12 @@ impl Place {
         self.expected.forget();
         let until = deadline.min(Instant::now() + VOID_LIMIT);
         let request = v1::ChangedRequest::default();
-        match self.client.call(&self.address, request, until) {
-            Ok(reply) => Ok(reply.state.map(|state| self.heard(state).state_number)),
-            // One that is away for a moment may have such a request before it, or get it when it is back.
-            Err(CallError::NoAnswer { .. }) if !is_by_bridge && !self.bridge_clock.was_heard() => {
+        match self.bridge.call(request, until) {
+            Ok(reply) => Ok(reply
+                .state
+                .map(|state| self.bridge.heard(state).state_number)),
+            // One that is away for a moment may get such a request when it is back.
+            Err(CallError::NoAnswer { .. }) if !is_by_bridge && !self.bridge.was_heard() => {
                 Ok(None)
             }
             Err(error) => Err(Refusal::new(

@@ -1,20 +1,20 @@
-//! In which resting poses an item may be packed, by what its announcement says of that.
+//! Resting poses in which an item may be packed, by its announcement.
 
 use ppnpack_wire::v1;
 
 /// The resting poses that an announcement can allow.
 pub(super) struct PossiblePoses {
-    /// How many may be used.
+    /// The number of those that may be used.
     pub(super) most: u32,
     /// Why no more may be used.
     pub(super) because: &'static str,
-    /// How many the item has.
+    /// The number of those that the item has.
     pub(super) known: u32,
 }
 
 impl PossiblePoses {
-    /// In how many poses an item may be packed at most, 0 for one, and the numbers of those in which alone, in order, where they are
-    /// named.
+    /// Reads in how many poses an item may be packed at most, 0 for one; and the numbers of the
+    /// only allowed ones in order, where they are named.
     pub(super) fn read(&self, item: &v1::Announcement) -> Result<(u32, Vec<u32>), String> {
         let Self {
             most,

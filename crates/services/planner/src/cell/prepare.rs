@@ -1,4 +1,4 @@
-//! What a step is planned on: the buffer, and what the open containers look like.
+//! The input of a step: the buffer, and the pictures of the open containers.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -12,32 +12,31 @@ use ppnpack_wire::v1::{self, Status};
 use super::CellPlanner;
 use super::counts;
 use super::footprint::footprint;
-use super::place::Place;
 use super::refusal::Refusal;
 use crate::scenes::Seen;
 use crate::step_plan::{ContainerStep, StepPlan};
 use ppnpack_protocol::session::item::arrival;
 use ppnpack_protocol::session::{Packed, SessionError, message};
 
-/// How long a step waits for the heightmaps of all open containers. Then it goes on with those that there are.
+/// Maximum wait of a step for the heightmaps of all open containers. Then it goes on.
 const ALL_PATIENCE: Duration = Duration::from_secs(1);
 
-/// How long one of several is waited for before the others are looked at.
+/// Maximum wait for one of several before the others are looked at.
 const SLICE: Duration = Duration::from_millis(100);
 
-/// How long to wait before what was not seen is looked at again.
+/// Pause before containers that were not seen are looked at again.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// What a step is planned on.
+/// The input of a step.
 pub(super) struct Prepared {
     pub(super) items: Vec<v1::SessionItem>,
     pub(super) plan: StepPlan,
-    /// Of each container of the plan: its place among all that are open, by which orders know it, and what was seen in it, without
-    /// anything blocked.
+    /// Each container of the plan: its place among all that are open, by which orders know it, and
+    /// its picture without anything blocked.
     pub(super) seen: Vec<(usize, Seen)>,
-    /// Which open containers cannot be planned on, and why.
+    /// The open containers that cannot be planned on, and why.
     pub(super) left_out: Vec<String>,
-    /// What the open containers may take; `None` where each may take all.
+    /// The orders that containers are bound to; `None` where each may take all.
     orders: Option<Orders>,
 }
 
@@ -48,7 +47,8 @@ type PreparedContainer = (ContainerStep, (usize, Seen));
 type Sight = (String, Result<Seen, Refusal>);
 
 impl Prepared {
-    /// By which rule a container may not take an item, for people; `None` where it may, or with `gives_way` where that rule gives way.
+    /// Names the rule, for people, by which a container may not take an item; `None` where it may,
+    /// or with `gives_way` where that rule gives way.
     pub(super) fn barred(
         &self,
         item: &v1::SessionItem,
@@ -66,7 +66,7 @@ impl Prepared {
     }
 }
 
-/// The candidates of an item, in the order of its poses.
+/// Finds the candidates of an item, in the order of its poses.
 pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Range<usize> {
     let is_of = |held: &&Candidate| held.arrival == arrival(item);
     let before = candidates.iter().take_while(|held| !is_of(held));
@@ -76,10 +76,10 @@ pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Rang
 }
 
 impl CellPlanner {
-    /// Gets what a step is planned on; waits for heightmaps until the deadline.
+    /// Gets the input of a step; waits for heightmaps until the deadline.
     ///
     /// # Errors
-    /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none can be planned on.
+    /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none is usable.
     pub(super) fn prepare(
         &mut self,
         items: Vec<v1::SessionItem>,
@@ -88,7 +88,7 @@ impl CellPlanner {
     ) -> Result<Prepared, Refusal> {
         let mut candidates = Vec::new();
         for item in &items {
-            candidates.extend(self.candidates(item)?);
+            candidates.extend(self.shapes.candidates(item)?);
         }
         let open = self.open_by_fullness();
         let (containers, left_out) = self.prepare_containers(&open, deadline)?;
@@ -128,7 +128,7 @@ impl CellPlanner {
         })
     }
 
-    /// The open containers that can be planned on, the fullest first, and why the others cannot.
+    /// Gives the open containers to plan on, the fullest first, and why the others are left out.
     fn prepare_containers(
         &mut self,
         open: &[String],
@@ -163,7 +163,8 @@ impl CellPlanner {
         }
     }
 
-    /// What containers look like now, or why that is not known. One is waited for until the deadline, several for a while.
+    /// Gives the pictures of containers, or why there are none. One is waited for until the
+    /// deadline, several for a while.
     fn see(&mut self, open: &[String], deadline: Instant) -> Result<Vec<Sight>, Refusal> {
         let now = Instant::now();
         let left = deadline.saturating_duration_since(now);
@@ -181,7 +182,7 @@ impl CellPlanner {
         }
         while Instant::now() + PAUSE < until
             && !self.own.interruption.is_asked_for()
-            && !self.places.iter().any(Place::is_behind)
+            && self.places.iter().all(|place| place.behind.is_none())
         {
             let mut unseen = seen.iter_mut().filter(|(_, seen)| seen.is_err()).peekable();
             if unseen.peek().is_none() {
@@ -198,7 +199,7 @@ impl CellPlanner {
         Ok(seen)
     }
 
-    /// What a container looks like; so long is a heightmap waited for, and so long the bridge.
+    /// Gives the picture of a container; `slices` are the waits for a heightmap and for the bridge.
     fn seen_within(
         &mut self,
         name: &str,
@@ -229,20 +230,17 @@ impl CellPlanner {
         Ok((container, seen))
     }
 
-    /// The scene of a container with everything blocked that must stay free.
+    /// Blocks everything in the scene of a container that must stay free.
     fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
+        let grid = self.place_of(name)?.planning.grid().clone();
         let mut regions = message::read_regions(&self.session.container(name)?.keep_out);
         let packed = self.session.packed_in(name);
-        let fragile: Vec<v1::SessionItem> = packed
-            .filter(|item| item.rules.is_some_and(|rules| rules.is_fragile))
-            .cloned()
-            .collect();
-        let grid = self.place_of(name)?.planning.grid().clone();
-        for item in &fragile {
+        let fragile = packed.filter(|item| item.rules.is_some_and(|rules| rules.is_fragile));
+        for item in fragile {
             let Some(packed) = Packed::read(item)? else {
                 continue;
             };
-            let shape = self.heightmaps(item, packed.pose)?;
+            let shape = self.shapes.heightmaps(item, packed.pose)?;
             let moved = packed.container_from_item.isometry() * packed.planned.inverse();
             if let Some(view) = shape.views().get(packed.placement.placement.yaw) {
                 regions.push(footprint(&packed.placement, view, &grid, &moved));

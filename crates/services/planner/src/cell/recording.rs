@@ -1,4 +1,4 @@
-//! What steps were planned on, for who records it.
+//! Records of steps, for who keeps them.
 
 use ppnpack_wire::v1;
 
@@ -7,14 +7,15 @@ use super::prepare::Prepared;
 use super::refusal::Refusal;
 use crate::step_plan::Found;
 
-/// Records that wait until a request is answered, at most; more are published before.
+/// Maximum number of records that wait until a request is answered; more are published before.
 const MOST_WAITING: usize = 8;
 
-/// Shapes that one request may ask for.
+/// Maximum number of shapes that one request may ask for.
 const MOST_SHAPES: usize = 1_024;
 
 impl CellPlanner {
-    /// Notes what a step was planned on and what came of it, where somebody records that. It is published after the request is answered.
+    /// Notes the input and the result of a step, where somebody records them. They are published
+    /// after the request is answered.
     pub(super) fn record(
         &mut self,
         prepared: &Prepared,
@@ -33,7 +34,6 @@ impl CellPlanner {
         }
     }
 
-    /// The items and solids that records name.
     pub(super) fn shapes(&self, ids: &[Vec<u8>]) -> Result<v1::ShapesReply, Refusal> {
         if !(1..=MOST_SHAPES).contains(&ids.len()) {
             return Err(Refusal::invalid(format_args!(

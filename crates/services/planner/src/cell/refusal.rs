@@ -25,12 +25,12 @@ impl Refusal {
         }
     }
 
-    /// The request asks for what is not possible.
+    /// Refuses, as the request asks for what is not possible.
     pub(crate) fn invalid(message: impl std::fmt::Display) -> Self {
         Self::new(Status::Invalid, message)
     }
 
-    /// What is needed is not there now.
+    /// Refuses, as something that is needed is not there now.
     pub(crate) fn unavailable(message: impl std::fmt::Display) -> Self {
         Self::new(Status::Unavailable, message)
     }
@@ -69,7 +69,7 @@ impl From<PlanError> for Refusal {
     }
 }
 
-/// Whether a plan would need as much memory again if it was asked for again.
+/// Says whether a plan would need as much memory again if it was asked for again.
 fn is_too_much(error: &PlanError) -> bool {
     let mut cause = Some(error as &(dyn Error + 'static));
     while let Some(error) = cause {

@@ -1,4 +1,5 @@
-//! Containers that were closed: the bridge takes them away and brings empty ones, which are opened or stand ready.
+//! Containers that were closed: the bridge takes them away and brings empty ones, which are opened
+//! or stand ready.
 //!
 //! The id of the request is on disk before it is sent: whatever is cut off, a container is renewed
 //! once. It names the state that the bridge is in while the session wants this: a request that
@@ -13,19 +14,19 @@ use ppnpack_wire::v1;
 
 use super::{ANSWER_SLACK, CellPlanner, Message};
 
-/// How long to wait before a container is asked for again.
+/// Pause before a container is asked for again.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// How long the bridge may take to say which state that is.
+/// Maximum wait for the bridge to say which state that is.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 impl CellPlanner {
-    /// Whether empty containers are to come.
     pub(super) fn is_renewing(&self) -> bool {
         self.to_be_renewed().next().is_some()
     }
 
-    /// The containers that are to be renewed, and by which requests. Not where somebody has to look first.
+    /// Gives the containers that are to be renewed, and the ids of the requests; none where
+    /// somebody has to look first.
     fn to_be_renewed(&self) -> impl Iterator<Item = (&v1::SessionContainer, &str)> {
         let containers = self.session.containers().iter();
         let containers = containers.filter(|_| !self.session.has_failed());
@@ -33,7 +34,6 @@ impl CellPlanner {
         renewing.map(|container| (container, container.renewal_id.as_str()))
     }
 
-    /// When a container is asked for next.
     pub(super) fn next_renewal(&self) -> Option<Instant> {
         // A last item that is still inspected is looked for where it lies.
         let due = self.to_be_renewed();
@@ -81,7 +81,7 @@ impl CellPlanner {
     /// Asks for a container; gives how long that may take, or says why it is not asked for.
     fn try_ask_renewal(&mut self, name: &str, id: &str) -> Result<Duration, String> {
         let place = self.place_of(name).map_err(|error| error.to_string())?;
-        let state = place.ask_state(Instant::now() + PATIENCE);
+        let state = place.bridge.ask_state(Instant::now() + PATIENCE);
         let state = state.ok_or("the bridge does not say its state")?;
         let address = place.address.clone();
         let limit = Duration::from_secs_f64(self.settings.place_limit_s);
@@ -98,7 +98,6 @@ impl CellPlanner {
         asked.map(|()| limit).map_err(|error| error.to_string())
     }
 
-    /// The bridge brought an empty container, or did not.
     pub(super) fn on_renewed(&mut self, id: &str, answer: Result<v1::RenewReply, CallError>) {
         let wanted = self.to_be_renewed().find(|(_, wanted)| *wanted == id);
         // Of a session that is gone it is of no use.

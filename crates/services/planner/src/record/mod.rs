@@ -1,4 +1,4 @@
-//! What steps were planned on, told to who records it.
+//! Records of steps: what each was planned on and what came of it.
 
 mod read;
 mod shapes;
@@ -23,7 +23,7 @@ pub(crate) struct Recorder {
     shapes: Shapes,
     cell: String,
     versions: v1::Versions,
-    /// As JSON.
+    /// The settings of the cell, as JSON.
     settings: String,
 }
 
@@ -42,12 +42,11 @@ impl Recorder {
         })
     }
 
-    /// Whether somebody reads records.
     pub(crate) fn is_wanted(&self) -> bool {
         self.records.has_readers()
     }
 
-    /// The record of a step, and of what came of it.
+    /// Makes the record of a step and its result.
     pub(crate) fn record(
         &mut self,
         session_id: &str,
@@ -68,14 +67,12 @@ impl Recorder {
         }
     }
 
-    /// Publishes a record.
     pub(crate) fn publish(&self, record: &v1::PlanningRecord) {
         if let Err(error) = self.records.put(record) {
             tracing::warn!(cell = self.cell, %error, "a record is not published");
         }
     }
 
-    /// The items and solids of recent records.
     pub(crate) fn shapes(&self, ids: &[Vec<u8>]) -> v1::ShapesReply {
         self.shapes.reply(ids)
     }

@@ -34,7 +34,7 @@ pub enum Unreadable {
     Stops(String),
 }
 
-/// The step of a record, to be planned however long it takes.
+/// Reads the step of a record, to be planned however long it takes.
 pub(crate) fn step(
     record: &v1::PlanningRecord,
     shapes: &ShapeStore,

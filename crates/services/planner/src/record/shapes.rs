@@ -9,17 +9,17 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 use prost::Message;
 
-/// How much is kept, in bytes as it is encoded, before all is forgotten.
+/// Maximum bytes, as they are encoded, that are kept before all is forgotten.
 const MOST_KEPT_BYTES: usize = 256 << 20;
 
-/// How much goes into one answer, in bytes.
+/// Maximum bytes in one answer.
 const MOST_ANSWERED_BYTES: usize = 8 << 20;
 
 /// Items and solids that records named, kept for who asks for them.
 #[derive(Default)]
 pub(crate) struct Shapes {
     items: HashMap<ShapeId, Vec<u8>>,
-    /// By where they are in memory, which stays theirs as long as they are kept here.
+    /// Solids by their address in memory, which stays theirs as long as they are kept here.
     solids: HashMap<usize, (Arc<Model>, Vec<u8>)>,
     kept: HashMap<Vec<u8>, Kept>,
     kept_bytes: usize,
@@ -31,14 +31,13 @@ enum Kept {
 }
 
 impl Shapes {
-    /// Forgets all where that is much. What a record names is kept until the next one is made at least.
+    /// Forgets all where that is much. What a record names is kept until the next one is made.
     pub(crate) fn make_room(&mut self) {
         if self.kept_bytes > MOST_KEPT_BYTES {
             *self = Self::default();
         }
     }
 
-    /// The id of an item.
     pub(crate) fn item(&mut self, item: &Arc<Item>) -> Vec<u8> {
         if let Some(id) = self.items.get(&item.shape()) {
             return id.clone();
@@ -51,7 +50,6 @@ impl Shapes {
         id
     }
 
-    /// The id of a solid.
     pub(crate) fn solid(&mut self, model: &Arc<Model>) -> Vec<u8> {
         let at = Arc::as_ptr(model).addr();
         if let Some((_, id)) = self.solids.get(&at) {
@@ -65,7 +63,7 @@ impl Shapes {
         id
     }
 
-    /// Those of these ids, as many as go into one message.
+    /// Gives the shapes of these ids, as many as go into one message.
     pub(crate) fn reply(&self, ids: &[Vec<u8>]) -> v1::ShapesReply {
         let mut reply = v1::ShapesReply::default();
         let mut bytes = 0;

@@ -9,7 +9,7 @@ use ppnpack_wire::{convert, v1};
 use super::shapes::Shapes;
 use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
 
-/// What a step was planned on.
+/// Writes what a step was planned on.
 pub(super) fn step(plan: &StepPlan, shapes: &mut Shapes) -> v1::PlanningRecord {
     let candidates = plan.candidates.iter();
     let candidates = candidates.map(|held| candidate(held, shapes)).collect();

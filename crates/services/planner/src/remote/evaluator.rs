@@ -15,7 +15,7 @@ use ppnpack_wire::{convert, v1};
 use super::items::ItemMessages;
 use super::peers::Peers;
 
-/// The placements that a service is asked for, where no more are wanted at once: some do not pass the checks of the planner.
+/// Minimum number of placements that a service is asked for: some do not pass the planner's checks.
 const LEAST_ASKED: usize = 64;
 
 /// Asks a heuristic service once in a step.
@@ -27,11 +27,11 @@ pub(crate) struct ServiceEvaluator {
     own: Search,
     group: Vec<usize>,
     proposals: Proposals,
-    /// What a service answered, until more is wanted.
+    /// The placements of a service's answer that are left, until more are wanted.
     answer: Option<VecDeque<Evaluated>>,
-    /// What was given of that already.
+    /// The placements of it that were given already.
     given: Vec<Evaluated>,
-    /// What the service says became of the placements.
+    /// The service's counts of placements.
     tallies: Vec<Tally>,
     shortfall: Shortfall,
 }
@@ -52,7 +52,7 @@ impl ServiceEvaluator {
         }
     }
 
-    /// Has a service find the best placements, with what the planner's own search says of them.
+    /// Has a service find the best placements; gives them as the planner's own search values them.
     fn ask(&mut self, input: &StepInput<'_>) -> Result<VecDeque<Evaluated>, String> {
         let instance = self.peers.chosen();
         let instance = instance.ok_or("no heuristic service is alive")?;
@@ -99,8 +99,8 @@ impl ServiceEvaluator {
         Ok(own)
     }
 
-    /// What the planner's own search says of placements; `None` where they are not those that were asked for, or lie otherwise.
-    /// Whoever answers may be mistaken, or a stranger.
+    /// Values placements by the planner's own search; `None` where they are not those that were
+    /// asked for, or lie otherwise. Whoever answers may be mistaken, or a stranger.
     fn own_of(
         &mut self,
         input: &StepInput<'_>,
@@ -137,7 +137,7 @@ impl ServiceEvaluator {
         Ok((own.len() == named.len() || self.shortfall.is_cut).then_some(own))
     }
 
-    /// The next placement of the planner's own search.
+    /// Gives the next placement of the planner's own search.
     fn next_own(&mut self, input: &StepInput<'_>) -> Result<Option<Evaluated>, StageError> {
         let next = self.own.next_best(input)?;
         if let Some(own) = self.own.shortfall() {
@@ -213,7 +213,7 @@ impl Evaluator for ServiceEvaluator {
     }
 }
 
-/// The checks of a stability test, as requests name them.
+/// Gives the checks of a stability test, as requests name them.
 fn checks(stability: Stability) -> Vec<i32> {
     match stability {
         Stability::Physical => vec![v1::Check::PhysicalStability.into()],
@@ -222,7 +222,8 @@ fn checks(stability: Stability) -> Vec<i32> {
     }
 }
 
-/// Whether both are the same item at the same place. Of values the last digits may differ between processors.
+/// Says whether both are the same item at the same place. The last digits of values may differ
+/// between processors.
 fn is_same(one: &Evaluated, other: &Evaluated) -> bool {
     (one.candidate, one.resting) == (other.candidate, other.resting)
 }

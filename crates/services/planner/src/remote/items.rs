@@ -13,10 +13,10 @@ use ppnpack_wire::{convert, v1};
 
 use super::peers::Peers;
 
-/// Items remembered at most; then all are forgotten and written anew.
+/// Maximum number of items remembered; then all are forgotten and written anew.
 const MAX_KEPT: usize = 4_096;
 
-/// Items as messages, and who has them.
+/// Items as messages, and the instances that have them.
 #[derive(Debug, Default)]
 pub(crate) struct ItemMessages {
     messages: HashMap<ShapeId, (ItemId, Arc<v1::Item>)>,
@@ -24,7 +24,7 @@ pub(crate) struct ItemMessages {
 }
 
 impl ItemMessages {
-    /// Asks an instance for something about the candidates of a step, with those items that it may lack.
+    /// Asks an instance about the candidates of a step, with those items that it may lack.
     pub(crate) fn ask<R: Request>(
         &mut self,
         peers: &Peers,
@@ -59,7 +59,7 @@ impl ItemMessages {
         asked
     }
 
-    /// The messages of those items that an instance was not sent yet, each once.
+    /// Gives the messages of the items that an instance was not sent yet, each once.
     fn unsent<'a>(
         &mut self,
         instance: &Instance,

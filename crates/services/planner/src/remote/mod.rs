@@ -1,4 +1,4 @@
-//! The stages of Algorithm 1 that other services carry out, as [`packing`](ppnpack_packing) knows stages.
+//! The stages of Algorithm 1, as [`packing`](ppnpack_packing) has them, by other services.
 
 mod evaluator;
 mod items;

@@ -14,19 +14,19 @@ pub(crate) struct Peers {
     pub(crate) cell: Cell,
     pub(crate) client: Client,
     pub(crate) alive: Arc<Alive>,
-    /// The longest that one may take for an answer.
+    /// Maximum time of an answer.
     pub(crate) limit: Duration,
 }
 
 impl Peers {
-    /// The instance that is asked for this cell: the same as long as the same ones are alive.
+    /// Gives the instance that is asked for this cell: the same as long as the same ones are alive.
     pub(super) fn chosen(&self) -> Option<Instance> {
         let alive = self.alive.instances_for(&self.cell);
         let sum: usize = self.cell.as_str().bytes().map(usize::from).sum();
         alive.get(sum % alive.len().max(1)).cloned()
     }
 
-    /// When they have to have answered: half of what is left of the step is kept for what follows.
+    /// Gives when they have to have answered: half of what is left of the step is kept.
     pub(super) fn deadline(&self, input: &StepInput<'_>) -> Instant {
         let now = Instant::now();
         let left = input

@@ -10,7 +10,7 @@ use ppnpack_wire::{convert, v1};
 use super::items::ItemMessages;
 use super::peers::Peers;
 
-/// After a failure the service is not asked again for this long: a service that hangs costs the time limit each time.
+/// Time for which a service that failed is not asked: one that hangs costs its limit each time.
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// Asks a ppn service for the placements with the best scores.
@@ -21,7 +21,7 @@ pub(crate) struct RemoteProposer {
     failed: Option<Failed>,
 }
 
-/// Who failed, when and how.
+/// An instance that failed, when and how.
 struct Failed {
     instance: Instance,
     at: Instant,
@@ -38,7 +38,6 @@ impl RemoteProposer {
         }
     }
 
-    /// The instance that serves this cell, where it did not just fail.
     fn instance(&self) -> Result<Instance, StageError> {
         let chosen = self.peers.chosen().ok_or("no ppn service is alive")?;
         match &self.failed {

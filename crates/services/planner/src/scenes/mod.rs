@@ -14,25 +14,26 @@ use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
 
 use crate::interruption::{INTERRUPTED, Interruption};
 
-/// How long the stream is waited for before perception is asked: streams drop what they cannot deliver at once.
+/// Maximum wait for the stream before perception is asked: streams drop what they cannot deliver.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
 
-/// How long perception may take to answer, which it does when it has the heightmap, before the stream is looked at again.
+/// Maximum wait for perception, which answers when it has the heightmap, before the stream is
+/// looked at again.
 const ANSWER_PATIENCE: Duration = Duration::from_millis(300);
 
-/// The most doubts about a heightmap that are told.
+/// Maximum number of doubts about a heightmap that are told.
 const MAX_DOUBTS: usize = 16;
 
-/// Which heightmaps may be planned on.
+/// Limits to the heightmaps that may be planned on.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SceneLimits {
-    /// The longest ago that a heightmap's cloud may have come.
+    /// Maximum age of a heightmap's cloud.
     pub(crate) age: Duration,
-    /// The longest that a cloud may be on its way.
+    /// Maximum time of a cloud on its way.
     pub(crate) sensor_latency: Duration,
 }
 
-/// Where the heightmaps of a cell come from: the stream, or on request where that is silent.
+/// The heightmaps of a cell, from the stream, or on request where that is silent.
 pub(crate) struct Scenes {
     cell: Cell,
     grid: Grid,
@@ -41,7 +42,7 @@ pub(crate) struct Scenes {
     limits: SceneLimits,
     interruption: Interruption,
     newest: Option<Seen>,
-    /// When the last clouds came of which a heightmap was made by other settings than the newest.
+    /// Time when the last clouds came of a heightmap by other settings than the newest.
     other_settings_at: Option<Boottime>,
     /// Heightmaps without a state number show what was done last when their clouds came after this.
     shown_after: Option<Boottime>,
@@ -60,7 +61,7 @@ pub(crate) struct Seen {
     received: Boottime,
     /// Why nothing is to be planned on it.
     doubts: Option<String>,
-    /// In what it contradicts what is believed to lie there.
+    /// Contradiction to what is believed to lie there.
     denied: Option<String>,
 }
 
@@ -106,7 +107,7 @@ impl Scenes {
         }
     }
 
-    /// A heightmap that shows the state of this number or a later one; waits for it until the deadline.
+    /// Waits until the deadline for a heightmap that shows the state of this number or a later one.
     ///
     /// # Errors
     /// Why there is none.
@@ -138,7 +139,8 @@ impl Scenes {
         }
     }
 
-    /// Asks perception, which keeps the newest heightmap. An answer was on its way no longer than since it was asked for.
+    /// Asks perception, which keeps the newest heightmap. An answer was on its way no longer than
+    /// since it was asked for.
     fn ask(&mut self, least_state_number: u64, deadline: Instant) {
         let asked = Boottime::now();
         let until = deadline.min(Instant::now() + ANSWER_PATIENCE);
@@ -158,8 +160,9 @@ impl Scenes {
         }
     }
 
-    /// Takes a heightmap that was published; nobody may have looked for it since it came. One without a state number is
-    /// asked for instead: nobody knows how long this one was on its way, and only its age says what it shows.
+    /// Takes a heightmap that was published; nobody may have looked for it since it came. One
+    /// without a state number is asked for instead: nobody knows how long this one was on its way,
+    /// and only its age says what it shows.
     fn take_over_new(
         &mut self,
         arrived: Arrived<Result<v1::Heightmap, WireError>>,
@@ -198,13 +201,13 @@ impl Scenes {
         }
     }
 
-    /// Whether heightmaps of different settings came of late.
+    /// Says whether heightmaps of different settings came of late.
     fn has_other_settings(&self) -> bool {
         let at = self.other_settings_at;
         at.is_some_and(|at| at.elapsed() <= self.limits.age)
     }
 
-    /// Heightmaps of one epoch come in their order; one that perception repeats on request is not newer.
+    /// Says whether a heightmap is newer: those of one epoch come in order; a repeated one is not.
     fn is_newer(&self, seen: &Seen) -> bool {
         self.newest.as_ref().is_none_or(|newest| {
             newest.id.epoch != seen.id.epoch || newest.id.sequence < seen.id.sequence
@@ -285,7 +288,7 @@ impl Scenes {
     }
 }
 
-/// Why nothing is to be planned on a heightmap of this quality, where that is so.
+/// Says why nothing is to be planned on a heightmap of this quality, where that is so.
 fn doubts(quality: &v1::HeightmapQuality) -> Option<String> {
     let texts = quality.doubts.iter().take(MAX_DOUBTS);
     let texts: Vec<&str> = texts.map(|doubt| doubt.message.as_str()).collect();

@@ -1,4 +1,4 @@
-//! Which heightmaps are planned on, over a real session.
+//! Heightmaps that are planned on, over a real session.
 
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_service::embedded::{self, Hub};

@@ -14,16 +14,16 @@ use serde::{Deserialize, Serialize};
 
 use super::containers::{ClosingSettings, ContainerSettings};
 
-/// The most items that a session may set aside.
+/// Maximum number of items that a session may set aside.
 const MAX_SET_ASIDE: usize = 10_000;
 
-/// The most alternatives that a decision tells.
+/// Maximum number of alternatives that a decision tells.
 pub(crate) const MAX_ALTERNATIVES: usize = 64;
 
-/// The most resting poses of an object.
+/// Maximum number of resting poses of an object.
 const MAX_POSES: usize = 6;
 
-/// The most candidates that a heuristic service takes.
+/// Maximum number of candidates that a heuristic service takes.
 const MAX_CANDIDATES: usize = 1_000;
 
 /// A cell and how it is packed.
@@ -33,42 +33,42 @@ pub struct CellSettings {
     /// The container and its grid; the keys stand among the others.
     #[serde(flatten)]
     pub grid: GridSettings,
-    /// How it is packed; the keys stand among the others. `all` and `bounded` proposals are the same here.
+    /// The packing method; its keys stand among the others. `all` and `bounded` are the same here.
     #[serde(flatten)]
     pub method: Method,
-    /// Its containers, where it has several that are packed at the same time, by the names under which bridge and perception serve
-    /// them; where none is given, it has one, which has the cell's own name.
+    /// Its containers, where several are packed at the same time, by the names under which bridge
+    /// and perception serve them; where none is given, it has one, which has the cell's own name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub containers: BTreeMap<String, ContainerSettings>,
-    /// What a container may hold, by what is said of the items' orders, groups and masses.
+    /// Rules for what a container may hold, by the items' orders, groups and masses.
     pub rules: ContainerRules,
     /// When a container is closed.
     pub closing: ClosingSettings,
-    /// The arm that has to be able to make the placements; where there is none, that is not checked.
+    /// The arm that has to be able to make the placements; without one that is not checked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<StationSettings>,
     /// The twin of the cell that placements are tried in; its container is that of the grid.
     pub twin: TwinSettings,
-    /// Where placements are evaluated.
+    /// The place where placements are evaluated.
     pub evaluate: Where,
-    /// The longest that the network may take for a step, in seconds, before the search goes on without it.
+    /// Maximum time of the network for a step, in seconds, before the search goes on without it.
     pub propose_limit_s: f64,
-    /// The longest that a heuristic service may take for a step, in seconds, before that is searched in the planner.
+    /// Maximum time of a heuristic service for a step, in seconds, before the planner searches.
     pub evaluate_limit_s: f64,
-    /// A heightmap whose cloud came longer ago than this, in seconds, is not planned on.
+    /// Maximum age of the cloud of a heightmap that is planned on, in seconds.
     pub heightmap_age_limit_s: f64,
-    /// The longest that a cloud may be on its way from a sensor that does not know the cell's state, in seconds: what
-    /// comes sooner after a report may show what was before.
+    /// Maximum time of a cloud on its way from a sensor that does not know the cell's state, in
+    /// seconds: what comes sooner after a report may show what was before.
     pub sensor_latency_s: f64,
-    /// The most items that a session may set aside for the next container, as nothing in the buffer has a valid
-    /// placement, where the request that begins it says nothing else.
+    /// Maximum number of items that a session may set aside for the next container, as nothing in
+    /// the buffer has a valid placement, where the request that begins it says nothing else.
     pub set_aside: usize,
-    /// How many valid placements beside the chosen one a decision of the automatic mode tells, for people to compare; each is searched
-    /// for and checked like the chosen one.
+    /// How many valid placements beside the chosen one a decision of the automatic mode tells, for
+    /// people to compare; each is searched for and checked like the chosen one.
     pub alternatives: usize,
-    /// In how many resting poses an object of the catalogue may be packed at most: as the catalogue has it, then the most
-    /// probable others. Whoever brings items to the robot has to be able to turn them into these. An announcement may allow
-    /// fewer, or name those that it allows.
+    /// Maximum number of resting poses in which an object of the catalogue may be packed: as the
+    /// catalogue has it, then the most probable others. Whoever brings items to the robot has to be
+    /// able to turn them into these. An announcement may allow fewer, or name those that it allows.
     pub poses: usize,
     /// Whether perception is asked after each placement how the item lies, and the session is
     /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
@@ -77,19 +77,19 @@ pub struct CellSettings {
     /// Whether nothing is planned on pictures that contradict what is believed to lie in the
     /// container: an item is not there, or something came up that is none.
     pub compare_content: bool,
-    /// The longest that the bridge may take to carry out a placement in automatic mode, in seconds.
+    /// Maximum time of the bridge to carry out a placement in automatic mode, in seconds.
     pub place_limit_s: f64,
-    /// The most memory that a search in the planner may take, in MiB; a step that needs more is refused.
+    /// Maximum memory of a search in the planner, in MiB; a step that needs more is refused.
     pub search_mib: usize,
 }
 
-/// Where placements are evaluated.
+/// A place where placements are evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Where {
-    /// By a heuristic service, which is asked once in a step. The decisions are the same.
+    /// A heuristic service, which is asked once in a step. The decisions are the same.
     Services,
-    /// In the planner itself.
+    /// The planner itself.
     InProcess,
 }
 
@@ -120,12 +120,10 @@ impl Default for CellSettings {
 }
 
 impl CellSettings {
-    /// The arm, where there is one.
     pub(crate) fn station(&self) -> Result<Option<ArmStation>, ParameterError> {
         self.arm.as_ref().map(ArmStation::new).transpose()
     }
 
-    /// The most bytes that a search may take.
     pub(crate) fn search_bytes(&self) -> usize {
         self.search_mib << 20
     }
@@ -144,7 +142,7 @@ impl CellSettings {
         possible.map_err(|error| error.to_string())
     }
 
-    /// Whether a search has room for what every one takes.
+    /// Checks that a search has room for what every one takes.
     fn validate_search(&self, grid: &Grid) -> Result<(), String> {
         in_range("search_mib", self.search_mib, 1..=65_536)?;
         let least_bytes = Search::least_bytes(grid, self.method.heuristic);
@@ -201,7 +199,6 @@ impl CellSettings {
     }
 }
 
-/// Checks how many items a session may set aside.
 pub(crate) fn set_aside_in_range(limit: usize) -> Result<(), String> {
     in_range("set_aside", limit, 0..=MAX_SET_ASIDE)
 }

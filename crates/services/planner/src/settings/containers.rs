@@ -26,11 +26,12 @@ pub struct ContainerSettings {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClosingSettings {
-    /// Whether the bridge brings an empty container for each that is closed so. In automatic mode the fullest is closed then where
-    /// nothing in the buffer has a valid placement; otherwise the automatic mode ends.
+    /// Whether the bridge brings an empty container for each that is closed so. In automatic mode
+    /// the fullest is closed then where nothing in the buffer has a valid placement; otherwise it
+    /// ends.
     pub renews: bool,
-    /// By which rules; the keys stand beside. With `order_complete`, announce all of an order before the last of it is packed, or how many
-    /// items it has.
+    /// The rules; their keys stand beside. With `order_complete`, announce all of an order before
+    /// the last of it is packed, or how many items it has.
     #[serde(flatten)]
     pub rules: ClosingRules,
 }
@@ -38,16 +39,16 @@ pub struct ClosingSettings {
 /// A container of a cell, and how it is planned.
 #[derive(Debug, Clone)]
 pub(crate) struct ContainerPlan {
-    /// As sessions have it; empty where it is the cell itself.
+    /// The name in sessions; empty where it is the cell itself.
     pub(crate) name: String,
-    /// Under which bridge and perception serve it.
+    /// The name under which bridge and perception serve it.
     pub(crate) address: Cell,
-    /// The cell's, with its own size and arm.
+    /// The cell's settings, with its own size and arm.
     pub(crate) settings: CellSettings,
 }
 
 impl CellSettings {
-    /// The containers of the cell of this name.
+    /// Gives the containers of the cell of this name.
     ///
     /// # Errors
     /// [`KeyError`] where one has a name that keys cannot have.
@@ -69,7 +70,7 @@ impl CellSettings {
         containers.collect()
     }
 
-    /// The settings with the weights that suit their poses, where they name none.
+    /// Gives the settings with the weights that suit their poses, where they name none.
     fn with_weights(&self) -> Self {
         Self {
             method: self.method.clone().for_poses(self.poses),
@@ -77,7 +78,7 @@ impl CellSettings {
         }
     }
 
-    /// The settings that hold for one of its containers: those of a cell that has this container alone.
+    /// Gives the settings for one of its containers: those of a cell that has it alone.
     pub(super) fn of_container(&self, own: &ContainerSettings) -> Self {
         let mut alone = Self {
             containers: BTreeMap::new(),

@@ -1,4 +1,4 @@
-//! What can be set.
+//! Settings of the planner service.
 
 mod cell;
 mod containers;
@@ -26,14 +26,14 @@ pub use containers::{ClosingSettings, ContainerSettings};
 pub struct Settings {
     /// The cells, by their names.
     pub cells: BTreeMap<String, CellSettings>,
-    /// The file that keeps the sessions; in memory where none is given, and then lost with the process.
+    /// The file that keeps the sessions; without one they are lost with the process.
     pub store: Option<PathBuf>,
     /// The objects that can be announced by name: `builtin`, or a folder of meshes.
     pub catalogue: String,
-    /// Requests that wait for a cell at most; more are refused.
+    /// Maximum number of requests that wait for a cell; more are refused.
     pub queue: usize,
-    /// The most that the heightmaps may take that items of one session were announced with, in MiB as they are encoded. An
-    /// announcement with more is refused.
+    /// Maximum size of the heightmaps that items of one session were announced with, in MiB as they
+    /// are encoded. An announcement with more is refused.
     pub shapes_mib: usize,
 }
 
@@ -50,7 +50,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Each container is of one cell alone.
+    /// Checks the containers: each is of one cell alone.
     fn validate_containers(&self) -> Result<(), String> {
         let mut names: Vec<&String> = self.cells.keys().collect();
         for (cell, settings) in &self.cells {

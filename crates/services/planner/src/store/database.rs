@@ -22,13 +22,13 @@ const SHAPES: TableDefinition<(&str, &[u8]), &[u8]> = TableDefinition::new("shap
 /// The version of this program.
 pub(super) const VERSION: u64 = 2;
 
-/// What else can be wrong with the file of a cell.
+/// A fault of a cell's file, beside those of any database.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum StoreFault {
     /// It is the file of another cell.
     #[error("it is the file of cell {0}, which was put in the place of this one's")]
     OtherCell(String),
-    /// What it holds is no session.
+    /// It holds no session.
     #[error("what it holds is no session: {0}")]
     NoSession(WireError),
     /// The heightmaps of a session would take too much.
@@ -48,21 +48,21 @@ impl OwnFault for StoreFault {
 /// Why the database did not do what was asked.
 pub(super) type Fault = ppnpack_service::database::Fault<StoreFault>;
 
-/// What becomes of the heightmaps when a session is written.
+/// A change of the heightmaps when a session is written.
 pub(super) enum Change<'a> {
-    /// Some are added, where all together then have no more bytes than may be; those that no item of the session refers to any more
-    /// are forgotten.
+    /// Adds some, where all together have no more bytes than may be; those that no item of the
+    /// session refers to any more are forgotten.
     Add {
         shapes: &'a [v1::Item],
         /// The ids of those that items refer to.
         used: BTreeSet<Vec<u8>>,
         most_bytes: u64,
     },
-    /// All are forgotten.
+    /// Forgets all.
     Forget,
 }
 
-/// The session of a cell; `None` before the first one.
+/// Reads the session of a cell; `None` before the first one.
 pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Session>, Fault> {
     let transaction = database.begin_read()?;
     if is_new(&transaction, VERSION)? {
@@ -79,7 +79,7 @@ pub(super) fn session(database: &Database, cell: &Cell) -> Result<Option<Session
     Ok(Some(session.map_err(StoreFault::NoSession)?))
 }
 
-/// The cells that have a session.
+/// Reads which cells have a session.
 fn cells(transaction: &ReadTransaction) -> Result<Vec<String>, Fault> {
     let table = match transaction.open_table(SESSIONS) {
         Err(TableError::TableDoesNotExist(_)) => return Ok(Vec::new()),
@@ -92,7 +92,7 @@ fn cells(transaction: &ReadTransaction) -> Result<Vec<String>, Fault> {
     Ok(names)
 }
 
-/// The heightmaps of this id, as they are encoded.
+/// Reads the heightmaps of this id, as they are encoded.
 pub(super) fn shape(
     database: &Database,
     cell: &Cell,

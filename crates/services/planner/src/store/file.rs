@@ -8,15 +8,15 @@ use ppnpack_wire::keys::Cell;
 
 use super::database::Fault;
 
-/// How the file of a cell ends.
+/// The extension of a cell's file.
 const EXTENSION: &str = "redb";
 
-/// The file of a cell, in a folder beside the store's own file.
+/// Gives the file of a cell, in a folder beside the store's own file.
 pub(super) fn of_cell(store: &Path, cell: &Cell) -> PathBuf {
     folder(store).join(format!("{cell}.{EXTENSION}"))
 }
 
-/// The cells that have files.
+/// Finds the cells that have files.
 pub(super) fn cells(store: &Path) -> io::Result<Vec<Cell>> {
     let folder = folder(store);
     if !folder.exists() {

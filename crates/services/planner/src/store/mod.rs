@@ -1,9 +1,11 @@
 //! Packing sessions on disk.
 //!
-//! What was saved is on disk when the call returns. Each cell has a file of its own, so that the damage of one is not another's. A
-//! file that is damaged is put aside under a new name, for people to look at, and a new one begun: with its session lost, the next
-//! thing that a caller asks is answered with "no session", and nothing is packed twice. So is one that is behind its mark: what was
-//! written last is damaged, or somebody put back an older copy. And so is the file of another cell.
+//! What was saved is on disk when the call returns. Each cell has a file of its own, so that the
+//! damage of one is not another's. A file that is damaged is put aside under a new name, for people
+//! to look at, and a new one begun: with its session lost, the next thing that a caller asks is
+//! answered with "no session", and nothing is packed twice. So is one that is behind its mark: what
+//! was written last is damaged, or somebody put back an older copy. And so is the file of another
+//! cell.
 //!
 //! The file that the settings name says which version wrote the others.
 
@@ -54,19 +56,19 @@ impl From<Fault> for StoreError {
 
 /// Keeps the sessions of all cells of this planner.
 pub(crate) struct Store {
-    /// `None` where it is in memory.
+    /// The store's own file; `None` where it is in memory.
     path: Option<PathBuf>,
-    /// Says the version; open as long as the store is, so that no other process has it. `None` in memory.
+    /// Says the version; open as long as the store, to keep other processes out. `None` in memory.
     _root: Option<Kept<DatabaseFile>>,
-    /// Those that were needed.
+    /// The files that were needed so far.
     cells: Mutex<BTreeMap<Cell, Kept<DatabaseFile>>>,
-    /// The most bytes of heightmaps in a session, as they are encoded.
+    /// Maximum bytes of heightmaps in a session, as they are encoded.
     most_shape_bytes: u64,
 }
 
 impl Store {
-    /// Opens the store of a file, or one in memory. `most_shape_bytes` is how much the heightmaps may take that items of a session
-    /// were announced with.
+    /// Opens the store of a file, or one in memory. `most_shape_bytes` is the most that the
+    /// heightmaps of a session's items may take.
     ///
     /// # Errors
     /// [`StoreError`] where it cannot be read or written, or is of another version.
@@ -84,7 +86,7 @@ impl Store {
         })
     }
 
-    /// The session of a cell; that of a cell before its first one where there is none, or one that cannot be read.
+    /// Reads the session of a cell; that before the first one where none is there or readable.
     ///
     /// # Errors
     /// [`StoreError`] where the disk does not serve, or the file is of another version.
@@ -93,8 +95,8 @@ impl Store {
         Ok(session.unwrap_or_default())
     }
 
-    /// The heightmaps of an item of a cell's session that was announced with them; `None` where they are not there, or others
-    /// than were written.
+    /// Reads the heightmaps that an item of a cell's session was announced with; `None` where they
+    /// are not there, or others than were written.
     ///
     /// # Errors
     /// [`StoreError`] where they cannot be read.
@@ -108,7 +110,7 @@ impl Store {
     /// Saves the session of a cell, and the heightmaps of items that it newly refers to.
     ///
     /// # Errors
-    /// [`StoreError`] where it cannot be written, or there are too many heightmaps; nothing is saved then.
+    /// [`StoreError`] where it cannot be written, or has too many heightmaps; nothing is saved then.
     pub(crate) fn save(
         &self,
         cell: &Cell,
@@ -137,7 +139,8 @@ impl Store {
         self.write(cell, session, &Change::Forget)
     }
 
-    /// Ends the sessions of a store that is a backup, as it is not known what was packed since. Gives their cells.
+    /// Ends the sessions of a store that is a backup, as it is not known what was packed since.
+    /// Gives their cells.
     ///
     /// # Errors
     /// [`StoreError`] where there is no such file, or it cannot be read or written.
@@ -155,7 +158,6 @@ impl Store {
         }
         // No heightmaps are added.
         let store = Self::open(Some(path), 0)?;
-        let cells = file::cells(path).map_err(|error| failed(error.to_string()))?;
         for cell in &cells {
             store.settle(cell, FROM_BACKUP)?;
         }
@@ -177,7 +179,7 @@ impl Store {
         self.with_file(cell, |file| database::write(file, cell, &bytes, change))
     }
 
-    /// Works with the database of a cell. Where that is damaged, it is put aside, and the work done with a new one.
+    /// Works with the database of a cell. A damaged one is put aside, and a new one used.
     fn with<T>(
         &self,
         cell: &Cell,
@@ -192,7 +194,7 @@ impl Store {
         mut work: impl FnMut(&mut DatabaseFile) -> Result<T, Fault>,
     ) -> Result<T, StoreError> {
         let path = self.file_of(cell);
-        // An error leaves no database, and a panic is caught: the guarded value is whole at any time.
+        // An error leaves no database, and a panic is caught: the guarded value is always whole.
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
         let file = cells.entry(cell.clone()).or_default();
         let done = file.with(

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_protocol::session::open_container;
 use ppnpack_wire::convert;
-use redb::TableDefinition;
+use redb::{TableDefinition, WriteTransaction};
 use tempfile::TempDir;
 
 use super::*;
@@ -71,37 +71,67 @@ fn add(store: &Store, cell: &Cell, session: &mut Session, number: usize) {
     store.save(cell, session, &[shape]).unwrap();
 }
 
-/// A folder for stores, on a disk that is quick where there is one.
-fn folder() -> TempDir {
-    let quick = Path::new("/dev/shm");
-    match quick.is_dir() {
-        true => tempfile::tempdir_in(quick).unwrap(),
-        false => tempfile::tempdir().unwrap(),
+/// The file of a store, on a disk that is quick where there is one.
+struct StoreFile {
+    folder: TempDir,
+    path: PathBuf,
+}
+
+impl StoreFile {
+    fn new() -> Self {
+        let quick = Path::new("/dev/shm");
+        let folder = match quick.is_dir() {
+            true => tempfile::tempdir_in(quick).unwrap(),
+            false => tempfile::tempdir().unwrap(),
+        };
+        let path = folder.path().join("sessions.redb");
+        Self { folder, path }
+    }
+
+    fn open(&self) -> Store {
+        Store::open(Some(&self.path), ENOUGH).unwrap()
+    }
+
+    /// The session of a cell, of the store opened anew.
+    fn session(&self, cell: &Cell) -> Session {
+        self.open().session(cell).unwrap()
+    }
+
+    fn of_cell(&self, cell: &Cell) -> PathBuf {
+        file::of_cell(&self.path, cell)
+    }
+
+    /// The mark of a cell's file.
+    fn mark_of(&self, cell: &Cell) -> PathBuf {
+        self.of_cell(cell).with_extension("redb.revision")
+    }
+
+    /// How many files of cells were put aside.
+    fn put_aside(&self) -> usize {
+        let files = fs::read_dir(self.path.with_extension("cells")).unwrap();
+        let names = files.map(|entry| entry.unwrap().file_name());
+        let aside = names.filter(|name| name.to_string_lossy().contains(".damaged-"));
+        aside.count()
     }
 }
 
-fn open(path: &Path) -> Store {
-    Store::open(Some(path), ENOUGH).unwrap()
-}
-
-/// How many files were put aside in a folder.
-fn put_aside(folder: &Path) -> usize {
-    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
-    names
-        .filter(|entry| entry.file_name().to_string_lossy().contains(".damaged-"))
-        .count()
+/// Changes a database past the store.
+fn write(database: &Database, change: impl FnOnce(&WriteTransaction)) {
+    let transaction = database.begin_write().unwrap();
+    change(&transaction);
+    transaction.commit().unwrap();
 }
 
 #[test]
 fn sessions_and_heightmaps_are_there_again() {
-    let folder = folder();
-    let path = folder.path().join("new/sessions.redb");
     let [a, b] = ["a", "b"].map(cell);
-    let store = open(&path);
+    let mut file = StoreFile::new();
+    file.path = file.folder.path().join("new/sessions.redb");
+    let store = file.open();
     assert_eq!(store.session(&a).unwrap(), Session::default());
     let (of_a, of_b) = (fill(&store, &a, 2), fill(&store, &b, 3));
     drop(store);
-    let store = open(&path);
+    let store = file.open();
     assert_eq!(store.session(&a).unwrap(), of_a);
     assert_eq!(store.session(&b).unwrap(), of_b);
     let third = shape(5);
@@ -163,15 +193,15 @@ fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
     let a = cell("a");
     fill(&store, &a, 1);
     let change = |database: &Database| {
-        let transaction = database.begin_write().unwrap();
-        let shapes: TableDefinition<'_, (&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
-        let mut table = transaction.open_table(shapes).unwrap();
-        let id = ItemId::of(&shape(3)).to_bytes();
-        let other = shape(4).encode_to_vec();
-        let key = ("a", id.as_slice());
-        table.insert(key, other.as_slice()).unwrap();
-        drop(table);
-        transaction.commit().unwrap();
+        write(database, |transaction| {
+            let shapes: TableDefinition<'_, (&str, &[u8]), &[u8]> = TableDefinition::new("shapes");
+            let mut table = transaction.open_table(shapes).unwrap();
+            let id = ItemId::of(&shape(3)).to_bytes();
+            let other = shape(4).encode_to_vec();
+            table
+                .insert(("a", id.as_slice()), other.as_slice())
+                .unwrap();
+        });
         Ok(())
     };
     store.with(&a, change).unwrap();
@@ -180,21 +210,19 @@ fn heightmaps_that_are_not_those_that_were_written_are_not_given() {
 
 #[test]
 fn every_page_of_a_cells_file_may_be_damaged() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let [a, b] = ["a", "b"].map(cell);
-    let store = open(&path);
+    let store = file.open();
     let (of_a, of_b) = (fill(&store, &a, 4), fill(&store, &b, 2));
     drop(store);
-    let own = path.with_extension("cells");
-    with_each_damage(&file::of_cell(&path, &a), |damage| {
-        let store = open(&path);
-        let before = put_aside(&own);
+    with_each_damage(&file.of_cell(&a), |damage| {
+        let store = file.open();
+        let before = file.put_aside();
         // As it was, or lost: never as it was some time before.
         let found = store.session(&a).unwrap();
         if found != of_a {
             assert_eq!(found, Session::default(), "{damage}");
-            assert!(put_aside(&own) > before, "{damage}");
+            assert!(file.put_aside() > before, "{damage}");
         }
         for side in 3..7 {
             let known = store.shape(&a, ItemId::of(&shape(side))).unwrap();
@@ -208,25 +236,22 @@ fn every_page_of_a_cells_file_may_be_damaged() {
 
 #[test]
 fn a_store_of_another_version_is_refused_and_left_as_it_is() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let a = cell("a");
-    let store = open(&path);
+    let store = file.open();
     let of_a = fill(&store, &a, 1);
     drop(store);
     let format: TableDefinition<'_, &str, u64> = TableDefinition::new("format");
     let set = |path: &Path, version: Option<u64>| {
-        let database = Database::create(path).unwrap();
-        let transaction = database.begin_write().unwrap();
-        let mut table = transaction.open_table(format).unwrap();
-        match version {
-            Some(version) => drop(table.insert("version", version).unwrap()),
-            None => drop(table.remove("version").unwrap()),
-        }
-        drop(table);
-        transaction.commit().unwrap();
+        write(&Database::create(path).unwrap(), |transaction| {
+            let mut table = transaction.open_table(format).unwrap();
+            match version {
+                Some(version) => drop(table.insert("version", version).unwrap()),
+                None => drop(table.remove("version").unwrap()),
+            }
+        });
     };
-    let of_cell = path.with_extension("cells").join("a.redb");
+    let of_cell = file.of_cell(&a);
     for (version, found) in [(Some(3), "format 3"), (None, "format 1")] {
         let assert_other = |refused: StoreError| {
             let text = refused.to_string();
@@ -235,26 +260,25 @@ fn a_store_of_another_version_is_refused_and_left_as_it_is() {
                 "{text}"
             );
         };
-        set(&path, version);
-        assert_other(Store::open(Some(&path), 0).err().unwrap());
-        set(&path, Some(2));
+        set(&file.path, version);
+        assert_other(Store::open(Some(&file.path), 0).err().unwrap());
+        set(&file.path, Some(2));
         set(&of_cell, version);
-        assert_other(open(&path).session(&a).unwrap_err());
+        assert_other(file.open().session(&a).unwrap_err());
         set(&of_cell, Some(2));
-        assert_eq!(open(&path).session(&a).unwrap(), of_a);
+        assert_eq!(file.session(&a), of_a);
     }
 }
 
 #[test]
 fn every_page_of_the_file_that_says_the_version_may_be_damaged() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let [a, b] = ["a", "b"].map(cell);
-    let store = open(&path);
+    let store = file.open();
     let (of_a, of_b) = (fill(&store, &a, 2), fill(&store, &b, 2));
     drop(store);
-    with_each_damage(&path, |damage| {
-        let store = open(&path);
+    with_each_damage(&file.path, |damage| {
+        let store = file.open();
         assert_eq!(store.session(&a).unwrap(), of_a, "{damage}");
         assert_eq!(store.session(&b).unwrap(), of_b, "{damage}");
     });
@@ -262,122 +286,112 @@ fn every_page_of_the_file_that_says_the_version_may_be_damaged() {
 
 #[test]
 fn a_file_that_is_damaged_while_it_is_open_is_put_aside() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let a = cell("a");
-    let store = open(&path);
+    let store = file.open();
     let mut session = fill(&store, &a, 4);
-    fs::write(file::of_cell(&path, &a), b"something else altogether").unwrap();
+    fs::write(file.of_cell(&a), b"something else altogether").unwrap();
     for number in 4..8 {
         add(&store, &a, &mut session, number);
     }
     drop(store);
-    assert_eq!(open(&path).session(&a).unwrap(), session);
+    assert_eq!(file.session(&a), session);
 }
 
 #[test]
 fn nothing_is_saved_while_the_file_of_a_cell_is_not_where_it_was() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let a = cell("a");
-    let store = open(&path);
+    let store = file.open();
     let mut session = fill(&store, &a, 2);
-    let (own, elsewhere) = (file::of_cell(&path, &a), folder.path().join("elsewhere"));
+    let (own, elsewhere) = (file.of_cell(&a), file.folder.path().join("elsewhere"));
     fs::rename(&own, &elsewhere).unwrap();
     let refused = store.save(&a, &session, &[]).unwrap_err().to_string();
     assert!(refused.contains("put that file back"), "{refused}");
     fs::rename(&elsewhere, &own).unwrap();
     add(&store, &a, &mut session, 2);
     drop(store);
-    assert_eq!(open(&path).session(&a).unwrap(), session);
-}
-
-/// The mark of a cell's file.
-fn mark_of(store: &Path, cell: &Cell) -> PathBuf {
-    file::of_cell(store, cell).with_extension("redb.revision")
+    assert_eq!(file.session(&a), session);
 }
 
 #[test]
 fn an_older_copy_of_a_file_is_put_aside_until_it_is_said_to_be_a_backup() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let a = cell("a");
-    let own = path.with_extension("cells");
-    fill(&open(&path), &a, 2);
-    let copy = fs::read(file::of_cell(&path, &a)).unwrap();
+    fill(&file.open(), &a, 2);
+    let copy = fs::read(file.of_cell(&a)).unwrap();
     for is_backup in [false, true] {
-        fill(&open(&path), &a, 3);
-        fs::write(file::of_cell(&path, &a), &copy).unwrap();
-        let before = put_aside(&own);
+        fill(&file.open(), &a, 3);
+        fs::write(file.of_cell(&a), &copy).unwrap();
+        let before = file.put_aside();
         if is_backup {
-            assert_eq!(Store::after_restore(&path).unwrap(), ["a"]);
+            assert_eq!(Store::after_restore(&file.path).unwrap(), ["a"]);
         }
-        let found = open(&path).session(&a).unwrap();
+        let found = file.session(&a);
         assert_eq!(found != Session::default(), is_backup);
-        assert_eq!(put_aside(&own) > before, !is_backup);
+        assert_eq!(file.put_aside() > before, !is_backup);
     }
 }
 
 #[test]
 fn a_mark_that_is_gone_behind_or_damaged_loses_nothing() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
+    let file = StoreFile::new();
     let a = cell("a");
-    let mut session = fill(&open(&path), &a, 2);
-    let behind = fs::read(mark_of(&path, &a)).unwrap();
+    let mut session = fill(&file.open(), &a, 2);
+    let behind = fs::read(file.mark_of(&a)).unwrap();
     for number in 2..6 {
         let item = item(&format!("item-{number}"), &shape(3));
         session.announce(vec![item]).unwrap();
-        open(&path).save(&a, &session, &[]).unwrap();
+        file.open().save(&a, &session, &[]).unwrap();
         match number {
-            2 => fs::remove_file(mark_of(&path, &a)).unwrap(),
-            3 => fs::write(mark_of(&path, &a), &behind).unwrap(),
-            4 => fs::write(mark_of(&path, &a), [0x5a; 16]).unwrap(),
-            _ => fs::write(mark_of(&path, &a), [0xff; 7]).unwrap(),
+            2 => fs::remove_file(file.mark_of(&a)).unwrap(),
+            3 => fs::write(file.mark_of(&a), &behind).unwrap(),
+            4 => fs::write(file.mark_of(&a), [0x5a; 16]).unwrap(),
+            _ => fs::write(file.mark_of(&a), [0xff; 7]).unwrap(),
         }
-        assert_eq!(open(&path).session(&a).unwrap(), session);
+        assert_eq!(file.session(&a), session);
     }
+}
+
+/// Spoils the file of a cell that has a session. Asserts that the session is lost and the file put
+/// aside, that another cell has its own, and that another session can begin.
+fn assert_lost_alone(spoil: impl FnOnce(&StoreFile, Store, [&Cell; 2])) {
+    let file = StoreFile::new();
+    let [a, b] = ["a", "b"].map(cell);
+    let store = file.open();
+    fill(&store, &a, 2);
+    let of_b = fill(&store, &b, 3);
+    spoil(&file, store, [&a, &b]);
+    let store = file.open();
+    assert_eq!(store.session(&a).unwrap(), Session::default());
+    assert_eq!(file.put_aside(), 1);
+    assert_eq!(store.session(&b).unwrap(), of_b);
+    store.begin(&a, &session("next")).unwrap();
+    assert_eq!(store.session(&a).unwrap(), session("next"));
 }
 
 #[test]
 fn the_files_of_another_cell_are_put_aside() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
-    let [a, b] = ["a", "b"].map(cell);
-    let store = open(&path);
-    fill(&store, &a, 2);
-    let of_b = fill(&store, &b, 3);
-    drop(store);
-    for file in [file::of_cell, mark_of] {
-        fs::copy(file(&path, &b), file(&path, &a)).unwrap();
-    }
-    let store = open(&path);
-    assert_eq!(store.session(&a).unwrap(), Session::default());
-    assert_eq!(put_aside(&path.with_extension("cells")), 1);
-    assert_eq!(store.session(&b).unwrap(), of_b);
+    assert_lost_alone(|file, store, [a, b]| {
+        drop(store);
+        fs::copy(file.of_cell(b), file.of_cell(a)).unwrap();
+        fs::copy(file.mark_of(b), file.mark_of(a)).unwrap();
+    });
 }
 
 #[test]
 fn what_is_no_session_is_put_aside_and_other_cells_have_theirs() {
-    let folder = folder();
-    let path = folder.path().join("sessions.redb");
-    let [a, b] = ["a", "b"].map(cell);
-    let store = open(&path);
-    fill(&store, &a, 2);
-    let of_b = fill(&store, &b, 3);
-    let spoil = |database: &Database| {
-        let transaction = database.begin_write().unwrap();
-        let sessions: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("sessions");
-        let mut table = transaction.open_table(sessions).unwrap();
-        table.insert("a", [0xff; 9].as_slice()).unwrap();
-        drop(table);
-        transaction.commit().unwrap();
-        Ok(())
-    };
-    store.with(&a, spoil).unwrap();
-    assert_eq!(store.session(&a).unwrap(), Session::default());
-    assert_eq!(put_aside(&path.with_extension("cells")), 1);
-    assert_eq!(store.session(&b).unwrap(), of_b);
-    store.begin(&a, &session("next")).unwrap();
-    assert_eq!(store.session(&a).unwrap(), session("next"));
+    assert_lost_alone(|_, store, [a, _]| {
+        let spoil = |database: &Database| {
+            write(database, |transaction| {
+                let sessions: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("sessions");
+                let mut table = transaction.open_table(sessions).unwrap();
+                table.insert("a", [0xff; 9].as_slice()).unwrap();
+            });
+            Ok(())
+        };
+        store.with(a, spoil).unwrap();
+        // While it is open.
+        assert_eq!(store.session(a).unwrap(), Session::default());
+    });
 }

@@ -1,10 +1,9 @@
 //! What a bridge or a controller says that cannot be is not believed.
 
-use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, SessionEnd, Status};
+use ppnpack_service::rpc::Incoming;
+use ppnpack_wire::v1::{self, SessionEnd, Status};
 
-use crate::common::{self, Rig, announcement, block, placed};
+use crate::common::{self, Rig, announcement, block, carried_out, ended, placed};
 
 /// A change of an outcome, and what is said of it.
 type Lie = (fn(&mut v1::Outcome), &'static str);
@@ -41,10 +40,10 @@ fn a_report_that_cannot_be_is_refused() {
     for (lie, named) in LIES {
         let mut report = placed(&decision, decision.state_number + 1);
         lie(report.outcome.as_mut().unwrap());
-        let (status, refused) = rig.refused(report);
+        let refused = rig.ask(report).unwrap_err();
         let expected = [Some(Status::Invalid), Some(Status::Conflict)];
-        assert!(expected.contains(&status), "{refused}");
-        assert!(refused.contains(named), "{refused}");
+        assert!(expected.contains(&refused.status()), "{refused}");
+        assert!(refused.to_string().contains(named), "{refused}");
         assert_eq!(rig.session(), before);
     }
     rig.call(placed(&decision, decision.state_number + 1));
@@ -54,31 +53,12 @@ fn a_report_that_cannot_be_is_refused() {
 fn a_bridge_that_says_what_cannot_be_ends_the_automatic_mode() {
     for (lie, named) in LIES {
         let mut rig = Rig::new(common::untried());
-        rig.answer(
-            Service::Bridge,
-            move |incoming: Incoming<v1::PlaceRequest>| {
-                let request = incoming.message();
-                let mut outcome = v1::Outcome {
-                    placement_id: request.placement_id.clone(),
-                    item_id: request.item_id.clone(),
-                    kind: OutcomeKind::Placed.into(),
-                    container_from_item: request.container_from_item,
-                    state_number: request.state_number + 1,
-                    ..v1::Outcome::default()
-                };
-                lie(&mut outcome);
-                let execution = v1::Execution {
-                    placement_id: request.placement_id.clone(),
-                    phase: ExecutionPhase::Ended.into(),
-                    outcome: Some(outcome),
-                };
-                let reply = v1::PlaceReply {
-                    execution: Some(execution),
-                    ..v1::PlaceReply::default()
-                };
-                incoming.reply(reply, Done::default());
-            },
-        );
+        rig.bridge_answers(move |incoming: &Incoming<v1::PlaceRequest>| {
+            let request = incoming.message();
+            let mut outcome = carried_out(request);
+            lie(&mut outcome);
+            Some(ended(request, outcome))
+        });
         rig.begin();
         let automatic = v1::AutomaticRequest {
             header: Some(v1::RequestHeader {
@@ -101,8 +81,6 @@ fn a_bridge_that_says_what_cannot_be_ends_the_automatic_mode() {
             failure_id: format!("{}-9", session.session_id),
             ..v1::AutomaticRequest::default()
         };
-        let (status, refused) = rig.refused(unseen);
-        assert_eq!(status, Some(Status::Stale), "{refused}");
-        assert!(refused.contains(named), "{refused}");
+        rig.assert_refused(unseen, Status::Stale, named);
     }
 }

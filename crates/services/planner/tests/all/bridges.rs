@@ -2,11 +2,9 @@
 
 use std::sync::{Arc, Mutex};
 
-use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::keys::Service;
 use ppnpack_wire::v1::{self, ItemState, SessionEnd, Status};
 
-use crate::common::{self, Rig, announce, announcement, block, cell, in_ms, placed};
+use crate::common::{self, Rig, announce, announcement, block, placed, states};
 
 /// What a bridge tells, to be changed.
 type Told = Arc<Mutex<v1::CellState>>;
@@ -33,12 +31,10 @@ fn body(item_id: &str) -> v1::Body {
 /// Plans until the session has failed; gives why it has, and what was said of the plan then.
 fn failed(rig: &Rig) -> [String; 2] {
     loop {
-        let plan = v1::PlanRequest::default();
-        let refused = rig.client.call(&cell(), plan, in_ms(3_000)).unwrap_err();
-        assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+        let refused = rig.plan_unavailable(3_000);
         let session = rig.session();
         if session.end() == SessionEnd::Failed {
-            return [session.failure, refused.to_string()];
+            return [session.failure, refused];
         }
     }
 }
@@ -48,10 +44,7 @@ fn a_heightmap_of_a_state_that_the_cell_has_not_come_to_is_not_planned_on() {
     let (rig, told) = rig(1);
     rig.seen.lock().unwrap().is_stuck = true;
     rig.begin_with(&["a"]);
-    let plan = v1::PlanRequest::default();
-    let refused = rig.client.call(&cell(), plan, in_ms(2_000)).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Unavailable));
-    let text = refused.to_string();
+    let text = rig.plan_unavailable(2_000);
     assert!(
         text.contains("state 2 of cell cell-1, which has come to 1"),
         "{text}"
@@ -82,18 +75,11 @@ fn a_session_that_knows_of_a_later_state_than_the_bridge_fails_and_goes_on_from_
 
     // Somebody has looked.
     let counted = Arc::clone(&told);
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::ChangedRequest>| {
-            let mut state = counted.lock().unwrap();
-            state.state_number = 6;
-            let reply = v1::ChangedReply {
-                state: Some(state.clone()),
-                ..v1::ChangedReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
+    rig.bridge_counts_to(move || {
+        let mut state = counted.lock().unwrap();
+        state.state_number = 6;
+        state.clone()
+    });
     rig.seen.lock().unwrap().state_number = 6;
     rig.switch(true);
     let session = rig.session_once(|session| session.pending.is_some());
@@ -139,9 +125,8 @@ fn what_lies_in_a_container_is_not_announced_as_a_new_item() {
     told.lock().unwrap().bodies = vec![body("a")];
     rig.begin();
     let items = || ["b", "a"].map(|item_id| announcement(item_id, block()));
-    let (status, text) = rig.refused(announce(items()));
-    assert_eq!(status, Some(Status::Conflict));
-    assert!(text.contains("item a lies in container cell-1"), "{text}");
+    let says = "item a lies in container cell-1";
+    rig.assert_refused(announce(items()), Status::Conflict, says);
     assert!(rig.session().items.is_empty());
     rig.announce([announcement("b", block())]);
 
@@ -151,7 +136,5 @@ fn what_lies_in_a_container_is_not_announced_as_a_new_item() {
     // What the session knows may be announced again, wherever it lies.
     told.lock().unwrap().bodies = vec![body("a")];
     rig.announce(items());
-    let session = rig.session();
-    let states = session.items.iter().map(v1::SessionItem::state);
-    assert_eq!(states.collect::<Vec<_>>(), [ItemState::Waiting; 2]);
+    assert_eq!(states(&rig.session()), [ItemState::Waiting; 2]);
 }

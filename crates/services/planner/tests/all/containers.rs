@@ -11,10 +11,10 @@ use crate::common::{
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_planner::{CellSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::rpc::{Done, Incoming};
+use ppnpack_service::rpc::Incoming;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
-use ppnpack_wire::keys::{Service, Stream};
+use ppnpack_wire::keys::Stream;
 use ppnpack_wire::v1::{self, ClosingReason, Status};
 
 /// A cell with two containers, where it is otherwise than by default.
@@ -78,9 +78,8 @@ fn without_an_open_container_nothing_is_planned_and_the_refusal_says_so() {
     rig.announce(["a", "b"].map(|item_id| announcement(item_id, block())));
     assert_eq!(rig.step().container, "right");
     rig.call(close("right", 0));
-    let (status, text) = rig.refused(v1::PlanRequest::default());
-    assert_eq!(status, Some(Status::Conflict));
-    assert!(text.contains("no container is open"), "{text}");
+    let plan = v1::PlanRequest::default();
+    rig.assert_refused(plan, Status::Conflict, "no container is open");
     rig.call(open("left", 0));
     assert_eq!(rig.step().container, "left");
 }
@@ -89,12 +88,9 @@ fn without_an_open_container_nothing_is_planned_and_the_refusal_says_so() {
 fn requests_for_other_containers_are_refused() {
     let rig = Rig::new(left_and_right());
     rig.begin();
-    let not_found = Some(Status::NotFound);
-    assert_eq!(rig.refused(close("middle", 0)).0, not_found);
-    assert_eq!(rig.refused(open("middle", 0)).0, not_found);
-    let (status, text) = rig.refused(open("left", 1));
-    assert_eq!(status, Some(Status::Conflict));
-    assert!(text.contains("number 0 is open there"), "{text}");
+    rig.assert_refused(close("middle", 0), Status::NotFound, "");
+    rig.assert_refused(open("middle", 0), Status::NotFound, "");
+    rig.assert_refused(open("left", 1), Status::Conflict, "number 0 is open there");
     let start = |container: &str| v1::ContainerStart {
         container: container.to_owned(),
         ..v1::ContainerStart::default()
@@ -105,12 +101,9 @@ fn requests_for_other_containers_are_refused() {
         least_state_number,
         ..v1::BeginRequest::default()
     };
-    assert_eq!(rig.refused(begin(&["middle"], 0)).0, not_found);
-    let invalid = Some(Status::Invalid);
-    assert_eq!(rig.refused(begin(&["left", "left"], 0)).0, invalid);
-    let (status, text) = rig.refused(begin(&[], 7));
-    assert_eq!(status, invalid);
-    assert!(text.contains("least_state_number"), "{text}");
+    rig.assert_refused(begin(&["middle"], 0), Status::NotFound, "");
+    rig.assert_refused(begin(&["left", "left"], 0), Status::Invalid, "");
+    rig.assert_refused(begin(&[], 7), Status::Invalid, "least_state_number");
     assert_eq!(rig.session().session_id, "s");
 }
 
@@ -153,7 +146,8 @@ fn a_container_has_a_name_of_its_own() {
     );
 }
 
-/// Steps until nothing fits or waits; the items with their containers by their names, and why others do not fit.
+/// Steps until nothing fits or waits; the items with their containers by their names, and why
+/// others do not fit.
 fn pack(rig: &Rig) -> (Vec<(String, String)>, Vec<v1::ItemReason>) {
     let mut packed = Vec::new();
     loop {
@@ -219,23 +213,19 @@ fn a_renewal_names_the_state_that_it_empties_and_is_asked_anew_where_that_has_pa
     });
     let named = Arc::new(Mutex::new(Vec::new()));
     let noted = Arc::clone(&named);
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::RenewRequest>| {
-            let asked = incoming.message().state_number;
-            noted.lock().unwrap().push(asked);
-            // Somebody has a hand in the container before the first one comes.
-            if asked == 70 {
-                state_number.store(71, Ordering::Relaxed);
-                return incoming.refuse(Status::Stale, "the cell is in state 71");
-            }
-            let reply = v1::RenewReply {
-                state_number: asked + 1,
-                ..v1::RenewReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
+    rig.bridge_answers(move |incoming: &Incoming<v1::RenewRequest>| {
+        let asked = incoming.message().state_number;
+        noted.lock().unwrap().push(asked);
+        // Somebody has a hand in the container before the first one comes.
+        if asked == 70 {
+            state_number.store(71, Ordering::Relaxed);
+            return None;
+        }
+        Some(v1::RenewReply {
+            state_number: asked + 1,
+            ..v1::RenewReply::default()
+        })
+    });
     rig.begin_with(&["a"]);
     rig.call(v1::CloseRequest {
         is_renewed: true,
@@ -266,9 +256,7 @@ fn what_an_item_belongs_to_is_checked_and_stays_what_it_was() {
     let rig = Rig::new(left_and_right());
     rig.begin();
     let announce = |order_line| common::announce([line("a", order_line)]);
-    let (status, text) = rig.refused(announce(of_mass(-1.0)));
-    assert_eq!(status, Some(Status::Invalid));
-    assert!(text.contains("mass_kg"), "{text}");
+    rig.assert_refused(announce(of_mass(-1.0)), Status::Invalid, "mass_kg");
     let bundle = v1::OrderLine {
         bundle: "gift".to_owned(),
         ..v1::OrderLine::default()
@@ -278,14 +266,12 @@ fn what_an_item_belongs_to_is_checked_and_stays_what_it_was() {
         ..v1::OrderLine::default()
     };
     for refused in [of_order("no name"), bundle, urgent] {
-        let (status, _) = rig.refused(announce(refused));
-        assert_eq!(status, Some(Status::Invalid));
+        rig.assert_refused(announce(refused), Status::Invalid, "");
     }
     for _ in 0..2 {
         rig.call(announce(of_order("1")));
     }
-    let (status, _) = rig.refused(announce(of_order("2")));
-    assert_eq!(status, Some(Status::Conflict));
+    rig.assert_refused(announce(of_order("2")), Status::Conflict, "");
     let item = &rig.session().items[0];
     assert_eq!(item.order_line, Some(Box::new(of_order("1"))));
 }

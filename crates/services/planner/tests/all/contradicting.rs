@@ -4,13 +4,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use crate::common::{self, Rig, announcement, block, ended_as, placed_and, soon};
+use crate::common::{
+    self, Rig, announcement, block, carried_out, ended, not_placed, placed_and, soon, state_reply,
+    states,
+};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_planner::CellSettings;
-use ppnpack_service::rpc::{Done, Incoming};
-use ppnpack_wire::keys::Service;
-use ppnpack_wire::v1::{self, ExecutionPhase, ItemState, OutcomeKind};
+use ppnpack_service::rpc::Incoming;
+use ppnpack_wire::v1::{self, ItemState};
 
 /// A cell that holds pictures against what it believes, with two containers that look alike: the
 /// one on the left is filled as long as it can be planned on.
@@ -25,11 +27,7 @@ fn two_compared() -> CellSettings {
 /// and what is said of it.
 fn look(rig: &Rig) -> (String, String) {
     let decision = rig.decision();
-    let outcome = v1::Outcome {
-        state_number: decision.state_number + 1,
-        ..v1::Outcome::default()
-    };
-    rig.call(ended_as(OutcomeKind::NotPlaced, &decision, outcome));
+    rig.call(not_placed(&decision, decision.state_number + 1));
     (decision.container, decision.degraded.join("; "))
 }
 
@@ -72,24 +70,16 @@ fn an_item_that_lies_elsewhere_in_the_picture_or_was_taken_out_by_hand_stops_not
     let mut rig = Rig::new(two_compared());
     let bodies = Arc::new(Mutex::new(Vec::new()));
     let told = Arc::clone(&bodies);
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::CellStateRequest>| {
-            let is_left = incoming.cell().as_str() == "left";
-            let bodies = told.lock().unwrap().clone();
-            let state = v1::CellState {
-                // Later than any that is reported.
-                state_number: 1_000,
-                bodies: if is_left { bodies } else { Vec::new() },
-                ..v1::CellState::default()
-            };
-            let reply = v1::CellStateReply {
-                state: Some(state),
-                ..v1::CellStateReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
+    rig.bridge_answers(move |incoming: &Incoming<v1::CellStateRequest>| {
+        let is_left = incoming.cell().as_str() == "left";
+        let bodies = told.lock().unwrap().clone();
+        Some(state_reply(v1::CellState {
+            // Later than any that is reported.
+            state_number: 1_000,
+            bodies: if is_left { bodies } else { Vec::new() },
+            ..v1::CellState::default()
+        }))
+    });
     rig.begin_with(&["a", "b"]);
     let first = rig.decision();
     bodies.lock().unwrap().push(v1::Body {
@@ -175,31 +165,12 @@ fn a_frozen_camera_has_one_item_placed_and_no_other_in_its_place() {
         );
     });
     let (seen, count, at) = (shown.clone(), placed.clone(), placed_at.clone());
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::PlaceRequest>| {
-            at.store(seen.load(Ordering::SeqCst), Ordering::SeqCst);
-            count.fetch_add(1, Ordering::SeqCst);
-            let request = incoming.message();
-            let execution = v1::Execution {
-                placement_id: request.placement_id.clone(),
-                phase: ExecutionPhase::Ended.into(),
-                outcome: Some(v1::Outcome {
-                    placement_id: request.placement_id.clone(),
-                    item_id: request.item_id.clone(),
-                    kind: OutcomeKind::Placed.into(),
-                    container_from_item: request.container_from_item,
-                    state_number: request.state_number + 1,
-                    ..v1::Outcome::default()
-                }),
-            };
-            let reply = v1::PlaceReply {
-                execution: Some(execution),
-                ..v1::PlaceReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
+    rig.bridge_answers(move |incoming: &Incoming<v1::PlaceRequest>| {
+        at.store(seen.load(Ordering::SeqCst), Ordering::SeqCst);
+        count.fetch_add(1, Ordering::SeqCst);
+        let request = incoming.message();
+        Some(ended(request, carried_out(request)))
+    });
     rig.begin();
     rig.switch(true);
     rig.announce(["a", "b"].map(|item_id| announcement(item_id, block())));
@@ -215,9 +186,8 @@ fn a_frozen_camera_has_one_item_placed_and_no_other_in_its_place() {
     }
     let session = rig.session();
     assert_eq!(placed.load(Ordering::SeqCst), 1);
-    let states = session.items.iter().map(v1::SessionItem::state);
     let expected = [ItemState::Packed, ItemState::Waiting];
-    assert_eq!(states.collect::<Vec<_>>(), expected);
+    assert_eq!(states(&session), expected);
     assert_eq!(session.end, 0);
     rig.switch(false);
 }

@@ -12,15 +12,16 @@ use ppnpack_wire::v1::{self, PlanResult, Status};
 /// The state of the cell after the first placement.
 const PLACED_IN: u64 = 3;
 
-/// A planner whose perception answers inspections when the test does. What it shows is empty, whatever was placed.
+/// A planner whose perception answers inspections when the test does. What it shows is empty,
+/// whatever was placed.
 struct Rig {
     own: common::Rig,
     inspections: Receiver<Incoming<v1::InspectRequest>>,
 }
 
 impl Rig {
-    /// A planner whose settings say this of inspections, and that has one of two blocks placed, which somebody found or is only
-    /// assumed to lie there.
+    /// A planner whose settings say this of inspections, and that has one of two blocks placed,
+    /// which somebody found or is only assumed to lie there.
     fn new(inspect: Option<bool>, is_found: bool) -> Self {
         let mut own = common::Rig::new(CellSettings {
             inspect,

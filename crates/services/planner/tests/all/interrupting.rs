@@ -15,10 +15,8 @@ fn a_plan_that_cannot_be_made_in_time_is_refused_in_time() {
         kept.lock().unwrap().push(incoming);
     });
     rig.begin_with(&["a"]);
-    let plan = v1::PlanRequest::default();
     // A caller whose time is over hears nothing.
-    let refused = rig.client.call(&cell(), plan, in_ms(4_000)).unwrap_err();
-    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+    rig.plan_unavailable(4_000);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! What a step may take of memory.
 
-use crate::common::{self, Rig, announcement, ended_as};
+use crate::common::{self, Rig, announcement, not_placed};
 use nalgebra::Vector3;
 use ppnpack_packing::grid::GridSettings;
 use ppnpack_packing::item::{Item, ViewSurfaces};
 use ppnpack_planner::{CellSettings, Where};
 use ppnpack_wire::convert;
-use ppnpack_wire::v1::{self, OutcomeKind, Status};
+use ppnpack_wire::v1::{self, Status};
 
 /// Items that can be chosen from.
 const BUFFER: usize = 300;
@@ -39,18 +39,12 @@ fn a_step_that_needs_more_memory_than_is_set_is_refused_by_name_and_smaller_ones
         rig.begin();
         rig.announce([block(0)]);
         let decision = rig.decision();
-        let outcome = v1::Outcome {
-            state_number: decision.state_number,
-            ..v1::Outcome::default()
-        };
-        rig.call(ended_as(OutcomeKind::NotPlaced, &decision, outcome));
+        rig.call(not_placed(&decision, decision.state_number));
 
         for first in [1, 100, 200] {
             rig.announce((first..first + 100).map(block));
         }
-        let (status, text) = rig.refused(v1::PlanRequest::default());
-        assert_eq!(status, Some(Status::Invalid), "{text}");
-        assert!(text.contains("search_mib"), "{text}");
+        rig.assert_refused(v1::PlanRequest::default(), Status::Invalid, "search_mib");
         for number in 1..BUFFER {
             rig.withdraw(&format!("item-{number}"));
         }

@@ -92,23 +92,21 @@ fn an_order_is_complete_when_all_came_or_no_more_is_expected() {
         order: order.to_owned(),
         ..v1::WithdrawRequest::default()
     };
-    let (status, text) = rig.refused(no_more("8"));
-    assert_eq!(status, Some(Status::NotFound));
-    assert!(text.contains("no item of order 8 was announced"), "{text}");
+    let says = "no item of order 8 was announced";
+    rig.assert_refused(no_more("8"), Status::NotFound, says);
     let both = v1::WithdrawRequest {
         item_id: "a".to_owned(),
         ..no_more("7")
     };
-    assert_eq!(rig.refused(both).0, Some(Status::Invalid));
+    rig.assert_refused(both, Status::Invalid, "");
     rig.call(no_more("7"));
     let closed = rig.session().closed;
     assert_eq!(closed.len(), 1);
     assert_eq!(closed[0].reason(), v1::ClosingReason::OrderComplete);
     // The same announcement again, as after a restart of the controller, is no other item.
     rig.announce([of_three("a", "7")]);
-    let (status, text) = rig.refused(common::announce([of_three("x", "")]));
-    assert_eq!(status, Some(Status::Invalid));
-    assert!(text.contains("give order, too"), "{text}");
+    let without = common::announce([of_three("x", "")]);
+    rig.assert_refused(without, Status::Invalid, "give order, too");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{self, Rig, announce, ids, placed};
+use crate::common::{self, Rig, announce, ids, placed, states};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, NamedMesh, Source};
 use ppnpack_catalogue::mesh::Mesh;
@@ -11,13 +11,15 @@ use ppnpack_planner::CellSettings;
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, ItemState, PlanResult, Reason, Status};
 
-/// Each object as its mesh stands, by the sides of its box in metres. The container is 32 x 32 cm and 30 cm high.
+/// Each object as its mesh stands, by the sides of its box in metres. The container is 32 x 32 cm
+/// and 30 cm high.
 const OBJECTS: [(&str, [f64; 3]); 4] = [
     // Fits only where it lies.
     ("post", [0.03, 0.03, 0.31]),
     // Fits in no pose.
     ("slab", [0.5, 0.4, 0.35]),
-    // Nearly as wide as the container one way, and wider than what a post leaves free beside it the other.
+    // Nearly as wide as the container one way, and wider than what a post leaves free beside it the
+    // other.
     ("plate", [0.27, 0.315, 0.02]),
     // Fits in each of its three poses.
     ("brick", [0.2, 0.1, 0.05]),
@@ -89,18 +91,18 @@ fn waiting(item: v1::Announcement) -> v1::Announcement {
 }
 
 fn assert_invalid(rig: &Rig, item: v1::Announcement, named: &str) {
-    let (status, text) = rig.refused(announce([item]));
-    assert_eq!(status, Some(Status::Invalid), "{text}");
+    let refused = rig.ask(announce([item])).unwrap_err();
+    assert_eq!(refused.status(), Some(Status::Invalid), "{refused}");
+    let text = refused.to_string();
     assert!(text.contains("item ") && text.contains(named), "{text}");
 }
 
 fn assert_unknown_poses(rig: &Rig) {
-    let (status, text) = rig.refused(v1::PlanRequest::default());
-    assert_eq!(status, Some(Status::Unavailable), "{text}");
-    assert!(text.contains("`poses`"), "{text}");
+    rig.assert_refused(v1::PlanRequest::default(), Status::Unavailable, "`poses`");
 }
 
-/// How high an object of the catalogue reaches where a decision puts it, and its lowest point, in metres.
+/// How high an object of the catalogue reaches where a decision puts it, and its lowest point, in
+/// metres.
 fn heights_m(decision: &v1::Decision) -> [f64; 2] {
     let pose = decision.container_from_item.as_ref();
     let pose = convert::pose::read_required("pose", pose).unwrap();
@@ -202,8 +204,7 @@ fn an_item_is_packed_in_the_poses_that_its_announcement_names_alone() {
 
     // They are part of the announcement, and kept.
     rig.announce([allowing("post", &[0])]);
-    let (status, text) = rig.refused(announce([announcement("post")]));
-    assert_eq!(status, Some(Status::Conflict), "{text}");
+    rig.assert_refused(announce([announcement("post")]), Status::Conflict, "");
     let session = rig.session();
     rig.restart(&[catalogue(3)], |_| {});
     assert_eq!(rig.session(), session);
@@ -261,10 +262,7 @@ fn nothing_is_placed_above_a_fragile_item_as_it_lies() {
 
     // Without the pose it is not known which floor is below it.
     rig.restart(&[catalogue(1)], |_| {});
-    let states = rig.session().items.into_iter().map(|item| item.state());
-    assert_eq!(
-        states.collect::<Vec<_>>(),
-        [ItemState::Packed, ItemState::Waiting]
-    );
+    let expected = [ItemState::Packed, ItemState::Waiting];
+    assert_eq!(states(&rig.session()), expected);
     assert_unknown_poses(&rig);
 }

@@ -1,4 +1,4 @@
-//! Steps that were recorded are planned again, without any service, to the same decisions bit for bit.
+//! Recorded steps are planned again, without any service, to the same decisions bit for bit.
 
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};

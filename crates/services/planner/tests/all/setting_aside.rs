@@ -1,6 +1,6 @@
 //! Items that have no valid placement are set aside for the next container.
 
-use crate::common::{self, Rig, announcement, block, cell, ids, placed, soon, square};
+use crate::common::{self, Rig, announcement, block, cell, ids, placed, soon, square, states};
 use ppnpack_planner::CellSettings;
 use ppnpack_service::stream::Latest;
 use ppnpack_wire::MAX_MESSAGE_BYTES;
@@ -57,9 +57,8 @@ fn an_item_that_fits_nowhere_is_set_aside_and_stays_so_over_a_restart() {
     assert_eq!(published.set_aside, reply.set_aside);
 
     let before = rig.session();
-    let states = before.items.iter().map(v1::SessionItem::state);
     let expected = [ItemState::SetAside, ItemState::Decided];
-    assert_eq!(states.collect::<Vec<_>>(), expected);
+    assert_eq!(states(&before), expected);
     assert_eq!(before.set_aside, reply.set_aside);
     rig.restart(&[], |_| {});
     assert_eq!(rig.session(), before);
@@ -126,17 +125,14 @@ fn a_session_that_may_set_nothing_aside_says_that_nothing_fits() {
         session_id: "many".to_owned(),
         ..limited(10_001)
     };
-    assert_eq!(rig.refused(many).0, Some(Status::Invalid));
+    rig.assert_refused(many, Status::Invalid, "");
     assert_eq!(rig.session().session_id, "s");
 }
 
 #[test]
 fn the_automatic_mode_ends_with_the_others_set_aside_or_nothing_that_fits() {
     let mut rig = rig(2, 2);
-    rig.begin_as(v1::BeginRequest {
-        is_automatic: true,
-        ..v1::BeginRequest::default()
-    });
+    rig.begin_automatic();
     rig.announce([slab("first"), slab("second")]);
     let session = rig.ended();
     assert_eq!(session.end(), SessionEnd::OthersSetAside);

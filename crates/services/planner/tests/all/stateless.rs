@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::common::{self, Rig, ended_as};
+use crate::common::{self, Rig, carried_out, ended, ended_as, not_placed, state_reply};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_planner::CellSettings;
@@ -51,7 +51,8 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
     assert!((1_000..=1_000 + aged_ns).contains(&first.decided_at_ns));
     assert!(begun.elapsed() >= LATENCY);
 
-    // Somebody has a hand in the container after the report: the picture has to be newer than when that was heard of.
+    // Somebody has a hand in the container after the report: the picture has to be newer than when
+    // that was heard of.
     let report = |kind, state_number| {
         let outcome = v1::Outcome {
             state_number,
@@ -60,8 +61,8 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
         ended_as(kind, &first, outcome)
     };
     let before = rig.session();
-    // The cell was never in these after the decision: no picture of them comes, or one of the past would do. What was placed or lost
-    // changed the state.
+    // The cell was never in these after the decision: no picture of them comes, or one of the past
+    // would do. What was placed or lost changed the state.
     for (kind, never, text) in [
         (OutcomeKind::NotPlaced, 1, "state_number"),
         (OutcomeKind::NotPlaced, 69, "state_number"),
@@ -72,9 +73,7 @@ fn a_decision_is_of_the_bridges_state_on_a_picture_that_surely_shows_it_and_repo
         (OutcomeKind::Lost, 0, "state 71"),
         (OutcomeKind::Lost, 70, "state 71"),
     ] {
-        let (status, refused) = rig.refused(report(kind, never));
-        assert_eq!(status, Some(Status::Conflict), "{refused}");
-        assert!(refused.contains(text), "{refused}");
+        rig.assert_refused(report(kind, never), Status::Conflict, text);
     }
     assert_eq!(rig.session(), before);
     rig.call(report(OutcomeKind::NotPlaced, 71));
@@ -95,53 +94,28 @@ fn a_bridge_that_answers_late_is_waited_for_and_nothing_is_gone() {
     rig.answer(
         Service::Bridge,
         move |incoming: Incoming<v1::CellStateRequest>| {
-            let reply = v1::CellStateReply {
-                state: Some(v1::CellState {
-                    state_number: told.load(Ordering::Relaxed),
-                    first_state_number: 70,
-                    ..v1::CellState::default()
-                }),
-                ..v1::CellStateReply::default()
-            };
+            let reply = state_reply(v1::CellState {
+                state_number: told.load(Ordering::Relaxed),
+                first_state_number: 70,
+                ..v1::CellState::default()
+            });
             std::thread::spawn(move || {
                 std::thread::sleep(SLOW);
                 incoming.reply(reply, Done::default());
             });
         },
     );
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::PlaceRequest>| {
-            let request = incoming.message();
-            let now = state_number.load(Ordering::Relaxed);
-            if request.state_number != now {
-                return incoming.refuse(Status::Stale, "it was planned on another state");
-            }
-            state_number.store(now + 1, Ordering::Relaxed);
-            let outcome = v1::Outcome {
-                placement_id: request.placement_id.clone(),
-                item_id: request.item_id.clone(),
-                kind: OutcomeKind::Placed.into(),
-                container_from_item: request.container_from_item,
-                state_number: now + 1,
-                ..v1::Outcome::default()
-            };
-            let execution = v1::Execution {
-                placement_id: request.placement_id.clone(),
-                phase: v1::ExecutionPhase::Ended.into(),
-                outcome: Some(outcome),
-            };
-            let reply = v1::PlaceReply {
-                execution: Some(execution),
-                ..v1::PlaceReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
-    rig.begin_as(v1::BeginRequest {
-        is_automatic: true,
-        ..v1::BeginRequest::default()
+    rig.bridge_answers(move |incoming: &Incoming<v1::PlaceRequest>| {
+        let request = incoming.message();
+        let outcome = carried_out(request);
+        let planned_on = request.state_number;
+        let is_now = planned_on == state_number.load(Ordering::Relaxed);
+        is_now.then(|| {
+            state_number.store(outcome.state_number, Ordering::Relaxed);
+            ended(request, outcome)
+        })
     });
+    rig.begin_automatic();
     rig.announce([common::announcement("a", common::block())]);
     let session = rig.ended();
     assert_eq!(session.end(), v1::SessionEnd::AllPacked, "{session:?}");
@@ -157,18 +131,9 @@ fn without_the_state_of_a_bridge_that_was_heard_of_nothing_is_decided() {
     });
     rig.begin_with(&["a"]);
     let first = rig.decision();
-    let outcome = v1::Outcome {
-        state_number: 70,
-        ..v1::Outcome::default()
-    };
-    rig.call(ended_as(OutcomeKind::NotPlaced, &first, outcome));
+    rig.call(not_placed(&first, 70));
     rig.last_service_leaves();
-    let plan = v1::PlanRequest::default();
-    let until = common::in_ms(3_000);
-    let refused = rig.client.call(&common::cell(), plan, until).unwrap_err();
-    // Before the time limit, and with the reason.
-    assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
-    let text = refused.to_string();
+    let text = rig.plan_unavailable(3_000);
     assert!(text.contains("the bridge of cell cell-1"), "{text}");
     assert_eq!(rig.session().pending, None);
 }
@@ -202,22 +167,11 @@ fn what_a_bridge_that_is_away_may_still_begin_is_not_given_up() {
         gives_up_pending: true,
         ..v1::BeginRequest::default()
     };
-    let (status, refused) = rig.refused(begin.clone());
-    assert_eq!(status, Some(Status::Unavailable), "{refused}");
-    assert!(refused.contains("may still begin"), "{refused}");
+    rig.assert_refused(begin.clone(), Status::Unavailable, "may still begin");
     assert_eq!(rig.session().session_id, "s");
 
     // It is back, and voids what was decided.
-    rig.answer(
-        Service::Bridge,
-        move |incoming: Incoming<v1::ChangedRequest>| {
-            let reply = v1::ChangedReply {
-                state: Some(state()),
-                ..v1::ChangedReply::default()
-            };
-            incoming.reply(reply, Done::default());
-        },
-    );
+    rig.bridge_counts_to(state);
     let begun = loop {
         // Until the planner has found it.
         match rig.ask(begin.clone()) {

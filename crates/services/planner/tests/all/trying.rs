@@ -1,4 +1,4 @@
-//! Placements are tried before they are decided on, also where no more is known of items than what was seen.
+//! Placements are tried before they are decided on, also of items that were only seen.
 
 use std::sync::{Arc, Mutex};
 
@@ -21,7 +21,8 @@ fn body(item_id: &str, object: &str, at: Isometry3<f64>, is_found: bool) -> v1::
     }
 }
 
-/// A planner of a session with these items, and a bridge that says once they were announced that these bodies lie in the container.
+/// A planner of a session with these items, and a bridge that says once they were announced that
+/// these bodies lie in the container.
 fn among(bodies: Option<Vec<v1::Body>>, items: &[&str]) -> Rig {
     let mut rig = Rig::new(coarse());
     let told: Arc<Mutex<Vec<v1::Body>>> = Arc::default();

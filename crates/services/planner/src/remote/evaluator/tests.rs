@@ -16,7 +16,7 @@ use super::*;
 /// Longer than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Where the block of [`Step`] may lie at one yaw.
+/// The number of places for the block of [`Step`] at one yaw.
 const PLACES: usize = 7 * 7;
 
 /// A block of 26 x 26 cells and an empty container.
@@ -140,7 +140,8 @@ fn a_placement_that_a_service_makes_up_is_not_ranked_and_the_planner_says_so() {
         let degraded = &evaluator.shortfall.degraded;
         assert!(degraded[0].contains("heuristic-1 failed"), "{degraded:?}");
     }
-    // The worst alone, for a value that nothing has, keeps nothing else out: values are the planner's own.
+    // The worst alone, for a value that nothing has, keeps nothing else out: values are the
+    // planner's own.
     let worst = whole.last().copied().unwrap();
     let value = f64::MIN;
     *forged.lock().unwrap() = vec![Evaluated { value, ..worst }];

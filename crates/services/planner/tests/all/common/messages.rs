@@ -84,7 +84,7 @@ pub(crate) fn placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRe
     placed_and(decision, state_number, true)
 }
 
-/// Reports a decision's item as placed as planned; whether it was found so or is only assumed to be.
+/// Reports a decision's item as placed as planned; found so, or only assumed to be.
 pub(crate) fn placed_and(
     decision: &v1::Decision,
     state_number: u64,
@@ -101,6 +101,15 @@ pub(crate) fn placed_and(
             ..v1::Outcome::default()
         },
     )
+}
+
+/// Reports a decision's item as not placed, in a state of the cell.
+pub(crate) fn not_placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRequest {
+    let outcome = v1::Outcome {
+        state_number,
+        ..v1::Outcome::default()
+    };
+    ended_as(v1::OutcomeKind::NotPlaced, decision, outcome)
 }
 
 /// Reports how a decision ended.
@@ -121,8 +130,46 @@ pub(crate) fn ended_as(
     }
 }
 
+/// How far the items of a session are.
+pub(crate) fn states(session: &v1::Session) -> Vec<v1::ItemState> {
+    let states = session.items.iter().map(v1::SessionItem::state);
+    states.collect()
+}
+
 /// The items that reasons are given for.
 pub(crate) fn ids(reasons: &[v1::ItemReason]) -> Vec<&str> {
     let ids = reasons.iter().map(|reason| reason.item_id.as_str());
     ids.collect()
+}
+
+/// Tells of a state of the cell.
+pub(crate) fn state_reply(state: v1::CellState) -> v1::CellStateReply {
+    v1::CellStateReply {
+        state: Some(state),
+        ..v1::CellStateReply::default()
+    }
+}
+
+/// The outcome of a placement that a bridge carried out as it was asked to.
+pub(crate) fn carried_out(request: &v1::PlaceRequest) -> v1::Outcome {
+    v1::Outcome {
+        placement_id: request.placement_id.clone(),
+        item_id: request.item_id.clone(),
+        kind: v1::OutcomeKind::Placed.into(),
+        container_from_item: request.container_from_item,
+        state_number: request.state_number + 1,
+        ..v1::Outcome::default()
+    }
+}
+
+/// Tells that a placement has ended so.
+pub(crate) fn ended(request: &v1::PlaceRequest, outcome: v1::Outcome) -> v1::PlaceReply {
+    v1::PlaceReply {
+        execution: Some(v1::Execution {
+            placement_id: request.placement_id.clone(),
+            phase: v1::ExecutionPhase::Ended.into(),
+            outcome: Some(outcome),
+        }),
+        ..v1::PlaceReply::default()
+    }
 }

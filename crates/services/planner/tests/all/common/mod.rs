@@ -1,4 +1,5 @@
-//! What the tests of the planner share: a planner of one cell, blocks, a perception that shows what a test says.
+//! What the tests of the planner share: a planner of one cell, blocks, a perception that shows what
+//! a test says.
 
 mod messages;
 
@@ -21,8 +22,8 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, PlanResult, Status};
 
 pub(crate) use messages::{
-    announce, announcement, block, close, ended_as, ids, line, of_mass, of_order, open, placed,
-    placed_and, square,
+    announce, announcement, block, carried_out, close, ended, ended_as, ids, line, not_placed,
+    of_mass, of_order, open, placed, placed_and, square, state_reply, states,
 };
 
 /// The cell of all tests.
@@ -39,8 +40,8 @@ pub(crate) fn in_ms(span: u64) -> Instant {
     Instant::now() + Duration::from_millis(span)
 }
 
-/// The paper's grid, on which tests are quick, and by the paper's objective what there is room for. A heightmap is shown until
-/// the next one is, whether it shows what was placed or not.
+/// The paper's grid, on which tests are quick, and by the paper's objective what there is room for.
+/// A heightmap is shown until the next one is, whether it shows what was placed or not.
 pub(crate) fn coarse() -> CellSettings {
     let mut trial = TrialSettings::default();
     trial.limits.tilt_rad = 30.0_f64.to_radians();
@@ -153,7 +154,8 @@ pub(crate) fn show(
     incoming.reply(reply, Done::default());
 }
 
-/// A planner that keeps its sessions in a file, and a controller that asks it. Ends as planned when it is dropped.
+/// A planner that keeps its sessions in a file, and a controller that asks it. Ends as planned when
+/// it is dropped.
 pub(crate) struct Rig {
     planner: Option<Box<PlannerService>>,
     settings: Settings,
@@ -221,21 +223,36 @@ impl Rig {
         answer(&self.hub, &mut self.services, service, work);
     }
 
+    /// Has a bridge answer requests of a kind so; `None` refuses one as stale.
+    pub(crate) fn bridge_answers<R: Request>(
+        &mut self,
+        reply: impl Fn(&Incoming<R>) -> Option<R::Reply> + Send + Sync + 'static,
+    ) {
+        self.answer(Service::Bridge, move |incoming| match reply(&incoming) {
+            Some(reply) => incoming.reply(reply, Done::default()),
+            None => incoming.refuse(Status::Stale, "the cell is in another state"),
+        });
+    }
+
     /// Has a bridge say that the cell is in this state.
     pub(crate) fn bridge_says(
         &mut self,
         state: impl Fn() -> v1::CellState + Send + Sync + 'static,
     ) {
-        self.answer(
-            Service::Bridge,
-            move |incoming: Incoming<v1::CellStateRequest>| {
-                let reply = v1::CellStateReply {
-                    state: Some(state()),
-                    ..v1::CellStateReply::default()
-                };
-                incoming.reply(reply, Done::default());
-            },
-        );
+        self.bridge_answers(move |_: &Incoming<v1::CellStateRequest>| Some(state_reply(state())));
+    }
+
+    /// Has a bridge count the state up, to this one, where it is told of a change.
+    pub(crate) fn bridge_counts_to(
+        &mut self,
+        state: impl Fn() -> v1::CellState + Send + Sync + 'static,
+    ) {
+        self.bridge_answers(move |_: &Incoming<v1::ChangedRequest>| {
+            Some(v1::ChangedReply {
+                state: Some(state()),
+                ..v1::ChangedReply::default()
+            })
+        });
     }
 
     /// Has the service that was added last end.
@@ -273,15 +290,32 @@ impl Rig {
         self.ask(request).unwrap()
     }
 
-    /// As what and why a request is refused.
-    pub(crate) fn refused<R: Request>(&self, request: R) -> (Option<Status>, String) {
+    /// Asserts that a request is refused with this status, for a reason that says this.
+    pub(crate) fn assert_refused<R: Request>(&self, request: R, status: Status, says: &str) {
         let error = self.ask(request).map(drop).unwrap_err();
-        (error.status(), error.to_string())
+        assert_eq!(error.status(), Some(status), "{error}");
+        assert!(error.to_string().contains(says), "{error}");
+    }
+
+    /// Why a plan that has so long is refused, in time, as something is not there.
+    pub(crate) fn plan_unavailable(&self, span_ms: u64) -> String {
+        let plan = v1::PlanRequest::default();
+        let error = self.client.call(&cell(), plan, in_ms(span_ms)).unwrap_err();
+        assert_eq!(error.status(), Some(Status::Unavailable), "{error}");
+        error.to_string()
     }
 
     /// Begins a session, called `s`.
     pub(crate) fn begin(&self) {
         self.begin_as(v1::BeginRequest::default());
+    }
+
+    /// Begins a session that is packed by itself.
+    pub(crate) fn begin_automatic(&self) {
+        self.begin_as(v1::BeginRequest {
+            is_automatic: true,
+            ..v1::BeginRequest::default()
+        });
     }
 
     pub(crate) fn begin_as(&self, request: v1::BeginRequest) -> v1::Session {
@@ -343,8 +377,8 @@ impl Rig {
         self.try_step().unwrap()
     }
 
-    /// Reports a square box of so many cells a side as placed, and shows it; whether it was found or
-    /// is only assumed to lie there.
+    /// Reports a square box of so many cells a side as placed, and shows it; whether it was found
+    /// or is only assumed to lie there.
     pub(crate) fn place_square(&self, decision: &v1::Decision, cells: usize, is_found: bool) {
         let state_number = self.show_square(decision, cells);
         self.call(placed_and(decision, state_number, is_found));

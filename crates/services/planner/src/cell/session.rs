@@ -1,0 +1,134 @@
+//! The session of a cell as it is kept: each change is on disk before anything follows from it.
+
+use std::ops::Deref;
+use std::sync::Arc;
+use std::time::Instant;
+
+use ppnpack_protocol::session::{End, Session, SessionError};
+use ppnpack_service::ServiceError;
+use ppnpack_service::process::Process;
+use ppnpack_service::stream::Publisher;
+use ppnpack_wire::keys::{Cell, Stream};
+use ppnpack_wire::v1;
+
+use super::refusal::Refusal;
+use super::{Shared, counts};
+use crate::settings::CellSettings;
+use crate::store::StoreError;
+
+/// A session on disk.
+pub(super) struct KeptSession {
+    cell: Cell,
+    shared: Arc<Shared>,
+    /// The number of waiting items that may be chosen from.
+    buffer: usize,
+    publisher: Publisher<v1::Session>,
+    session: Session,
+    is_published: bool,
+    /// Time when containers are looked at that may be closed; `None` until something changes.
+    pub(super) closes_at: Option<Instant>,
+}
+
+impl Deref for KeptSession {
+    type Target = Session;
+
+    fn deref(&self) -> &Session {
+        &self.session
+    }
+}
+
+impl KeptSession {
+    /// Takes up the session that is on disk.
+    pub(super) fn read(
+        process: &Process,
+        cell: &Cell,
+        settings: &CellSettings,
+        shared: &Arc<Shared>,
+    ) -> Result<Self, ServiceError> {
+        let session = shared.store.session(cell).map_err(ServiceError::start)?;
+        Ok(Self {
+            cell: cell.clone(),
+            shared: Arc::clone(shared),
+            buffer: settings.method.buffer,
+            publisher: Publisher::new(process, cell, Stream::Session)?,
+            session,
+            is_published: false,
+            // The container that was closed last may not be on disk as such.
+            closes_at: Some(Instant::now()),
+        })
+    }
+
+    pub(super) fn message(&self) -> v1::Session {
+        self.to_message(self.buffer)
+    }
+
+    /// Publishes the session where it has changed.
+    pub(super) fn publish(&mut self) {
+        let is_published = std::mem::replace(&mut self.is_published, true);
+        if !is_published && let Err(error) = self.publisher.put(&self.message()) {
+            tracing::warn!(cell = %self.cell, %error, "the session is not published");
+        }
+    }
+
+    /// Puts another session in place of this one; on an error nothing has changed.
+    pub(super) fn begin(&mut self, next: Session) -> Result<(), Refusal> {
+        let saved = self.shared.store.begin(&self.cell, &next);
+        self.saved(saved)?;
+        self.session = next;
+        self.is_published = false;
+        Ok(())
+    }
+
+    /// Ends the session, in this way.
+    pub(super) fn end(&mut self, end: End) -> Result<(), Refusal> {
+        self.change(|session| {
+            session.end(end);
+            Ok(())
+        })
+    }
+
+    /// Changes the session; on an error nothing has changed.
+    pub(super) fn change(
+        &mut self,
+        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        self.change_with(&[], change)
+    }
+
+    /// Changes the session as [`Self::change`] does, and saves the heightmaps of new items with it.
+    pub(super) fn change_with(
+        &mut self,
+        shapes: &[v1::Item],
+        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        let mut next = self.session.clone();
+        change(&mut next)?;
+        if next == self.session {
+            return Ok(());
+        }
+        let saved = self.shared.store.save(&self.cell, &next, shapes);
+        self.saved(saved)?;
+        let had_ended = self.has_ended();
+        self.session = next;
+        if self.has_ended() && !had_ended {
+            counts::sessions_ended(&self.cell, self.message().end(), 1);
+        }
+        self.is_published = false;
+        self.closes_at = Some(Instant::now());
+        Ok(())
+    }
+
+    /// Notes whether the disk serves.
+    fn saved(&self, saved: Result<(), StoreError>) -> Result<(), Refusal> {
+        match &saved {
+            Ok(()) => self.shared.store_health.pass(),
+            // The disk is as good as before.
+            Err(StoreError::TooManyShapes { .. }) => {}
+            Err(error) => {
+                tracing::error!(cell = %self.cell, %error, "nothing is acknowledged");
+                self.shared.store_health.fail(error.to_string());
+            }
+        }
+        Ok(saved?)
+    }
+}
