@@ -271,6 +271,9 @@ impl Planner {
                 self.plan.ranked.extend(self.search.last_resort(input)?);
             }
         }
+        if self.plan.choice().is_none() && self.plan.is_cut() && input.takes_untried {
+            self.plan.ranked.extend(self.search.take_untried());
+        }
         if let Some(reason) = self.proposals.degraded() {
             self.plan.shortfall.degrade(reason.to_owned());
         }

@@ -35,6 +35,8 @@ pub struct StepInput<'a> {
     pub alternatives: usize,
     /// When the answer has to be there; `None` where it is waited for as long as it takes.
     pub deadline: Option<Instant>,
+    /// Whether a placement that there was no time to simulate is better than none.
+    pub takes_untried: bool,
 }
 
 impl<'a> StepInput<'a> {
@@ -47,6 +49,7 @@ impl<'a> StepInput<'a> {
             step: 0,
             alternatives: 0,
             deadline: None,
+            takes_untried: false,
         }
     }
 

@@ -49,6 +49,10 @@ pub struct Tally {
     pub refusals: Refusals,
 }
 
+/// Evidence of a placement that was not simulated.
+const UNTRIED: &str =
+    "the time limit passed before the placement was tried: the item may not stay there";
+
 fn only(placement: &Evaluated) -> Range<usize> {
     placement.candidate..placement.candidate + 1
 }
@@ -65,6 +69,8 @@ pub struct ValidSearch {
     refusals: Vec<Refusals>,
     /// Placements that a simulation refused since the step began.
     refused_last: Vec<Evaluated>,
+    /// The best placement that there was no time to simulate, with what the other checks found.
+    untried: Option<(Evaluated, Evidence)>,
     shortfall: Shortfall,
     timings: Timings,
 }
@@ -79,6 +85,7 @@ impl ValidSearch {
             upcoming: VecDeque::new(),
             refusals: Vec::new(),
             refused_last: Vec::new(),
+            untried: None,
             shortfall: Shortfall::default(),
             timings: Timings::default(),
         }
@@ -90,6 +97,7 @@ impl ValidSearch {
     /// [`SearchError::Check`] where a check failed.
     pub fn begin(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
         self.refused_last.clear();
+        self.untried = None;
         let mut checks = self.checks.iter_mut();
         let begun = checks.try_for_each(|check| check.begin(input));
         begun.map_err(SearchError::Check)
@@ -155,6 +163,9 @@ impl ValidSearch {
                     self.leave_out_what_is_done(input, 0..input.candidates.len());
                 }
                 // The time is over, but of what was looked into together some may be known.
+                None if self.is_last_simulated() => {
+                    self.untried.get_or_insert((placement, evidence));
+                }
                 None => {}
             }
         }
@@ -196,10 +207,25 @@ impl ValidSearch {
 
     /// Keeps a placement that a simulation refused: one of these few may be the last resort.
     fn keep_tried(&mut self, placement: Evaluated) {
-        let last = self.checks.last();
-        if last.is_some_and(|check| check.cost() == Cost::Simulation) {
+        if self.is_last_simulated() {
             self.refused_last.push(placement);
         }
+    }
+
+    fn is_last_simulated(&self) -> bool {
+        let last = self.checks.last();
+        last.is_some_and(|check| check.cost() == Cost::Simulation)
+    }
+
+    /// Takes the best placement of the step that all checks accept but the simulation, for which
+    /// there was no time. Its evidence says so.
+    pub fn take_untried(&mut self) -> Option<ValidPlacement> {
+        let (placement, mut evidence) = self.untried.take()?;
+        evidence.degraded.push(UNTRIED.to_owned());
+        Some(ValidPlacement {
+            placement,
+            evidence,
+        })
     }
 
     /// Leaves the candidates of a range out of which a check accepts no more.

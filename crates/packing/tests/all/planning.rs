@@ -644,6 +644,39 @@ fn after_the_deadline_the_best_that_was_looked_into_and_is_valid_is_chosen() {
 }
 
 #[test]
+fn after_the_deadline_the_best_untried_placement_is_chosen_only_where_that_is_asked_for() {
+    let grid = small_grid();
+    let (scene, held) = (empty(&grid), blocks(1));
+    let input = StepInput::new(&grid, &scene, &held);
+    let mut planner = searching_all(&grid, Order::Balance, Vec::new());
+    let best = planner.plan(&input).unwrap().choice();
+    for (cost, takes_untried, expected) in [
+        (Cost::Simulation, true, best),
+        (Cost::Simulation, false, None),
+        (Cost::Motion, true, None),
+    ] {
+        let slow = Stub {
+            cost,
+            ..Stub::new(&Log::default(), |_, _| {
+                std::thread::sleep(Duration::from_millis(60));
+                false
+            })
+        };
+        let mut planner = searching_all(&grid, Order::Balance, vec![slow]);
+        let plan = planner
+            .plan(&StepInput {
+                deadline: Some(Instant::now() + Duration::from_millis(50)),
+                takes_untried,
+                ..input
+            })
+            .unwrap();
+        assert_eq!(plan.choice(), expected, "{cost:?}, {takes_untried}");
+        let says_so = plan.degraded().iter().any(|why| why.contains("not stay"));
+        assert!(plan.is_cut() && says_so == expected.is_some());
+    }
+}
+
+#[test]
 fn what_is_refused_unseen_is_not_asked_of_the_arm_and_counts_as_refused() {
     let grid = small_grid();
     let (scene, held) = (empty(&grid), blocks(1));
