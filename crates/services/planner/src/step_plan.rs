@@ -24,6 +24,7 @@ pub(crate) struct StepPlan {
     pub(crate) number: u64,
     pub(crate) alternatives: usize,
     pub(crate) deadline: Option<Instant>,
+    pub(crate) takes_untried: bool,
 }
 
 /// A container as a step is planned on it.
@@ -68,6 +69,7 @@ impl StepPlan {
             step: self.number,
             alternatives: self.alternatives,
             deadline: self.deadline,
+            takes_untried: self.takes_untried,
             ..StepInput::new(&container.grid, scene, candidates)
         }
     }

@@ -50,7 +50,10 @@ impl CellPlanner {
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
-            let prepared = self.prepare(items, alternatives, until)?;
+            let mut prepared = self.prepare(items, alternatives, until)?;
+            // Whoever gives a plan less time than it takes wants something by then; nobody waits
+            // for the automatic mode.
+            prepared.plan.takes_untried = !self.session.is_automatic();
             let waited = started.elapsed();
             let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
@@ -216,6 +219,7 @@ impl CellPlanner {
         let poses = poses_of(&plan.candidates, item);
         let alone = StepInput {
             alternatives: 0,
+            takes_untried: false,
             ..plan.input(container, &seen.scene, plan.candidates.get(poses)?)
         };
         let is_blocked = self.fits_without_regions(&container.name, &alone);

@@ -120,6 +120,7 @@ impl CellPlanner {
                 number: self.session.step(),
                 alternatives,
                 deadline: Some(deadline),
+                takes_untried: false,
             },
             items,
             seen,

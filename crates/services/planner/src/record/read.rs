@@ -52,6 +52,7 @@ pub(crate) fn step(
         number: record.step,
         alternatives: index(record.alternatives),
         deadline: None,
+        takes_untried: false,
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::common::{Rig, coarse};
+use crate::common::{Rig, cell, coarse, in_ms};
 use nalgebra::Isometry3;
 use ppnpack_wire::{convert, v1};
 
@@ -131,4 +131,18 @@ fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
         rig.place_square(&first, 6, is_found);
         assert_eq!(took_part(&rig.decision()), is_found);
     }
+}
+
+#[test]
+fn a_plan_with_too_little_time_to_try_is_the_best_untried_and_says_so() {
+    let mut settings = coarse();
+    // A try takes longer than the plan may.
+    settings.twin.rough.timestep_s = 1e-7;
+    let rig = Rig::new(settings);
+    rig.begin_with(&["a"]);
+    let plan = v1::PlanRequest::default();
+    let reply = rig.client.call(&cell(), plan, in_ms(1_500)).unwrap();
+    let decision = reply.decision.unwrap();
+    assert!(says(&decision, "the item may not stay"), "{decision:?}");
+    assert_eq!(decision.settling, None);
 }
