@@ -13,7 +13,7 @@ use crate::object::Model;
 use crate::repair::Repair;
 
 /// Changes whenever a model made from the same mesh would differ; older entries are then not found.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Larger entries are not read, in bytes.
 const MAX_ENTRY_BYTES: u64 = 1 << 30;

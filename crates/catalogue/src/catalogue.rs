@@ -56,7 +56,11 @@ impl Catalogue {
             }
         };
         let (objects, bad): (Vec<_>, Vec<_>) = origins.par_iter().partition_map(load);
-        if !bad.is_empty() {
+        if settings.skip_unusable && !objects.is_empty() {
+            for bad in &bad {
+                tracing::warn!("left out: {bad}");
+            }
+        } else if !bad.is_empty() {
             return Err(CatalogueError::Objects { bad });
         }
         Ok(Self {

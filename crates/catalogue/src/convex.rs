@@ -47,11 +47,15 @@ const VOXELS: u32 = 40;
 /// the cut of a vessel into a floor and sectors of its wall replaces them if it holds less.
 /// Deterministic.
 pub fn convex_pieces(mesh: &Mesh) -> Vec<ConvexPiece> {
+    pieces_of_volume(mesh, mesh.signed_volume_m3())
+}
+
+/// The [`convex_pieces`] of a mesh whose parts fill a volume, which may be less than it encloses where they overlap.
+pub(crate) fn pieces_of_volume(mesh: &Mesh, volume_m3: f64) -> Vec<ConvexPiece> {
     let Some(whole) = hull(&mesh.vertices) else {
         return Vec::new();
     };
     let hull_volume_m3 = whole.signed_volume_m3();
-    let volume_m3 = mesh.signed_volume_m3();
     let mut pieces = if volume_m3 >= CONVEX_SHARE * hull_volume_m3 {
         Vec::new()
     } else {

@@ -42,7 +42,7 @@ pub enum CatalogueError {
         folder: PathBuf,
     },
     /// The folder has no mesh file.
-    #[error("{} holds no .ply, .obj or .stl file", folder.display())]
+    #[error("{} holds no .ply, .obj, .stl, .glb or .3mf file", folder.display())]
     EmptyFolder {
         /// The folder given.
         folder: PathBuf,

@@ -14,6 +14,19 @@ use crate::rows::rows;
 /// The most items of a table.
 const MOST_ITEMS: usize = 100_000;
 
+/// Its columns that are read.
+const COLUMNS: &[&str] = &[
+    "order",
+    "item",
+    "quantity",
+    "group",
+    "mass",
+    "mass_kg",
+    "priority",
+    "stop",
+    "order_items",
+];
+
 /// A line of the table. Other columns are ignored, and what is empty is as if it were not there.
 #[derive(Debug, Deserialize)]
 struct Row {
@@ -123,7 +136,7 @@ pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, OrdersErro
     })?;
     let mut orders: Vec<Order> = Vec::new();
     let mut items = 0;
-    for row in rows::<Row>(file, "the columns 'order' and 'item' are needed") {
+    for row in rows::<Row>(file, COLUMNS, "the columns 'order' and 'item' are needed") {
         let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
         let room = MOST_ITEMS - items;
         let added = add(&mut orders, catalogue, &row, room);

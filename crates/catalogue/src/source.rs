@@ -43,6 +43,8 @@ pub struct Settings {
     pub density_kg_m3: f64,
     /// The pose in which objects are packed; with several, the first of them.
     pub pose: Pose,
+    /// Whether files that cannot be used are left out with a warning; the objects after them have lower indices.
+    pub skip_unusable: bool,
     /// In how many resting poses an object may be packed at most; it always may in the first.
     pub poses: usize,
     /// Where models are kept between runs.
@@ -55,6 +57,7 @@ impl Default for Settings {
             unit: LengthUnit::Metres,
             density_kg_m3: DEFAULT_DENSITY_KG_M3,
             pose: Pose::AsGiven,
+            skip_unusable: false,
             poses: 1,
             cache: CacheDir::User,
         }
@@ -100,14 +103,17 @@ impl Source {
             Self::Folder(folder) => table::list(folder)?
                 .into_iter()
                 .map(|listed| Origin {
-                    name: listed.name,
-                    path: listed.path,
                     settings: ModelSettings {
-                        unit: listed.unit.unwrap_or(usual.unit),
+                        unit: listed
+                            .unit
+                            .or_else(|| reader::own_unit(&listed.path))
+                            .unwrap_or(usual.unit),
                         mass_kg: listed.mass_kg,
                         carries_kg: listed.carries_kg,
                         ..usual
                     },
+                    name: listed.name,
+                    path: listed.path,
                     given: None,
                 })
                 .collect(),
@@ -130,6 +136,7 @@ impl Origin<'_> {
         if let Some(mut entry) = cache.get(&key) {
             // The same mesh may be in the cache under another name.
             entry.model.name.clone_from(&self.name);
+            self.warn(&entry);
             return Ok(entry);
         }
         let mesh = match self.given {
@@ -142,6 +149,14 @@ impl Origin<'_> {
         }
         let entry = Entry { model, repairs };
         cache.put(&key, &entry);
+        self.warn(&entry);
         Ok(entry)
+    }
+
+    /// Says what should be looked at before the object is packed.
+    fn warn(&self, entry: &Entry) {
+        for doubt in entry.repairs.iter().filter(|repair| repair.is_doubt()) {
+            tracing::warn!(object = self.name, "{doubt}");
+        }
     }
 }

@@ -26,6 +26,7 @@ mod number;
 mod pcd;
 mod ply;
 pub mod ply_header;
+pub mod ply_rows;
 
 pub use cloud::{Cloud, CloudShapeError, MAX_POINTS};
 pub use error::{CloudError, FormatError};
