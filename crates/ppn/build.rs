@@ -1,4 +1,4 @@
-//! Tells the linker where libtorch lies, so that tests find it.
+//! Tells the linker where libtorch lies, so that programs and tests find it.
 
 fn main() {
     println!("cargo:rerun-if-env-changed=LIBTORCH");

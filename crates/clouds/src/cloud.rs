@@ -2,12 +2,13 @@
 
 use nalgebra::Point3;
 
-/// The most points of a cloud.
+/// Maximum number of points of a cloud.
 pub const MAX_POINTS: usize = 64 << 20;
 
 /// Points of a sensor, in metres in its frame.
 ///
-/// An organised cloud has a row of points per row of the sensor's image, holes included. Any other has one row.
+/// An organised cloud has a row of points per row of the sensor's image, holes included. Any other
+/// has one row.
 #[derive(Debug, Clone, Default)]
 pub struct Cloud {
     width: usize,
@@ -23,10 +24,12 @@ pub struct CloudShapeError {
 }
 
 impl Cloud {
-    /// Points in rows of `width`. A point with a coordinate that is not finite is a hole: all three become NaN.
+    /// Makes a cloud of points in rows of `width`. A point with a coordinate that is not finite is
+    /// a hole: all three become NaN.
     ///
     /// # Errors
-    /// [`CloudShapeError`] where the last row is not complete, or there are more than [`MAX_POINTS`].
+    /// [`CloudShapeError`] where the last row is not complete, or there are more than
+    /// [`MAX_POINTS`].
     pub fn organised(
         width: usize,
         mut points_m: Vec<Point3<f32>>,
@@ -46,7 +49,7 @@ impl Cloud {
         Ok(Self { width, points_m })
     }
 
-    /// Points in no order.
+    /// Makes a cloud of points in no order.
     ///
     /// # Errors
     /// [`CloudShapeError`] where there are more than [`MAX_POINTS`].
@@ -54,23 +57,23 @@ impl Cloud {
         Self::organised(points_m.len(), points_m)
     }
 
-    /// The points in metres, row by row; NaN in all three coordinates where there is a hole.
+    /// Gives the points in metres, row by row; NaN in all three coordinates where there is a hole.
     pub fn points_m(&self) -> &[Point3<f32>] {
         &self.points_m
     }
 
-    /// The points that are no holes, in metres.
+    /// Gives the points that are no holes, in metres.
     pub fn measured_m(&self) -> impl Iterator<Item = Point3<f32>> + '_ {
         let points = self.points_m.iter().copied();
         points.filter(|point| !point.x.is_nan())
     }
 
-    /// Points in a row.
+    /// Gives the number of points in a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows: more than one for an organised cloud.
+    /// Gives the number of rows: more than one for an organised cloud.
     pub fn height(&self) -> usize {
         self.points_m.len() / self.width.max(1)
     }

@@ -13,7 +13,7 @@ pub enum CloudError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is no point cloud, or a malformed one.
@@ -21,12 +21,12 @@ pub enum CloudError {
     Format {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         source: FormatError,
     },
 }
 
-/// What is wrong with a file's content.
+/// A fault of a file's content.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormatError {
@@ -34,32 +34,22 @@ pub enum FormatError {
     #[error("is no point cloud: a PCD or PLY file is needed")]
     Unknown,
     /// The file is longer than [`MAX_FILE_BYTES`](crate::MAX_FILE_BYTES).
-    #[error("has {bytes} bytes where at most {limit} are read")]
-    FileTooLarge {
-        /// The file's length.
-        bytes: u64,
-        /// The greatest length.
-        limit: u64,
-    },
-    /// More points than [`MAX_POINTS`].
-    #[error("has {points} points where at most {limit} are read")]
-    TooManyPoints {
-        /// How many it announces.
-        points: usize,
-        /// The greatest number.
-        limit: usize,
-    },
+    #[error("has {0} bytes where at most {max} are read", max = crate::MAX_FILE_BYTES)]
+    FileTooLarge(u64),
+    /// More points announced than [`MAX_POINTS`].
+    #[error("has {0} points where at most {MAX_POINTS} are read")]
+    TooManyPoints(usize),
     /// Anything else.
     #[error("is no {format} file that can be read: {reason}")]
     Malformed {
         /// The format.
         format: &'static str,
-        /// What is wrong, in one line.
+        /// The fault, in one line.
         reason: String,
     },
 }
 
-/// The longest reason, in characters: it may quote the file.
+/// Maximum length of a reason, in characters: it may quote the file.
 const LONGEST_REASON: usize = 240;
 
 impl FormatError {
@@ -82,12 +72,9 @@ impl FormatError {
     }
 
     pub(crate) fn check_points(points: usize) -> Result<(), Self> {
-        if points > MAX_POINTS {
-            return Err(Self::TooManyPoints {
-                points,
-                limit: MAX_POINTS,
-            });
+        match points {
+            0..=MAX_POINTS => Ok(()),
+            _ => Err(Self::TooManyPoints(points)),
         }
-        Ok(())
     }
 }

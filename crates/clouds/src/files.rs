@@ -30,20 +30,18 @@ pub fn read(path: &Path) -> Result<Cloud, CloudError> {
     bounded.read_to_end(&mut content).map_err(unreadable)?;
     if content.len() as u64 > MAX_FILE_BYTES {
         let metadata = bounded.into_inner().metadata();
-        return Err(malformed(FormatError::FileTooLarge {
-            bytes: metadata.map_or(content.len() as u64, |metadata| metadata.len()),
-            limit: MAX_FILE_BYTES,
-        }));
+        let bytes = metadata.map_or(content.len() as u64, |metadata| metadata.len());
+        return Err(malformed(FormatError::FileTooLarge(bytes)));
     }
-    let parsed = match (parse(&content), path.extension()) {
+    let is_named = |name| {
+        let extension = path.extension();
+        extension.is_some_and(|extension| extension.eq_ignore_ascii_case(name))
+    };
+    let parsed = match parse(&content) {
         // By its name it should be one: what it lacks says more than that it is none.
-        (Err(FormatError::Unknown), Some(extension)) if extension.eq_ignore_ascii_case("pcd") => {
-            pcd::parse(&content)
-        }
-        (Err(FormatError::Unknown), Some(extension)) if extension.eq_ignore_ascii_case("ply") => {
-            ply::parse(&content)
-        }
-        (parsed, _) => parsed,
+        Err(FormatError::Unknown) if is_named("pcd") => pcd::parse(&content),
+        Err(FormatError::Unknown) if is_named("ply") => ply::parse(&content),
+        parsed => parsed,
     };
     parsed.map_err(malformed)
 }

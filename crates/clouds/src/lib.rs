@@ -1,12 +1,12 @@
 //! Point cloud files.
 //!
-//! [`read`] takes PCD (ascii, binary, binary_compressed) and PLY (ascii, binary of either byte order) by what they
-//! contain; [`to_pcd`] gives the bytes of a binary PCD. Only `x`, `y` and `z` are read, as numbers of 4 or 8 bytes with a fraction;
-//! they are metres in the frame that the file was written in, which is taken to be the sensor's. A file's own viewpoint
-//! is not applied.
+//! [`read`] takes PCD (ascii, binary, binary_compressed) and PLY (ascii, binary of either byte
+//! order) by what they contain; [`to_pcd`] gives the bytes of a binary PCD. Only `x`, `y` and `z`
+//! are read, as numbers of 4 or 8 bytes with a fraction; they are metres in the frame that the file
+//! was written in, which is taken to be the sensor's. A file's own viewpoint is not applied.
 //!
-//! Files come from anywhere: what is malformed is refused with the reason, and memory is taken for what a file has, never
-//! for what it announces.
+//! Files come from anywhere: what is malformed is refused with the reason, and memory is taken for
+//! what a file has, never for what it announces.
 //!
 //! ```
 //! use ppnpack_clouds::{Cloud, parse, to_pcd};
@@ -22,13 +22,13 @@
 mod cloud;
 mod error;
 mod files;
-mod number;
 mod pcd;
 mod ply;
 pub mod ply_header;
 pub mod ply_rows;
+mod text;
 
 pub use cloud::{Cloud, CloudShapeError, MAX_POINTS};
 pub use error::{CloudError, FormatError};
 pub use files::{MAX_FILE_BYTES, parse, read};
-pub use pcd::write::to_pcd;
+pub use pcd::to_pcd;

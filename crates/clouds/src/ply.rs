@@ -8,8 +8,8 @@ use ply_rs_bw::ply::{
 
 use crate::cloud::Cloud;
 use crate::error::FormatError;
-use crate::number::number;
 use crate::ply_header::{self, Skipped};
+use crate::text::{number, points};
 
 struct Vertex(Point3<f32>);
 
@@ -58,7 +58,9 @@ pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
     }
     let points_m = if header.encoding == Encoding::Ascii {
         // The parser knows no NaN.
-        ascii(reader.into_inner(), vertex)?
+        let words = ["vertex", "vertices"];
+        let point = |line: &str| ascii_point(line, vertex);
+        points(reader.into_inner(), vertex.count, words, point).map_err(FormatError::ply)?
     } else {
         let read = vertices
             .read_payload_for_element(&mut reader, vertex, &header)
@@ -68,30 +70,7 @@ pub(crate) fn parse(content: &[u8]) -> Result<Cloud, FormatError> {
     Cloud::unorganised(points_m).map_err(FormatError::ply)
 }
 
-/// One vertex a line.
-fn ascii(text: &[u8], vertex: &ElementDef) -> Result<Vec<Point3<f32>>, FormatError> {
-    let mut points_m = Vec::with_capacity(vertex.count);
-    let lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    for line in lines.filter(|line| !line.is_empty()).take(vertex.count) {
-        let point = std::str::from_utf8(line)
-            .ok()
-            .and_then(|line| ascii_point(line, vertex));
-        points_m.push(point.ok_or_else(|| {
-            let line = String::from_utf8_lossy(line.get(..100).unwrap_or(line));
-            FormatError::ply(format_args!("'{line}' is no vertex"))
-        })?);
-    }
-    if points_m.len() < vertex.count {
-        return Err(FormatError::ply(format_args!(
-            "it ends after {} of {} vertices",
-            points_m.len(),
-            vertex.count
-        )));
-    }
-    Ok(points_m)
-}
-
-/// A vertex that has all of its properties and nothing else.
+/// Reads a vertex that has all of its properties and nothing else.
 fn ascii_point(line: &str, vertex: &ElementDef) -> Option<Point3<f32>> {
     let mut words = line.split_ascii_whitespace();
     let mut point = Vertex::new();
@@ -113,15 +92,9 @@ fn ascii_point(line: &str, vertex: &ElementDef) -> Option<Point3<f32>> {
 
 fn check_coordinates(vertex: &ElementDef) -> Result<(), FormatError> {
     for side in ["x", "y", "z"] {
-        let kind = vertex
-            .properties
-            .get(side)
-            .map(|property| &property.data_type);
-        let is_number = matches!(
-            kind,
-            Some(PropertyType::Scalar(ScalarType::Float | ScalarType::Double))
-        );
-        if !is_number {
+        use ScalarType::{Double, Float};
+        let kind = vertex.properties.get(side).map(|found| &found.data_type);
+        if !matches!(kind, Some(PropertyType::Scalar(Float | Double))) {
             return Err(FormatError::ply(format_args!(
                 "its vertices have no property '{side}' of type float or double"
             )));

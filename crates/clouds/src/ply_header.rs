@@ -1,4 +1,4 @@
-//! What the header of a PLY file announces, held against the file. Readers of meshes need it as well.
+//! Checks of a PLY file's header against the file. Readers of meshes need them as well.
 
 use ply_rs_bw::ply::{ElementDef, Encoding, PropertyAccess, PropertyType, ScalarType};
 
@@ -12,7 +12,8 @@ impl PropertyAccess for Skipped {
     }
 }
 
-/// Refuses more elements than a file of so many bytes can hold. Ask before there is memory for them.
+/// Refuses more elements than a file of so many bytes can hold. Ask before there is memory for
+/// them.
 ///
 /// # Errors
 /// What is wrong with the header.
@@ -28,7 +29,7 @@ pub fn check_length(bytes: usize, element: &ElementDef, encoding: Encoding) -> R
     ))
 }
 
-/// The fewest bytes that one element takes in the file.
+/// Gives the fewest bytes that one element takes in the file.
 fn least_bytes(element: &ElementDef, encoding: Encoding) -> usize {
     let bytes = |scalar: &ScalarType| match scalar {
         ScalarType::Char | ScalarType::UChar => 1,

@@ -10,7 +10,7 @@ use safetensors::{Dtype, SafeTensors};
 
 use crate::error::DatasetError;
 
-/// The most bytes that any file may have before compression.
+/// Maximum size of any file before compression, in bytes.
 pub(crate) const MAX_BYTES: u64 = 1 << 30;
 
 const LEVEL: i32 = 9;
@@ -62,16 +62,14 @@ pub(crate) fn write_changed(path: &Path, content: &[u8]) -> Result<(), DatasetEr
     Ok(write_whole(path, content)?)
 }
 
-/// Decompresses a file, which may have so many bytes, and reads it; what `read` says is wrong is wrong with the file.
+/// Decompresses a file, which may have so many bytes, and reads it; what `read` says is wrong is
+/// wrong with the file.
 pub(crate) fn read<T>(
     path: &Path,
     most_bytes: u64,
     read: impl FnOnce(&SafeTensors<'_>) -> Result<T, String>,
 ) -> Result<T, DatasetError> {
-    let file = File::open(path).map_err(|source| DatasetError::Read {
-        path: path.to_owned(),
-        source,
-    })?;
+    let file = File::open(path).map_err(|error| DatasetError::Read(path.to_owned(), error))?;
     let mut content = Vec::new();
     let decoder = zstd::Decoder::new(file);
     let unpacked = decoder.and_then(|decoder| {
@@ -86,10 +84,7 @@ pub(crate) fn read<T>(
         Err(error) => Err(format!("it cannot be decompressed: {error}")),
     };
     let read = checked.and_then(|arrays| read(&arrays));
-    read.map_err(|reason| DatasetError::Damaged {
-        path: path.to_owned(),
-        reason,
-    })
+    read.map_err(|reason| DatasetError::Damaged(path.to_owned(), reason))
 }
 
 /// Gives the numbers of an array, made of their little-endian bytes; or what is wrong with it.

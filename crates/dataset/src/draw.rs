@@ -12,17 +12,18 @@ pub struct Drawn {
     pub seed: u64,
 }
 
-/// Draws sequence number `sequence`: `length` objects out of `objects`, each as likely as any other.
+/// Draws sequence number `sequence`: `length` objects out of `objects`, each as likely as any
+/// other.
 ///
 /// Every sequence has a random stream of its own, so it depends on nothing but these numbers.
 pub fn draw(seed: u64, sequence: u32, length: u32, objects: u32) -> Drawn {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(u64::from(sequence));
+    let seed = random.next_u64();
+    let objects = (0..length).map(|_| random.random_range(0..objects.max(1)));
     Drawn {
-        seed: random.next_u64(),
-        objects: (0..length)
-            .map(|_| random.random_range(0..objects.max(1)))
-            .collect(),
+        seed,
+        objects: objects.collect(),
     }
 }
 

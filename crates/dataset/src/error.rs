@@ -1,4 +1,4 @@
-//! What can be wrong with a dataset.
+//! Faults of a dataset.
 
 use std::path::PathBuf;
 
@@ -6,61 +6,37 @@ use ppnpack_files::WriteError;
 
 use crate::settings::FORMAT_VERSION;
 
-/// Why a dataset could not be written or read.
+/// A dataset that could not be written or read; faults of a file come with its path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DatasetError {
-    /// A file cannot be read.
-    #[error("{} cannot be read: {source}; give the folder of a finished dataset, or make it once more", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// A file cannot be written.
+    /// A file that cannot be read.
+    #[error("{} cannot be read: {1}; give the folder of a finished dataset, or make it once more", .0.display())]
+    Read(PathBuf, #[source] std::io::Error),
+    /// A file that cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A file is of another version of the format.
+    /// A file of another version of the format, 0 where it names none.
     #[error(
-        "{} has version {found} of the format, but this program reads version {FORMAT_VERSION}: make the dataset \
+        "{} has version {1} of the format, but this program reads version {FORMAT_VERSION}: make the dataset \
          anew, or use the program that made it",
-        path.display()
+        .0.display()
     )]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// Its version; 0 where it names none.
-        found: u64,
-    },
-    /// A file is not what it should be.
-    #[error("{} is damaged: {reason}; make the dataset again, which keeps its intact files", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// The folder has data made with other settings.
+    Version(PathBuf, u64),
+    /// A file that is not what it should be, with the fault.
+    #[error("{} is damaged: {1}; make the dataset again, which keeps its intact files", .0.display())]
+    Damaged(PathBuf, String),
+    /// A folder of data made with other settings, with those that differ and both values.
     #[error(
-        "{} holds data made with other settings ({difference}): ask for the same settings, or choose another folder",
-        folder.display()
+        "{} holds data made with other settings ({1}): ask for the same settings, or choose another folder",
+        .0.display()
     )]
-    OtherSettings {
-        /// The folder.
-        folder: PathBuf,
-        /// Which settings, with both values.
-        difference: String,
-    },
+    OtherSettings(PathBuf, String),
     /// Settings that no dataset can have.
     #[error("a dataset cannot have these settings: {0}")]
     Settings(String),
-    /// A recorded sequence that does not fit the settings; the program that recorded it is wrong.
-    #[error("the record of sequence {sequence} cannot be kept: {reason}")]
-    Record {
-        /// The sequence.
-        sequence: u32,
-        /// What is wrong.
-        reason: String,
-    },
+    /// A recorded sequence, by its number, that does not fit the settings, with the fault; the
+    /// program that recorded it is wrong.
+    #[error("the record of sequence {0} cannot be kept: {1}")]
+    Record(u32, String),
 }

@@ -6,7 +6,7 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::objective::WeightError;
 use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Evaluated, StageError, StepInput};
+use ppnpack_packing::step::{Candidate, Evaluated, StageError, StepInput};
 
 use crate::record::{CandidateRecord, Corner, TIE_TOLERANCE, YawOptima};
 use crate::values::Values;
@@ -20,7 +20,8 @@ pub struct Expert {
 }
 
 impl Expert {
-    /// An expert that judges as `settings` say; `with_values` also keeps the value of every placement.
+    /// Makes an expert that judges as `settings` say; `with_values` also keeps the value of every
+    /// placement.
     ///
     /// # Errors
     /// [`WeightError`] where a weight is negative or not finite.
@@ -38,7 +39,8 @@ impl Expert {
         })
     }
 
-    /// Labels a candidate of a step: placements by increasing value, until every yaw has its optimum with all ties.
+    /// Labels a candidate of a step: placements by increasing value, until every yaw has its
+    /// optimum with all ties.
     pub(crate) fn label(
         &mut self,
         input: &StepInput<'_>,
@@ -48,14 +50,17 @@ impl Expert {
         let Some(held) = input.candidates.get(candidate) else {
             return Err(format!("the buffer has no candidate {candidate}").into());
         };
-        let optima = held.item.views().iter().map(|_| Optimum {
+        let none = || Optimum {
             found: YawOptima::NONE,
             is_settled: false,
-        });
-        let mut optima: Vec<Optimum> = optima.collect();
+        };
+        let mut optima: Vec<Optimum> = held.item.views().iter().map(|_| none()).collect();
         let values = || Values::none_valid(input.grid, &held.item);
         let mut values = self.with_values.then(values);
-        self.rank(input, candidate)?;
+        self.proposals.clear();
+        let all = input.candidates.iter();
+        all.for_each(|_| self.proposals.push_all());
+        self.search.rank(input, &[candidate], &self.proposals)?;
         while let Some(found) = self.search.next_best(input)? {
             let placement = found.resting.placement;
             let Some(optimum) = optima.get_mut(placement.yaw) else {
@@ -63,7 +68,7 @@ impl Expert {
             };
             optimum.settle(found.value);
             let is_wanted = !optimum.is_settled || values.is_some();
-            if is_wanted && self.is_valid(input, &found)? {
+            if is_wanted && self.is_valid(input, held, &found)? {
                 optimum.add(&found);
                 if let Some(values) = &mut values {
                     values.enter(&placement, found.value);
@@ -83,24 +88,18 @@ impl Expert {
         })
     }
 
-    fn is_valid(&mut self, input: &StepInput<'_>, found: &Evaluated) -> Result<bool, StageError> {
-        let Some(held) = input.candidates.get(found.candidate) else {
-            return Ok(false);
-        };
+    fn is_valid(
+        &mut self,
+        input: &StepInput<'_>,
+        held: &Candidate,
+        found: &Evaluated,
+    ) -> Result<bool, StageError> {
         for check in &mut self.checks {
             if !check.judge(input, held, &found.resting)?.is_accepted() {
                 return Ok(false);
             }
         }
         Ok(true)
-    }
-
-    /// Starts ranking every placement of a candidate.
-    fn rank(&mut self, input: &StepInput<'_>, candidate: usize) -> Result<(), StageError> {
-        self.proposals.clear();
-        let all = input.candidates.iter();
-        all.for_each(|_| self.proposals.push_all());
-        self.search.rank(input, &[candidate], &self.proposals)
     }
 }
 
@@ -112,7 +111,8 @@ struct Optimum {
 }
 
 impl Optimum {
-    /// Values come in increasing order: a greater one than the ties' says that there are no more of them.
+    /// Values come in increasing order: a greater one than the ties' says that there are no more of
+    /// them.
     fn settle(&mut self, value: f64) {
         self.is_settled |= value > self.found.value + TIE_TOLERANCE;
     }

@@ -1,14 +1,17 @@
-//! Training data of placement proposal networks: what an exhaustive expert sees and prefers, step by step.
+//! Training data of placement proposal networks: what an exhaustive expert sees and prefers, step
+//! by step.
 //!
-//! A dataset is a folder. `settings.json` says what it is made with; `items.safetensors.zst` has the heightmap pairs of all
-//! objects; each `sequence-NNNNN.safetensors.zst` the steps of a sequence. A step has the container's heightmap, and for each
-//! candidate of the buffer the optimal valid placements per yaw, with all ties, and optionally the value of every placement.
+//! A dataset is a folder. `settings.json` says what it is made with; `items.safetensors.zst` has
+//! the heightmap pairs of all objects; each `sequence-NNNNN.safetensors.zst` the steps of a
+//! sequence. A step has the container's heightmap, and for each candidate of the buffer the optimal
+//! valid placements per yaw, with all ties, and optionally the value of every placement.
 //!
-//! Writing: a [`Recorder`] watches an episode and asks the [`Expert`] for the labels; a [`DatasetWriter`] keeps
-//! finished sequences so that a killed run goes on where it was. Reading: [`Dataset`].
+//! Writing: a [`Recorder`] watches an episode and asks the [`Expert`] for the labels; a
+//! [`DatasetWriter`] keeps finished sequences so that a killed run goes on where it was. Reading:
+//! [`Dataset`].
 //!
-//! Sequence `i` is drawn from `(seed, i)` alone ([`draw`]), so the files depend neither on how many sequences there are
-//! nor on the order in which they were played. [`Split::of`] parts them 9 to 1.
+//! Sequence `i` is drawn from `(seed, i)` alone ([`draw`]), so the files depend neither on how many
+//! sequences there are nor on the order in which they were played. [`Split::of`] parts them 9 to 1.
 //!
 //! ```
 //! use ppnpack_dataset::{Split, draw};

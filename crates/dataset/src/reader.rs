@@ -16,27 +16,26 @@ use crate::record::StepRecord;
 use crate::sequence::{Layout, sequence_path};
 use crate::settings::{FORMAT_VERSION, ITEMS_FILE, SETTINGS_FILE, Settings};
 
-/// Larger settings are not read, in bytes.
+/// Maximum size of a file of settings, in bytes.
 const MAX_SETTINGS_BYTES: u64 = 1 << 20;
 
-/// Which part of a dataset.
+/// A part of a dataset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Split {
-    /// What is learnt from: nine of ten sequences.
+    /// Nine of ten sequences, to learn from.
     Train,
-    /// What is measured on: every tenth sequence.
+    /// Every tenth sequence, to measure on.
     Test,
 }
 
 impl Split {
-    /// The split of a sequence: test where its number ends in 9.
+    /// Gives the split of a sequence: test where its number ends in 9.
     ///
     /// Steps of one sequence resemble each other, so all of them belong to one split.
     pub fn of(sequence: u32) -> Self {
-        if sequence % 10 == 9 {
-            Self::Test
-        } else {
-            Self::Train
+        match sequence % 10 {
+            9 => Self::Test,
+            _ => Self::Train,
         }
     }
 }
@@ -56,18 +55,14 @@ impl Dataset {
     /// [`DatasetError`] where there is none, or it is damaged, unfinished or of another version.
     pub fn open(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(SETTINGS_FILE);
-        let damaged = |reason| DatasetError::Damaged {
-            path: path.clone(),
-            reason,
-        };
         // The version goes first: of another one, nothing else can be relied on.
         let found: Value = read_settings(&path)?;
         let version = found.get("format_version").and_then(Value::as_u64);
         if version != Some(u64::from(FORMAT_VERSION)) {
-            let found = version.unwrap_or(0);
-            return Err(DatasetError::Version { path, found });
+            return Err(DatasetError::Version(path, version.unwrap_or(0)));
         }
         let settings: Settings = read_settings(&path)?;
+        let damaged = |reason| DatasetError::Damaged(path.clone(), reason);
         settings.validate().map_err(damaged)?;
         let items_path = folder.join(ITEMS_FILE);
         let items = read(&items_path, MAX_BYTES, |arrays| {
@@ -76,7 +71,7 @@ impl Dataset {
 
         let mut hasher = blake3::Hasher::new();
         let sequences = (0..settings.sequences).map(|number| sequence_path(folder, number));
-        for file in [path.clone(), items_path].into_iter().chain(sequences) {
+        for file in [path, items_path].into_iter().chain(sequences) {
             let opened = File::open(&file).map_err(read_error(&file))?;
             hasher.update_reader(opened).map_err(read_error(&file))?;
         }
@@ -87,25 +82,27 @@ impl Dataset {
         })
     }
 
-    /// The settings it was made with.
+    /// Gives the settings it was made with.
     pub fn settings(&self) -> &Settings {
         &self.layout.settings
     }
 
-    /// The digest of all files, in hexadecimal.
+    /// Gives the digest of all files, in hexadecimal.
     pub fn hash(&self) -> &str {
         &self.hash
     }
 
-    /// The items that records refer to by index, in the settings' resolution: their heightmap pairs alone.
+    /// Gives the items that records refer to by index, in the settings' resolution: their heightmap
+    /// pairs alone.
     pub fn items(&self) -> &[Arc<Item>] {
         &self.layout.items
     }
 
-    /// Reads the steps of a split, by sequence and step. `progress` is called with the sequences done and their total.
+    /// Reads the steps of a split, by sequence and step. `progress` is called with the sequences
+    /// done and their total.
     ///
-    /// Values take two bytes per placement and candidate, about 14 kB a step of the reference setting; where they are
-    /// not asked for, they take no memory.
+    /// Values take two bytes per placement and candidate, about 14 kB a step of the reference
+    /// setting; where they are not asked for, they take no memory.
     ///
     /// # Errors
     /// [`DatasetError`] where a file cannot be read or is damaged.
@@ -127,10 +124,7 @@ impl Dataset {
 }
 
 fn read_error(path: &Path) -> impl Fn(io::Error) -> DatasetError {
-    move |source| DatasetError::Read {
-        path: path.to_owned(),
-        source,
-    }
+    move |error| DatasetError::Read(path.to_owned(), error)
 }
 
 /// Reads a file of settings.
@@ -139,8 +133,7 @@ pub(crate) fn read_settings<T: DeserializeOwned>(path: &Path) -> Result<T, Datas
     let opened = File::open(path).map(|file| file.take(MAX_SETTINGS_BYTES));
     let read = opened.and_then(|mut file| file.read_to_end(&mut content));
     read.map_err(read_error(path))?;
-    serde_json::from_slice(&content).map_err(|error| DatasetError::Damaged {
-        path: path.to_owned(),
-        reason: error.to_string(),
-    })
+    let damaged =
+        |error: serde_json::Error| DatasetError::Damaged(path.to_owned(), error.to_string());
+    serde_json::from_slice(&content).map_err(damaged)
 }

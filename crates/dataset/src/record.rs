@@ -1,11 +1,11 @@
-//! What a dataset says of a step.
+//! Records of steps.
 
 use ppnpack_packing::grid::Units;
 use ppnpack_packing::placement::Placement;
 
 use crate::values::Values;
 
-/// Values that differ by less than this are ties: equal values that were added up in another order.
+/// Maximum difference of ties: equal values that were added up in another order.
 pub const TIE_TOLERANCE: f64 = 1e-9;
 
 /// A played sequence.
@@ -24,13 +24,14 @@ pub struct StepRecord {
     pub sequence: u32,
     /// Its number within the sequence, from 0.
     pub step: u32,
-    /// The container's heightmap before the step: `nx * ny` heights in units, row-major (`x * ny + y`).
+    /// The container's heightmap before the step: `nx * ny` heights in units, row-major (`x * ny +
+    /// y`).
     pub heightmap: Vec<Units>,
     /// The buffer, in the order of arrival.
     pub candidates: Vec<CandidateRecord>,
 }
 
-/// What the expert says of a candidate.
+/// The expert's labels of a candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateRecord {
     /// Its index into the dataset's items.
@@ -46,7 +47,7 @@ pub struct CandidateRecord {
 pub struct YawOptima {
     /// The least value of a valid placement; infinite where none is valid.
     pub value: f64,
-    /// Where, by x, then y; empty where none is valid.
+    /// The placements by x, then y; empty where none is valid.
     pub placements: Vec<Corner>,
 }
 
@@ -68,13 +69,14 @@ pub struct Corner {
 }
 
 impl CandidateRecord {
-    /// The least value of a valid placement at any yaw; infinite where none is valid.
+    /// Gives the least value of a valid placement at any yaw; infinite where none is valid.
     pub fn best_value(&self) -> f64 {
         let values = self.yaws.iter().map(|optima| optima.value);
         values.fold(f64::INFINITY, f64::min)
     }
 
-    /// The optimal valid placements over all yaws, all ties, by yaw, x, y; nothing where none is valid.
+    /// Gives the optimal valid placements over all yaws, all ties, by yaw, x, y; nothing where none
+    /// is valid.
     pub fn best(&self) -> impl Iterator<Item = Placement> {
         let limit = self.best_value() + TIE_TOLERANCE;
         let yaws = self.yaws.iter().enumerate();
@@ -103,7 +105,7 @@ mod tests {
 
     #[test]
     fn the_best_are_the_ties_over_all_yaws() {
-        let record = CandidateRecord {
+        let mut record = CandidateRecord {
             object: 0,
             yaws: vec![
                 optima(2.0, &[(0, 1), (5, 5)]),
@@ -113,21 +115,11 @@ mod tests {
             ],
             values: None,
         };
-        let best: Vec<_> = record
-            .best()
-            .map(|placement| (placement.yaw, placement.x, placement.y))
-            .collect();
-        assert_eq!(best, [(0, 0, 1), (0, 5, 5), (3, 2, 0)]);
-    }
-
-    #[test]
-    fn without_a_valid_placement_there_is_no_best() {
-        let record = CandidateRecord {
-            object: 0,
-            yaws: vec![YawOptima::NONE; 4],
-            values: None,
-        };
-        assert_eq!(record.best().count(), 0);
+        let best = [(0, 0, 1), (0, 5, 5), (3, 2, 0)];
+        let best = best.map(|(yaw, x, y)| Placement { yaw, x, y });
+        assert!(record.best().eq(best));
+        record.yaws = vec![YawOptima::NONE; 4];
+        assert_eq!(record.best().count(), 0, "none is valid");
         assert_eq!(record.best_value(), f64::INFINITY);
     }
 }

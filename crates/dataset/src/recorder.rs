@@ -28,15 +28,12 @@ impl Recorder {
         }
     }
 
-    /// What was recorded.
+    /// Gives the record.
     ///
     /// # Errors
-    /// What kept a step from being labelled.
+    /// [`StageError`] that kept a step from being labelled.
     pub fn finish(self) -> Result<SequenceRecord, StageError> {
-        match self.error {
-            Some(error) => Err(error),
-            None => Ok(self.recorded),
-        }
+        self.error.map_or(Ok(self.recorded), Err)
     }
 
     fn record(&mut self, input: &StepInput<'_>) -> Result<StepRecord, StageError> {

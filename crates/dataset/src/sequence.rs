@@ -25,7 +25,7 @@ use crate::values::Values;
 /// Stands for no object.
 const NONE: u32 = u32::MAX;
 
-/// What all sequences of a dataset have in common.
+/// Settings and items, which all sequences of a dataset have in common.
 #[derive(Debug, Clone)]
 pub(crate) struct Layout {
     pub(crate) settings: Settings,
@@ -33,13 +33,13 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// The number of candidates, and of yaws.
+    /// Gives the number of candidates, and of yaws.
     fn sizes(&self) -> (usize, usize) {
         let yaws = self.settings.grid.resolution().yaws().count();
         (self.settings.expert.buffer as usize, yaws)
     }
 
-    /// The most bytes that a sequence may have.
+    /// Gives the most bytes that a sequence may have.
     fn most_bytes(&self) -> u64 {
         let ((buffer, yaws), grid) = (self.sizes(), &self.settings.grid);
         let cells = (grid.nx() * grid.ny()) as u64;
@@ -52,7 +52,7 @@ impl Layout {
         steps.saturating_add(4096).min(MAX_BYTES)
     }
 
-    /// How many values the candidates of these steps have.
+    /// Counts the values of the candidates of these steps.
     fn value_count(&self, steps: &[StepRecord]) -> u64 {
         let candidates = steps.iter().flat_map(|step| &step.candidates);
         let items = candidates.filter_map(|found| self.items.get(found.object as usize));
@@ -124,7 +124,8 @@ impl Layout {
         )
     }
 
-    /// Reads the steps of a sequence, checked; or gives what is wrong. Values are read where they are wanted and there are any.
+    /// Reads the steps of a sequence, checked; or gives what is wrong. Values are read where they
+    /// are wanted and there are any.
     fn steps(
         &self,
         arrays: &SafeTensors<'_>,
@@ -191,12 +192,12 @@ impl Layout {
     }
 }
 
-/// The file of a sequence.
+/// Names the file of a sequence.
 pub(crate) fn sequence_path(folder: &Path, sequence: u32) -> PathBuf {
     folder.join(format!("sequence-{sequence:05}.safetensors.zst"))
 }
 
-/// A candidate whose optima are still to be entered.
+/// Makes a candidate whose optima are still to be entered.
 fn candidate((object, least): (&u32, &[f64])) -> CandidateRecord {
     let yaws = least.iter().map(|value| YawOptima {
         value: *value,
@@ -214,11 +215,9 @@ fn enter(steps: &mut [StepRecord], row: &[u32]) -> Option<()> {
     let &[step, place, yaw, x, y] = row else {
         return None;
     };
-    let candidates = &mut steps.get_mut(step as usize)?.candidates;
-    let optima = candidates
-        .get_mut(place as usize)?
-        .yaws
-        .get_mut(yaw as usize)?;
+    let step = steps.get_mut(step as usize)?;
+    let candidate = step.candidates.get_mut(place as usize)?;
+    let optima = candidate.yaws.get_mut(yaw as usize)?;
     optima.placements.push(Corner {
         x: x.try_into().ok()?,
         y: y.try_into().ok()?,

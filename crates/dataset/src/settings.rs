@@ -1,4 +1,4 @@
-//! What a dataset is made with. Two datasets with equal settings have equal sequences.
+//! Settings of a dataset. Two datasets with equal settings have equal sequences.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ pub const SETTINGS_FILE: &str = "settings.json";
 /// The file of a dataset's items.
 pub(crate) const ITEMS_FILE: &str = "items.safetensors.zst";
 
-/// What a dataset is made with.
+/// Settings that a dataset is made with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The version of the files' format.
@@ -25,11 +25,11 @@ pub struct Settings {
     pub package_version: String,
     /// The digest of the catalogue, in hexadecimal.
     pub catalogue_hash: String,
-    /// How many objects the catalogue has.
+    /// Number of objects of the catalogue.
     pub objects: u32,
     /// The container's grid.
     pub grid: Grid,
-    /// Who packs, and how.
+    /// The expert, who packs.
     pub expert: ExpertSettings,
     /// The simulated cell, as its crate describes it.
     pub cell: Value,
@@ -39,42 +39,41 @@ pub struct Settings {
     pub length: u32,
     /// Whether the value of every placement is kept.
     pub has_values: bool,
-    /// How many sequences it has.
+    /// Number of sequences.
     pub sequences: u32,
 }
 
-/// How the expert packs: an exhaustive search of this heuristic.
+/// Settings of the expert: an exhaustive search of this heuristic.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExpertSettings {
-    /// What placements are judged by.
+    /// The heuristic that placements are judged by.
     pub heuristic: Heuristic,
-    /// How the items of the buffer compete.
+    /// The order in which the items of the buffer compete.
     pub order: Order,
     /// The weights of the heuristic's terms.
     pub weights: Weights,
     /// The name of the stability test.
     pub stability: String,
-    /// How many items there are to choose among.
+    /// Number of items to choose among.
     pub buffer: u32,
 }
 
 impl Settings {
     /// Checks everything that readers rely on; gives what is wrong.
     pub(crate) fn validate(&self) -> Result<(), String> {
-        let within = |what: &str, value: u32, most: u32| {
-            if (1..=most).contains(&value) {
-                Ok(())
-            } else {
-                Err(format!("{what} must be 1 to {most}, but is {value}"))
-            }
-        };
-        within("the number of objects", self.objects, 1_000_000)?;
-        within("the number of sequences", self.sequences, 10_000_000)?;
-        within("the length of a sequence", self.length, 100_000)?;
-        within("the buffer", self.expert.buffer, 1000)?;
         let resolution = self.grid.resolution();
         let yaws = u32::try_from(resolution.yaws().count()).unwrap_or(u32::MAX);
-        within("the number of the grid's yaws", yaws, 360)?;
+        for (what, value, most) in [
+            ("the number of objects", self.objects, 1_000_000),
+            ("the number of sequences", self.sequences, 10_000_000),
+            ("the length of a sequence", self.length, 100_000),
+            ("the buffer", self.expert.buffer, 1000),
+            ("the number of the grid's yaws", yaws, 360),
+        ] {
+            if !(1..=most).contains(&value) {
+                return Err(format!("{what} must be 1 to {most}, but is {value}"));
+            }
+        }
         match Grid::new(self.grid.container(), resolution.clone()) {
             Ok(grid) if grid == self.grid => Ok(()),
             Ok(_) => Err("the grid's cells do not follow from the container's size".to_owned()),
@@ -82,7 +81,8 @@ impl Settings {
         }
     }
 
-    /// Which settings differ from those of `found`, with both values; `None` where all are equal.
+    /// Names the settings that differ from those of `found`, with both values; `None` where all are
+    /// equal.
     pub(crate) fn difference(&self, found: &Value) -> Option<String> {
         let (asked, found) = (leaves(self), leaves(found));
         let names: BTreeSet<&String> = asked.keys().chain(found.keys()).collect();
@@ -98,7 +98,7 @@ impl Settings {
     }
 }
 
-/// Every setting by its path, sorted: independent of the order in which a file has them.
+/// Gives every setting by its path, sorted: independent of the order in which a file has them.
 fn leaves(settings: &impl Serialize) -> BTreeMap<String, String> {
     let mut leaves = BTreeMap::new();
     // Only maps with keys that are no text fail, and settings have none.

@@ -1,4 +1,4 @@
-//! Whether a record is one that the expert can have made.
+//! Checks that a record is one that the expert can have made.
 
 use std::sync::Arc;
 

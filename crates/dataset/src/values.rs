@@ -6,8 +6,8 @@ use ppnpack_packing::placement::Placement;
 
 /// The step in which values are kept, in units of the objective.
 ///
-/// Kept is the difference to the candidate's least valid value, so nearby values are exact to half a step and those
-/// more than 1023 above the least are cut off there.
+/// Kept is the difference to the candidate's least valid value, so nearby values are exact to half
+/// a step and those more than 1023 above the least are cut off there.
 pub const VALUE_STEP: f64 = 1.0 / 64.0;
 
 /// Stands for a placement that does not fit or is not valid.
@@ -32,7 +32,7 @@ pub struct YawValues {
     steps: Vec<u16>,
 }
 
-/// How many placements of a view there are along x and y; both 0 where it is larger than the container.
+/// Counts the placements of a view along x and y; both 0 where it is larger than the container.
 pub(crate) fn offsets(grid: &Grid, view: &ItemView) -> (usize, usize) {
     let along = |cells: usize, footprint: usize| (cells + 1).saturating_sub(footprint);
     match (along(grid.nx(), view.nx()), along(grid.ny(), view.ny())) {
@@ -42,7 +42,7 @@ pub(crate) fn offsets(grid: &Grid, view: &ItemView) -> (usize, usize) {
 }
 
 impl Values {
-    /// Values of which none is valid.
+    /// Makes values of which none is valid.
     pub(crate) fn none_valid(grid: &Grid, item: &Item) -> Self {
         let yaws = item.views().iter().map(|view| {
             let (nx, ny) = offsets(grid, view);
@@ -87,22 +87,23 @@ impl Values {
         values
     }
 
-    /// The entries of all yaws, in order.
+    /// Gives the entries of all yaws, in order.
     pub(crate) fn steps(&self) -> impl Iterator<Item = u16> {
         self.yaws.iter().flat_map(|yaw| yaw.steps.iter().copied())
     }
 
-    /// The candidate's least valid value; infinite where none is valid.
+    /// Gives the candidate's least valid value; infinite where none is valid.
     pub fn best(&self) -> f64 {
         self.best
     }
 
-    /// One entry per yaw.
+    /// Gives one entry per yaw.
     pub fn yaws(&self) -> &[YawValues] {
         &self.yaws
     }
 
-    /// The value of a placement, to half a [`VALUE_STEP`]; infinite where it does not fit, is not valid or not possible.
+    /// Gives the value of a placement, to half a [`VALUE_STEP`]; infinite where it does not fit, is
+    /// not valid or not possible.
     pub fn get(&self, yaw: usize, x: usize, y: usize) -> f32 {
         let yaw = self.yaws.get(yaw).filter(|yaw| y < yaw.ny);
         let step = yaw.and_then(|yaw| yaw.steps.get(x * yaw.ny + y));
@@ -112,12 +113,13 @@ impl Values {
 }
 
 impl YawValues {
-    /// Placements along x and y; 0 where the footprint is larger than the container.
+    /// Counts the placements along x and y; 0 where the footprint is larger than the container.
     pub fn size(&self) -> (usize, usize) {
         (self.nx, self.ny)
     }
 
-    /// By how much each value exceeds the candidate's least: `nx * ny` differences, row-major (`x * ny + y`).
+    /// Gives the excess of each value over the candidate's least: `nx * ny` differences, row-major
+    /// (`x * ny + y`).
     pub fn all_above_best(&self) -> impl Iterator<Item = f32> {
         self.steps.iter().map(|step| difference(*step))
     }
@@ -133,21 +135,13 @@ fn difference(step: u16) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
     use ppnpack_packing::item::ViewSurfaces;
 
     use super::*;
 
     fn item(nx: usize, ny: usize) -> Item {
-        let view = ViewSurfaces {
-            nx,
-            ny,
-            top: vec![2; nx * ny],
-            bottom: vec![0; nx * ny],
-            underside: None,
-            origin_from_corner_m: Vector3::zeros(),
-            centre_of_mass_m: None,
-        };
+        let cells = nx * ny;
+        let view = ViewSurfaces::of_cells(nx, ny, vec![2; cells], vec![0; cells]);
         Item::new("block", vec![view], 0.0).unwrap()
     }
 

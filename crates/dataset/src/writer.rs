@@ -16,8 +16,8 @@ use crate::settings::{ITEMS_FILE, SETTINGS_FILE, Settings};
 
 /// A dataset that is being written into a folder.
 ///
-/// Each sequence is a file, which is there whole or not at all; so of a killed run the finished ones stay, and
-/// opening the folder again finds them.
+/// Each sequence is a file, which is there whole or not at all; so of a killed run the finished
+/// ones stay, and opening the folder again finds them.
 #[derive(Debug)]
 pub struct DatasetWriter {
     folder: PathBuf,
@@ -49,8 +49,7 @@ impl DatasetWriter {
                 *sequences = settings.sequences.into();
             }
             if let Some(difference) = settings.difference(&found) {
-                let folder = folder.to_owned();
-                return Err(DatasetError::OtherSettings { folder, difference });
+                return Err(DatasetError::OtherSettings(folder.to_owned(), difference));
             }
         }
         // Settings are numbers and texts, which JSON holds.
@@ -65,7 +64,8 @@ impl DatasetWriter {
         })
     }
 
-    /// Gives the sequences that are still to be played and added, in order. A damaged one is among them, which a warning says.
+    /// Gives the sequences that are still to be played and added, in order. A damaged one is among
+    /// them, and is warned about.
     pub fn missing(&self) -> Vec<u32> {
         let is_missing = |sequence: &u32| {
             let exists = sequence_path(&self.folder, *sequence).exists();
@@ -87,7 +87,7 @@ impl DatasetWriter {
         let sequence = record.sequence;
         let packed = self.layout.arrays(record);
         let packed = packed.and_then(|arrays| arrays.packed());
-        let packed = packed.map_err(|reason| DatasetError::Record { sequence, reason })?;
+        let packed = packed.map_err(|reason| DatasetError::Record(sequence, reason))?;
         write_changed(&sequence_path(&self.folder, sequence), &packed)
     }
 

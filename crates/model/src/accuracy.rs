@@ -1,8 +1,9 @@
 //! Accuracy: how often a network has the optimum among its best-scored placements.
 //!
-//! The answer depends on the question. A network scores every placement, also those that do not fit, and the planner
-//! leaves these out before it takes the best-scored ones; the paper's accuracy counts all of them. All questions are
-//! asked of every network, so that each figure can be compared with one for the same question.
+//! The answer depends on the question. A network scores every placement, also those that do not
+//! fit, and the planner leaves these out before it takes the best-scored ones; the paper's accuracy
+//! counts all of them. All questions are asked of every network, so that each figure can be
+//! compared with one for the same question.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +18,8 @@ pub const SHARES_PERCENT: [f64; 5] = [1.0, 5.0, 8.0, 10.0, 20.0];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Question {
-    /// Among the placements that fit, as many as `K` % of all placements `|P|`: what the planner proposes.
+    /// Among the placements that fit, as many as `K` % of all placements `|P|`: what the planner
+    /// proposes.
     Proposed,
     /// Among all placements, `K` % of `|P|`: the paper's question.
     OverAll,
@@ -29,7 +31,8 @@ impl Question {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Proposed, Self::OverAll, Self::AmongFitting];
 
-    /// The question that a network was trained for: over all placements where its loss is over all.
+    /// Gives the question that a network was trained for: over all placements where its loss is
+    /// over all.
     pub fn of_loss(over: LossOver) -> Self {
         match over {
             LossOver::All => Self::OverAll,
@@ -38,16 +41,17 @@ impl Question {
     }
 }
 
-/// Where a candidate's optimum stands among its placements. Several equal optima count as one: the best-scored.
+/// The rank of a candidate's optimum among its placements. Several equal optima count as one: the
+/// best-scored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rank {
     /// `|P|`: yaws times the container's cells.
     pub placements: u64,
-    /// How many of them fit.
+    /// Placements that fit.
     pub fitting: u64,
     /// Placements other than the optima that are scored at least as well as the optimum.
     pub before: u64,
-    /// Those of them that fit.
+    /// Placements among those before that fit.
     pub fitting_before: u64,
 }
 
@@ -70,13 +74,13 @@ pub struct Accuracy {
     pub percent: f64,
     /// The part of the candidates whose optimum was among them, from 0 to 1.
     pub share: f64,
-    /// The standard error of `share`, clustered by sequence, as candidates of one sequence are alike; none where a
-    /// single sequence says nothing of it.
+    /// The standard error of `share`, clustered by sequence, as candidates of one sequence are
+    /// alike; none where a single sequence says nothing of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub standard_error: Option<f64>,
 }
 
-/// How good a network is on one split, by every question.
+/// Accuracies of a network on one split, by every question.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Accuracies {
     /// Sequences with candidates that have a valid placement.
@@ -94,7 +98,7 @@ pub struct Accuracies {
 }
 
 impl Accuracies {
-    /// The answers to a question, by increasing share.
+    /// Gives the answers to a question, by increasing share.
     pub fn of(&self, question: Question) -> &[Accuracy] {
         match question {
             Question::Proposed => &self.proposed,
@@ -103,7 +107,8 @@ impl Accuracies {
         }
     }
 
-    /// What networks are chosen by: the answer at the smallest share, where they differ most.
+    /// Gives the answer that networks are chosen by: that at the smallest share, where they differ
+    /// most.
     pub fn decisive(&self, question: Question) -> f64 {
         self.of(question).first().map_or(0.0, |first| first.share)
     }
@@ -115,13 +120,14 @@ pub struct Tally {
     sequences: BTreeMap<u32, Counts>,
 }
 
-/// What is counted of a sequence.
+/// Counts of a sequence.
 #[derive(Debug, Clone, Default)]
 struct Counts {
     candidates: u64,
     /// The sum of the candidates' shares of placements that fit.
     fitting: f64,
-    /// By question, in the order of [`Question::ALL`], and share.
+    /// Candidates whose optimum was found, by question, in the order of [`Question::ALL`], and
+    /// share.
     found: [[u64; SHARES_PERCENT.len()]; Question::ALL.len()],
 }
 
@@ -138,14 +144,11 @@ impl Tally {
         }
     }
 
-    /// The shares of what was counted.
+    /// Gives the shares of what was counted.
     pub fn accuracies(&self) -> Accuracies {
-        let candidates = self
-            .sequences
-            .values()
-            .map(|counts| counts.candidates)
-            .sum();
-        let fitting: f64 = self.sequences.values().map(|counts| counts.fitting).sum();
+        let counts = || self.sequences.values();
+        let candidates = counts().map(|counts| counts.candidates).sum();
+        let fitting: f64 = counts().map(|counts| counts.fitting).sum();
         Accuracies {
             sequences: self.sequences.len(),
             candidates,
@@ -175,8 +178,9 @@ impl Tally {
     }
 }
 
-/// The share of what was found of a total, from pairs of both by sequence, and its standard error by clusters: that of
-/// a ratio of two sums over independent sequences (Cochran, Sampling Techniques, 1977, equation 2.46).
+/// Gives the share of what was found of a total, from pairs of both by sequence, and its standard
+/// error by clusters: that of a ratio of two sums over independent sequences (Cochran, Sampling
+/// Techniques, 1977, equation 2.46).
 fn share(sequences: impl Iterator<Item = (u64, u64)> + Clone) -> (f64, Option<f64>) {
     let clusters = sequences.clone().count() as f64;
     let sums = sequences.clone();

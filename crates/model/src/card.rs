@@ -20,24 +20,25 @@ pub struct DataFacts {
     pub cell_m: f64,
     /// One unit of height, in metres.
     pub height_unit_m: f64,
-    /// How many yaws.
+    /// Number of yaws.
     pub yaws: usize,
     /// The container's inner lengths, in metres.
     pub container_m: [f64; 3],
     /// Candidates of the training split that have a valid placement.
     pub training_candidates: u64,
-    /// Candidates of the validation split that have a valid placement; 0 where there is no such split.
+    /// Candidates of the validation split that have a valid placement; 0 where there is no such
+    /// split.
     pub validation_candidates: u64,
     /// Candidates of the test split that have a valid placement.
     pub test_candidates: u64,
 }
 
-/// What made a model.
+/// Versions of what made a model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Versions {
-    /// This software.
+    /// Version of this software.
     pub ppnpack: String,
-    /// libtorch.
+    /// Version of libtorch.
     pub libtorch: String,
 }
 
@@ -48,22 +49,22 @@ pub struct ModelCard {
     pub format: u32,
     /// The network.
     pub architecture: Architecture,
-    /// How many numbers were trained.
+    /// Count of the numbers that were trained.
     pub parameters: u64,
     /// The blake3 hash of the weights' file, in hexadecimal.
     pub weights_blake3: String,
-    /// What it was trained on.
+    /// The data that it was trained on.
     pub data: DataFacts,
-    /// How it was trained.
+    /// The settings that it was trained with.
     pub training: TrainingSettings,
-    /// Where it was trained.
+    /// The device that it was trained on.
     pub device: Device,
     /// Time spent on training, in seconds.
     pub training_s: f64,
     /// The epoch, from 1, that the weights are from.
     pub epoch: usize,
-    /// Accuracy of what the planner proposes on the test split, by increasing share; empty where the test split has not
-    /// been looked at.
+    /// Accuracy of what the planner proposes on the test split, by increasing share; empty where
+    /// the test split has not been looked at.
     pub accuracy: Vec<Accuracy>,
     /// Accuracy on the validation split, by every question; it chose the epoch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -71,6 +72,6 @@ pub struct ModelCard {
     /// Accuracy on the test split, by every question.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test: Option<Accuracies>,
-    /// What made it.
+    /// Versions of the software that made it.
     pub versions: Versions,
 }

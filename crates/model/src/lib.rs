@@ -1,5 +1,5 @@
-//! What a placement proposal network is and was trained with: its architecture, how it was trained, its weights and
-//! model card. Nothing here needs libtorch.
+//! Models of placement proposal networks: architecture, training settings, weights and model card.
+//! Nothing here needs libtorch.
 //!
 //! ```
 //! use ppnpack_model::weights::Model;

@@ -1,4 +1,4 @@
-//! What a training reports.
+//! Reports of a training.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ pub struct EpochReport {
     pub epoch: usize,
     /// The mean loss over the epoch's batches.
     pub training_loss: f64,
-    /// How the network does on the validation split, where there is one.
+    /// Loss and accuracy on the validation split, where there is one.
     pub validation: Option<Evaluation>,
     /// Time spent on training until here, in seconds.
     pub training_s: f64,
@@ -19,7 +19,7 @@ pub struct EpochReport {
     pub waiting_share: f64,
 }
 
-/// How a network does on sequences that it was not trained on.
+/// Loss and accuracy of a network on sequences that it was not trained on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// The mean loss over the steps.
@@ -28,7 +28,7 @@ pub struct Evaluation {
     pub accuracies: Accuracies,
 }
 
-/// What a training tells of its progress.
+/// An event in the progress of a training.
 #[derive(Debug, Clone)]
 pub enum TrainingEvent {
     /// The data is being read.

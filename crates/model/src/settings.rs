@@ -1,4 +1,4 @@
-//! How networks are trained and run.
+//! Settings of training and of running networks.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::architecture::Architecture;
 
-/// What training minimises.
+/// A loss, which training minimises.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
@@ -17,29 +17,29 @@ pub enum Loss {
     Mse,
 }
 
-/// Which placements of a candidate the loss is over.
+/// The placements of a candidate that the loss is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LossOver {
     /// All placements, as in the paper: the network also learns what does not fit.
     All,
-    /// Those that fit; the others are left out of the proposals, whatever their scores.
+    /// Placements that fit; the others are left out of the proposals, whatever their scores.
     #[default]
     Fitting,
 }
 
-/// How the learning rate changes during a training.
+/// A schedule of the learning rate during a training.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Schedule {
-    /// Not at all, as in the paper.
+    /// The same rate throughout, as in the paper.
     Constant,
-    /// It rises linearly over the first 3 % of the batches, then falls to 0 as a cosine.
+    /// A linear rise over the first 3 % of the batches, then a fall to 0 as a cosine.
     #[default]
     WarmUpAndCosine,
 }
 
-/// Where a network runs.
+/// A device that a network runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Device {
@@ -50,22 +50,23 @@ pub enum Device {
     Cuda,
 }
 
-/// How a network is trained. Two trainings with equal settings on the same data give the same weights on one machine.
+/// Settings of a training. Two trainings with equal settings on the same data give the same weights
+/// on one machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainingSettings {
     /// The network.
     pub architecture: Architecture,
-    /// What is minimised.
+    /// The loss that is minimised.
     pub loss: Loss,
-    /// Which placements it is over.
+    /// The placements that the loss is over.
     pub loss_over: LossOver,
-    /// How much a placement that does not fit counts in a loss over all, against one that fits. With less than 1 the network
-    /// learns where nothing fits, and spends less on it than on the order of what the planner chooses among.
+    /// Weight of a placement that does not fit in a loss over all, against one that fits. With less
+    /// than 1 the network spends less on where nothing fits than on the order of what does.
     pub misfit_weight: f64,
-    /// Up to where regression tells its targets apart, in units of the objective; what does not fit or is not valid has this
-    /// target. The bulk of a container's placements lies far above the optimum: told apart too, it would be most of the
-    /// squared error.
+    /// Maximum of regression's targets, in units of the objective, and the target of what does not
+    /// fit or is not valid. Most placements of a container lie far above the optimum: told apart
+    /// too, they would be most of the squared error.
     pub cut_off: f64,
     /// Passes over the training split.
     pub epochs: usize,
@@ -73,7 +74,7 @@ pub struct TrainingSettings {
     pub batch: usize,
     /// The learning rate at its peak.
     pub learning_rate: f64,
-    /// How the learning rate changes.
+    /// The schedule of the learning rate.
     pub schedule: Schedule,
     /// AdamW's decay of the weights.
     pub weight_decay: f64,
@@ -85,16 +86,18 @@ pub struct TrainingSettings {
     pub seed: u64,
     /// Sequences of the training split that are used; all where it is not given.
     pub sequences: Option<usize>,
-    /// How many tenths of all sequences are held out of the training split for validation: those whose number ends in
-    /// 8, in 7, and so on. Without any, the last epoch's weights are kept instead of the best epoch's.
+    /// Tenths of all sequences that are held out of the training split for validation: those whose
+    /// number ends in 8, in 7, and so on. Without any, the last epoch's weights are kept instead of
+    /// the best epoch's.
     pub validation_tenths: u32,
 }
 
-/// Tenths of the sequences that can be held out for validation: one of the training split's nine is left to train on.
+/// Maximum of the tenths that can be held out for validation: one of the training split's nine is
+/// left to train on.
 pub const MOST_VALIDATION_TENTHS: u32 = 8;
 
 impl TrainingSettings {
-    /// Whether a sequence of the training split is held out for validation.
+    /// Says whether a sequence of the training split is held out for validation.
     pub fn is_validation(&self, sequence: u32) -> bool {
         let digit = sequence % 10;
         digit < 9 && digit + self.validation_tenths >= 9
@@ -123,23 +126,24 @@ impl Default for TrainingSettings {
     }
 }
 
-/// What training works on, and where it leaves its results.
+/// A request to train: the data, the settings and the folder of the results.
 #[derive(Debug, Clone)]
 pub struct TrainingRequest {
     /// The dataset's folder.
     pub dataset: PathBuf,
-    /// Where the model, its card and the checkpoint are written.
+    /// The folder that the model, its card and the checkpoint are written to.
     pub folder: PathBuf,
-    /// How to train.
+    /// Settings of the training.
     pub settings: TrainingSettings,
-    /// Where to train.
+    /// The device to train on.
     pub device: Device,
-    /// Threads on the processor: of the training's arithmetic there, or of what prepares batches for another device.
+    /// Threads on the processor: of the training's arithmetic there, or of what prepares batches
+    /// for another device.
     pub threads: usize,
     /// Whether to go on from the checkpoint in the folder.
     pub resume: bool,
-    /// Whether to look at the test split when the training has ended. Whoever compares trainings does so for the one
-    /// that validation has chosen alone.
+    /// Whether to look at the test split when the training has ended: of several trainings that are
+    /// compared, only for the one that validation has chosen.
     pub look_at_test: bool,
 }
 

@@ -3,97 +3,57 @@
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
-use safetensors::{Dtype, SafeTensors};
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use crate::architecture::ArchitectureError;
 use crate::card::{FORMAT, ModelCard};
 
-/// Weights above this are refused unread: no network of this architecture comes near.
+/// Maximum size of a weights' file that is read, in bytes: no network of this architecture comes
+/// near.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Why a model cannot be used.
+/// A model that cannot be used; each fault comes with the file or the origin of the model.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
-    /// A file cannot be read.
-    #[error("{} cannot be read: {source}; a model is a .safetensors file with its .json card beside it", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        source: std::io::Error,
-    },
-    /// The weights' file is larger than any network.
-    #[error("{} has {bytes} bytes, too many for weights of a placement proposal network", path.display())]
-    TooLarge {
-        /// The file.
-        path: PathBuf,
-        /// Its size.
-        bytes: u64,
-    },
-    /// The card is no model card.
-    #[error("{} is no model card: {source}", path.display())]
-    Card {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        source: serde_json::Error,
-    },
-    /// The card has another form than this version reads.
-    #[error(
-        "{origin}: the model has format {found}, but this version reads {FORMAT}; train it again"
-    )]
-    Format {
-        /// Where the model is from.
-        origin: String,
-        /// The card's format.
-        found: u32,
-    },
-    /// The card names a network that cannot be built.
-    #[error("{origin}: {source}")]
-    Architecture {
-        /// Where the model is from.
-        origin: String,
-        /// What is wrong.
-        source: ArchitectureError,
-    },
-    /// The weights are not those that the card was written for.
+    /// A file that cannot be read.
+    #[error("{} cannot be read: {1}; a model is a .safetensors file with its .json card beside it", .0.display())]
+    Read(PathBuf, #[source] std::io::Error),
+    /// A file of weights that is larger than any network, with its bytes.
+    #[error("{} has {1} bytes, too many for weights of a placement proposal network", .0.display())]
+    TooLarge(PathBuf, u64),
+    /// A card that is no model card.
+    #[error("{} is no model card: {1}", .0.display())]
+    Card(PathBuf, #[source] serde_json::Error),
+    /// A card of another format than this version reads.
+    #[error("{0}: the model has format {1}, but this version reads {FORMAT}; train it again")]
+    Format(String, u32),
+    /// A card that names a network that cannot be built.
+    #[error("{0}: {1}")]
+    Architecture(String, #[source] ArchitectureError),
+    /// Weights with another hash than the card says.
     #[error(
         "{origin}: the weights' hash is {found}, but the card says {expected}: the file is damaged, or not the card's; \
          fetch both again"
     )]
     Hash {
-        /// Where the model is from.
+        /// The origin of the model.
         origin: String,
         /// The card's hash.
         expected: String,
         /// The file's hash.
         found: String,
     },
-    /// The weights' file is damaged.
-    #[error("{origin}: the weights are damaged: {source}")]
-    Weights {
-        /// Where the model is from.
-        origin: String,
-        /// What is wrong.
-        source: safetensors::SafeTensorError,
-    },
-    /// A tensor is not of 32-bit floats.
-    #[error("{origin}: tensor {tensor} is not of 32-bit floats")]
-    Kind {
-        /// Where the model is from.
-        origin: String,
-        /// The tensor.
-        tensor: String,
-    },
-    /// A weight is not a number.
-    #[error("{origin}: tensor {tensor} has a value that is not finite")]
-    NotFinite {
-        /// Where the model is from.
-        origin: String,
-        /// The tensor.
-        tensor: String,
-    },
+    /// Damaged weights.
+    #[error("{0}: the weights are damaged: {1}")]
+    Weights(String, #[source] SafeTensorError),
+    /// A tensor, by name, that is not of 32-bit floats.
+    #[error("{0}: tensor {1} is not of 32-bit floats")]
+    Kind(String, String),
+    /// A tensor, by name, with a value that is no number.
+    #[error("{0}: tensor {1} has a value that is not finite")]
+    NotFinite(String, String),
 }
 
 /// A tensor of weights, row-major.
@@ -121,57 +81,47 @@ impl Model {
     pub fn read(weights: &Path) -> Result<Self, ModelError> {
         let card_path = weights.with_extension("json");
         let read = |path: &Path| {
-            std::fs::read(path).map_err(|source| ModelError::Read {
-                path: path.to_owned(),
-                source,
-            })
+            std::fs::read(path).map_err(|error| ModelError::Read(path.to_owned(), error))
         };
         let bytes = std::fs::metadata(weights).map_or(0, |metadata| metadata.len());
         if bytes > MAX_BYTES {
-            let path = weights.to_owned();
-            return Err(ModelError::TooLarge { path, bytes });
+            return Err(ModelError::TooLarge(weights.to_owned(), bytes));
         }
         let (weights_bytes, card_bytes) = (read(weights)?, read(&card_path)?);
-        let card = serde_json::from_slice(&card_bytes).map_err(|source| ModelError::Card {
-            path: card_path,
-            source,
-        })?;
+        let no_card = |error| ModelError::Card(card_path, error);
+        let card = serde_json::from_slice(&card_bytes).map_err(no_card)?;
         Self::new(&weights.display().to_string(), &weights_bytes, card)
     }
 
-    /// The model that ships with this software.
+    /// Reads the model that ships with this software.
     ///
     /// # Errors
     /// [`ModelError`] where it was damaged before it was built in.
     pub fn shipped() -> Result<Self, ModelError> {
-        let card = include_bytes!("../shipped/ppn.json");
-        let card = serde_json::from_slice(card).map_err(|source| ModelError::Card {
-            path: "the shipped model".into(),
-            source,
-        })?;
+        let origin = "the shipped model";
+        let no_card = |error| ModelError::Card(origin.into(), error);
+        let card = serde_json::from_slice(include_bytes!("../shipped/ppn.json"));
         let weights = include_bytes!("../shipped/ppn.safetensors");
-        Self::new("the shipped model", weights, card)
+        Self::new(origin, weights, card.map_err(no_card)?)
     }
 
-    /// A model from its parts; `origin` names it in errors.
+    /// Makes a model from its parts; `origin` names it in errors.
     ///
     /// # Errors
     /// [`ModelError`] where the parts do not belong together.
     pub fn new(origin: &str, weights: &[u8], card: ModelCard) -> Result<Self, ModelError> {
         let origin = origin.to_owned();
         if card.format != FORMAT {
-            let found = card.format;
-            return Err(ModelError::Format { origin, found });
+            return Err(ModelError::Format(origin, card.format));
         }
-        if let Err(source) = card.architecture.validate() {
-            return Err(ModelError::Architecture { origin, source });
+        if let Err(error) = card.architecture.validate() {
+            return Err(ModelError::Architecture(origin, error));
         }
         let found = blake3::hash(weights).to_hex().to_string();
         if found != card.weights_blake3 {
-            let expected = card.weights_blake3;
             return Err(ModelError::Hash {
                 origin,
-                expected,
+                expected: card.weights_blake3,
                 found,
             });
         }
@@ -183,17 +133,17 @@ impl Model {
         })
     }
 
-    /// Where the model is from, for messages.
+    /// Names the origin of the model, for messages.
     pub fn origin(&self) -> &str {
         &self.origin
     }
 
-    /// The model's card.
+    /// Gives the model's card.
     pub fn card(&self) -> &ModelCard {
         &self.card
     }
 
-    /// The weights by name.
+    /// Gives the weights by name.
     pub fn tensors(&self) -> &BTreeMap<String, WeightTensor> {
         &self.tensors
     }
@@ -204,27 +154,17 @@ impl Model {
 /// # Errors
 /// [`ModelError`] where the bytes are damaged or hold something else.
 pub fn tensors(origin: &str, bytes: &[u8]) -> Result<BTreeMap<String, WeightTensor>, ModelError> {
-    let file = SafeTensors::deserialize(bytes).map_err(|source| ModelError::Weights {
-        origin: origin.to_owned(),
-        source,
-    })?;
+    let damaged = |error| ModelError::Weights(origin.to_owned(), error);
+    let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
     let mut tensors = BTreeMap::new();
     for (name, view) in file.iter() {
         if view.dtype() != Dtype::F32 {
-            return Err(ModelError::Kind {
-                origin: origin.to_owned(),
-                tensor: name.to_owned(),
-            });
+            return Err(ModelError::Kind(origin.to_owned(), name.to_owned()));
         }
-        let values = view.data().chunks_exact(4);
-        let values: Vec<f32> = values
-            .filter_map(|bytes| Some(f32::from_le_bytes(bytes.try_into().ok()?)))
-            .collect();
+        let (values, _) = view.data().as_chunks();
+        let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
         if values.iter().any(|value| !value.is_finite()) {
-            return Err(ModelError::NotFinite {
-                origin: origin.to_owned(),
-                tensor: name.to_owned(),
-            });
+            return Err(ModelError::NotFinite(origin.to_owned(), name.to_owned()));
         }
         let shape = view.shape().to_vec();
         tensors.insert(name.to_owned(), WeightTensor { shape, values });
@@ -232,31 +172,25 @@ pub fn tensors(origin: &str, bytes: &[u8]) -> Result<BTreeMap<String, WeightTens
     Ok(tensors)
 }
 
-/// The bytes of a `.safetensors` file of named tensors, with a named text beside them where one is given.
+/// Gives the bytes of a `.safetensors` file of named tensors, with a named text beside them where
+/// one is given.
 ///
 /// # Errors
-/// What the format does not allow.
+/// [`SafeTensorError`] for names and shapes that the format does not allow.
 pub fn to_bytes(
     tensors: &BTreeMap<String, WeightTensor>,
     text: Option<(&str, String)>,
-) -> Result<Vec<u8>, safetensors::SafeTensorError> {
-    let bytes: BTreeMap<&String, Vec<u8>> = tensors
-        .iter()
-        .map(|(name, tensor)| {
-            let values = tensor.values.iter().flat_map(|value| value.to_le_bytes());
-            (name, values.collect())
-        })
-        .collect();
-    let views = tensors.iter().filter_map(|(name, tensor)| {
-        let data = bytes.get(name)?;
-        Some((name, tensor.shape.clone(), data))
+) -> Result<Vec<u8>, SafeTensorError> {
+    let bytes = tensors.values().map(|tensor| {
+        let values = tensor.values.iter();
+        values.flat_map(|value| value.to_le_bytes()).collect()
     });
-    let views = views
-        .map(|(name, shape, data)| {
-            let view = safetensors::tensor::TensorView::new(Dtype::F32, shape, data)?;
-            Ok((name, view))
-        })
-        .collect::<Result<Vec<_>, safetensors::SafeTensorError>>()?;
+    let bytes: Vec<Vec<u8>> = bytes.collect();
+    let views = tensors.iter().zip(&bytes).map(|((name, tensor), bytes)| {
+        let view = TensorView::new(Dtype::F32, tensor.shape.clone(), bytes)?;
+        Ok((name, view))
+    });
+    let views = views.collect::<Result<Vec<_>, SafeTensorError>>()?;
     let text = text.map(|(name, text)| HashMap::from([(name.to_owned(), text)]));
     safetensors::serialize(views, text)
 }

@@ -1,4 +1,5 @@
-//! Models on the disk: what is damaged or does not belong together is refused by name, with the remedy.
+//! Models on the disk: what is damaged or does not belong together is refused by name, with the
+//! remedy.
 #![allow(clippy::unwrap_used, reason = "a panic in a test is a failing test")]
 
 use std::path::PathBuf;
@@ -99,7 +100,7 @@ fn weights_that_are_not_finite_are_refused() {
     tensors.insert(name.clone(), WeightTensor { shape, values });
     let error = with_hash(&to_bytes(&tensors, None).unwrap()).unwrap_err();
     assert!(
-        matches!(&error, ModelError::NotFinite { tensor, .. } if *tensor == name),
+        matches!(&error, ModelError::NotFinite(_, tensor) if *tensor == name),
         "{error}"
     );
 }

@@ -1,4 +1,5 @@
-//! What needs libtorch, for the programs that are linked with it: `ppnpack-torch` and `ppnpack-ppn`.
+//! Networks on libtorch, for the programs that are linked with it: `ppnpack-torch` and
+//! `ppnpack-ppn`.
 
 mod backend;
 mod service;

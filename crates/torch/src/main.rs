@@ -1,6 +1,7 @@
 //! `ppnpack-torch`: the commands of `ppnpack` and of `ppnpack-experiments`, with the network.
 //!
-//! Those do not link libtorch, so they run where there is none; they hand over to this program where a network is wanted.
+//! Those do not link libtorch, so they run where there is none; they hand over to this program
+//! where a network is wanted.
 
 use std::process::ExitCode;
 

@@ -17,10 +17,10 @@ pub struct TorchNetwork {
 }
 
 impl TorchNetwork {
-    /// The model of a service's settings.
+    /// Reads the model of a service's settings.
     ///
     /// # Errors
-    /// Why the weights cannot be read.
+    /// [`ModelError`](ppnpack_model::weights::ModelError) where the weights cannot be read.
     pub fn read(settings: &Settings) -> Result<Self> {
         let model = match &settings.model {
             Some(file) => Model::read(file)?,
@@ -33,7 +33,7 @@ impl TorchNetwork {
         Ok(Self::new(model, device))
     }
 
-    /// A model on a device.
+    /// Makes a network of a model on a device.
     pub fn new(model: Model, device: Device) -> Self {
         let name = model.card().weights_blake3.chars().take(16).collect();
         Self {

@@ -1,30 +1,27 @@
-//! What a PCD file says of its points.
+//! The header of a PCD file.
 
+use nalgebra::Point3;
+
+use super::{body, refused};
 use crate::error::FormatError;
 
-/// The longest header, in bytes.
+/// Maximum length of a header, in bytes.
 const MAX_HEADER_BYTES: usize = 1 << 16;
 
-/// The most fields of a point.
+/// Maximum number of fields of a point.
 const MAX_FIELDS: usize = 256;
 
-/// The most bytes of a point, and the most numbers of a field.
+/// Maximum number of bytes of a point, and of numbers of a field.
 const MAX_POINT_BYTES: usize = 1 << 16;
 
-/// How the points stand in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Data {
-    Ascii,
-    Binary,
-    BinaryCompressed,
-}
+/// A reader of the points that follow a header.
+type ReadBody = fn(&Header, &[u8]) -> Result<Vec<Point3<f32>>, FormatError>;
 
 /// A header that is possible: the fields `x`, `y` and `z` are there, and the counts agree.
-#[derive(Debug, Clone)]
 pub(super) struct Header {
     pub(super) width: usize,
     pub(super) points: usize,
-    pub(super) data: Data,
+    pub(super) read_body: ReadBody,
     pub(super) coordinates: [Coordinate; 3],
     /// Bytes of a point.
     pub(super) stride: usize,
@@ -32,7 +29,7 @@ pub(super) struct Header {
     pub(super) numbers: usize,
 }
 
-/// Where a coordinate stands in a point.
+/// The place of a coordinate in a point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Coordinate {
     /// In bytes.
@@ -43,7 +40,7 @@ pub(super) struct Coordinate {
     pub(super) size: usize,
 }
 
-/// The lines of a header without comments and empty ones, each with where the next line begins.
+/// Gives the lines of a header without comments and empty ones, each with where the next begins.
 pub(super) fn lines(content: &[u8]) -> impl Iterator<Item = (&[u8], usize)> {
     let head = content.get(..MAX_HEADER_BYTES).unwrap_or(content);
     let mut end = 0;
@@ -69,7 +66,7 @@ struct Entries<'a> {
 }
 
 impl Header {
-    /// The header, and what follows it.
+    /// Reads a header; gives it with what follows it.
     pub(super) fn parse(content: &[u8]) -> Result<(Self, &[u8]), FormatError> {
         let mut entries = Entries::default();
         for (line, end) in lines(content) {
@@ -82,19 +79,16 @@ impl Header {
                 entries.take(keyword, values)?;
                 continue;
             }
-            let data = match values.as_slice() {
-                ["ascii"] => Data::Ascii,
-                ["binary"] => Data::Binary,
-                ["binary_compressed"] => Data::BinaryCompressed,
-                _ => {
-                    return Err(FormatError::pcd(format_args!(
-                        "'{line}' is no DATA that is known"
-                    )));
-                }
+            let read_body = match values.as_slice() {
+                ["ascii"] => body::ascii,
+                ["binary"] => body::binary,
+                ["binary_compressed"] => body::compressed,
+                _ => return refused(format_args!("'{line}' is no DATA that is known")),
             };
-            return Ok((entries.header(data)?, content.get(end..).unwrap_or(&[])));
+            let header = entries.header(read_body)?;
+            return Ok((header, content.get(end..).unwrap_or(&[])));
         }
-        Err(FormatError::pcd("its header has no line DATA"))
+        refused("its header has no line DATA")
     }
 }
 
@@ -110,32 +104,29 @@ impl<'a> Entries<'a> {
             "POINTS" => self.points = Some(one_number(keyword, &values)?),
             "VERSION" | "VIEWPOINT" => {}
             _ => {
-                return Err(FormatError::pcd(format_args!(
-                    "its header has a line '{keyword}', which is not known"
-                )));
+                let reason = format_args!("its header has a line '{keyword}', which is not known");
+                return refused(reason);
             }
         }
         Ok(())
     }
 
-    fn header(&self, data: Data) -> Result<Header, FormatError> {
+    fn header(&self, read_body: ReadBody) -> Result<Header, FormatError> {
         let (width, points) = self.shape()?;
-        if self.fields.is_empty() || self.fields.len() > MAX_FIELDS {
-            let found = self.fields.len();
-            return Err(FormatError::pcd(format_args!(
-                "it has {found} FIELDS: 3 to {MAX_FIELDS} are possible"
-            )));
+        let fields = self.fields.len();
+        if !(1..=MAX_FIELDS).contains(&fields) {
+            let reason = format_args!("it has {fields} FIELDS: 3 to {MAX_FIELDS} are possible");
+            return refused(reason);
         }
         for (name, found, may_lack) in [
             ("SIZE", self.sizes.len(), false),
             ("TYPE", self.types.len(), false),
             ("COUNT", self.counts.len(), true),
         ] {
-            if found != self.fields.len() && !(may_lack && found == 0) {
-                return Err(FormatError::pcd(format_args!(
-                    "it has {} FIELDS, but {name} of {found}",
-                    self.fields.len()
-                )));
+            if found != fields && !(may_lack && found == 0) {
+                return refused(format_args!(
+                    "it has {fields} FIELDS, but {name} of {found}"
+                ));
             }
         }
         let mut found = [None; 3];
@@ -146,12 +137,11 @@ impl<'a> Entries<'a> {
                 && let Some(coordinate) = found.get_mut(place)
             {
                 if coordinate.is_some() {
-                    return Err(FormatError::pcd(format_args!("it has two fields '{name}'")));
+                    return refused(format_args!("it has two fields '{name}'"));
                 }
                 if kind != "F" || count != 1 {
-                    return Err(FormatError::pcd(format_args!(
-                        "its field '{name}' is not one number of TYPE F"
-                    )));
+                    let reason = format_args!("its field '{name}' is not one number of TYPE F");
+                    return refused(reason);
                 }
                 *coordinate = Some(Coordinate {
                     offset: stride,
@@ -163,40 +153,39 @@ impl<'a> Entries<'a> {
             numbers += count;
         }
         if stride > MAX_POINT_BYTES {
-            return Err(FormatError::pcd(format_args!(
+            return refused(format_args!(
                 "its points have {stride} bytes where at most {MAX_POINT_BYTES} are possible"
-            )));
+            ));
         }
         let [Some(x), Some(y), Some(z)] = found else {
-            return Err(FormatError::pcd("it lacks one of the fields x, y and z"));
+            return refused("it lacks one of the fields x, y and z");
         };
         Ok(Header {
             width,
             points,
-            data,
+            read_body,
             coordinates: [x, y, z],
             stride,
             numbers,
         })
     }
 
-    /// Points in a row, and points.
+    /// Gives the points in a row, and all points.
     fn shape(&self) -> Result<(usize, usize), FormatError> {
         let width = self.width.or(self.points);
         let width = width.ok_or_else(|| FormatError::pcd("its header has no line WIDTH"))?;
         let product = width.checked_mul(self.height.unwrap_or(1));
         let points = product.unwrap_or(usize::MAX);
         FormatError::check_points(points)?;
-        if self.points.is_some_and(|announced| announced != points) {
-            return Err(FormatError::pcd(format_args!(
-                "POINTS is {}, but WIDTH times HEIGHT is {points}",
-                self.points.unwrap_or(0)
-            )));
+        match self.points {
+            Some(announced) if announced != points => refused(format_args!(
+                "POINTS is {announced}, but WIDTH times HEIGHT is {points}"
+            )),
+            _ => Ok((width, points)),
         }
-        Ok((width, points))
     }
 
-    /// The type of a field's numbers, the bytes of each and their count.
+    /// Gives the type of a field's numbers, the bytes of each and their count.
     fn field(&self, index: usize) -> Result<(&'a str, usize, usize), FormatError> {
         let text = |values: &[&'a str]| values.get(index).copied();
         let size = text(&self.sizes).unwrap_or("");
@@ -208,26 +197,21 @@ impl<'a> Entries<'a> {
             _ => false,
         };
         if !is_possible {
-            return Err(FormatError::pcd(format_args!(
-                "a field of TYPE '{kind}' and SIZE '{size}' is not known"
-            )));
+            let reason = format_args!("a field of TYPE '{kind}' and SIZE '{size}' is not known");
+            return refused(reason);
         }
         let count: usize = one_number("COUNT", &[count])?;
         if count > MAX_POINT_BYTES {
-            return Err(FormatError::pcd(format_args!(
+            return refused(format_args!(
                 "a field has COUNT {count} where at most {MAX_POINT_BYTES} is possible"
-            )));
+            ));
         }
         Ok((kind, one_number("SIZE", &[size])?, count))
     }
 }
 
 fn one_number(keyword: &str, values: &[&str]) -> Result<usize, FormatError> {
-    let number = match values {
-        [value] => value.parse().ok(),
-        _ => None,
-    };
-    number.ok_or_else(|| {
-        FormatError::pcd(format_args!("{keyword} '{}' is no count", values.join(" ")))
-    })
+    let text = values.join(" ");
+    let refused = |_| FormatError::pcd(format_args!("{keyword} '{text}' is no count"));
+    text.parse().map_err(refused)
 }

@@ -1,6 +1,7 @@
-//! LZF, the compression of binary_compressed PCD files: runs of plain bytes, and copies of what came before.
+//! LZF, the compression of binary_compressed PCD files: runs of plain bytes, and copies of what
+//! came before.
 
-/// The bytes that `packed` stands for; `None` where they are damaged or not `length`.
+/// Gives the bytes that `packed` stands for; `None` where they are damaged or not `length`.
 pub(super) fn unpack(packed: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut unpacked: Vec<u8> = Vec::new();
     let mut rest = packed;
@@ -30,7 +31,8 @@ pub(super) fn unpack(packed: &[u8], length: usize) -> Option<Vec<u8>> {
     (unpacked.len() == length).then_some(unpacked)
 }
 
-/// Appends `count` bytes from `back` bytes before the end. What is copied may itself be part of the copy.
+/// Appends `count` bytes from `back` bytes before the end. What is copied may itself be part of the
+/// copy.
 fn copy(unpacked: &mut Vec<u8>, back: usize, count: usize) -> Option<()> {
     let from = unpacked.len().checked_sub(back)?;
     for index in from..from + count {

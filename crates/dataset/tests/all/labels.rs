@@ -12,41 +12,23 @@ use crate::support::{grid, items, played, record, settings};
 fn valid(step: &StepRecord, item: &Item, yaw: usize) -> Vec<Surveyed> {
     let grid = grid();
     let heightmap = Heightmap::from_units(grid.nx(), grid.ny(), step.heightmap.clone()).unwrap();
-    let view = &item.views()[yaw];
-    let all = survey(
-        &grid,
-        &heightmap,
-        view,
-        Heuristic::Sdfm,
-        &Weights::default(),
-    )
-    .unwrap();
-    all.into_iter()
-        .filter(|placement| placement.fits && placement.is_stable)
-        .collect()
+    let (view, weights) = (&item.views()[yaw], Weights::default());
+    let all = survey(&grid, &heightmap, view, Heuristic::Sdfm, &weights).unwrap();
+    let valid = all.into_iter().filter(|at| at.fits && at.is_stable);
+    valid.collect()
 }
 
 fn check_optima(step: &StepRecord, candidate: &CandidateRecord) {
     let item = &items()[candidate.object as usize];
     for (yaw, optima) in candidate.yaws.iter().enumerate() {
         let valid = valid(step, item, yaw);
-        let least = valid
-            .iter()
-            .map(|placement| placement.value)
-            .fold(f64::INFINITY, f64::min);
+        let values = valid.iter().map(|at| at.value);
+        let least = values.fold(f64::INFINITY, f64::min);
         assert_eq!(optima.value, least);
-        let ties = valid
-            .iter()
-            .filter(|placement| placement.value <= least + 1e-9);
-        let ties: Vec<_> = ties
-            .map(|placement| (placement.x as u16, placement.y as u16))
-            .collect();
-        let found: Vec<_> = optima
-            .placements
-            .iter()
-            .map(|corner| (corner.x, corner.y))
-            .collect();
-        assert_eq!(found, ties);
+        let ties = valid.iter().filter(|at| at.value <= least + 1e-9);
+        let ties = ties.map(|at| (at.x as u16, at.y as u16));
+        let found = optima.placements.iter().map(|corner| (corner.x, corner.y));
+        assert!(found.eq(ties));
     }
 }
 
@@ -60,11 +42,8 @@ fn check_values(step: &StepRecord, candidate: &CandidateRecord) {
             let value = f64::from(values.get(yaw, placement.x, placement.y));
             assert!((value - placement.value).abs() <= VALUE_STEP / 2.0 + 1e-5);
         }
-        let finite = kept
-            .all_above_best()
-            .filter(|above| above.is_finite())
-            .count();
-        assert_eq!(finite, valid.len());
+        let finite = kept.all_above_best().filter(|above| above.is_finite());
+        assert_eq!(finite.count(), valid.len());
     }
 }
 
@@ -88,11 +67,8 @@ fn optima_and_values_are_those_of_every_placement_looked_at() {
 
 #[test]
 fn optima_do_not_depend_on_whether_values_are_kept() {
-    for (with, without) in record(&settings(true), 1)
-        .steps
-        .iter()
-        .zip(&record(&settings(false), 1).steps)
-    {
+    let [with, without] = [true, false].map(|has_values| record(&settings(has_values), 1).steps);
+    for (with, without) in with.iter().zip(&without) {
         for (with, without) in with.candidates.iter().zip(&without.candidates) {
             assert_eq!(with.yaws, without.yaws);
             assert!(with.values.is_some() && without.values.is_none());
@@ -108,11 +84,8 @@ fn the_planner_chooses_a_best_placement_of_the_best_candidate() {
         assert_eq!(record.steps.len(), choices.len());
         for (step, choice) in record.steps.iter().zip(choices) {
             let chosen = &step.candidates[choice.candidate];
-            assert!(
-                chosen
-                    .best()
-                    .any(|placement| placement == choice.resting.placement)
-            );
+            let mut best = chosen.best();
+            assert!(best.any(|placement| placement == choice.resting.placement));
             let values = step.candidates.iter().map(CandidateRecord::best_value);
             assert_eq!(choice.value, values.fold(f64::INFINITY, f64::min));
         }

@@ -60,11 +60,8 @@ pub(crate) fn items() -> Vec<Arc<Item>> {
     let shapes = shapes.into_iter().enumerate();
     shapes
         .map(|(index, (nx, ny, height, has_corner))| {
-            let views = vec![
-                view(nx, ny, height, has_corner),
-                view(ny, nx, height, has_corner),
-            ];
-            Arc::new(Item::new(&format!("item {index}"), views, 1e-4).unwrap())
+            let views = [(nx, ny), (ny, nx)].map(|(nx, ny)| view(nx, ny, height, has_corner));
+            Arc::new(Item::new(&format!("item {index}"), views.into(), 1e-4).unwrap())
         })
         .collect()
 }
@@ -112,10 +109,8 @@ impl Observer for Watch {
 pub(crate) fn played(settings: &Settings, sequence: u32) -> (SequenceRecord, Vec<Evaluated>) {
     let drawn = draw(settings.seed, sequence, settings.length, settings.objects);
     let items = items();
-    let arrivals = drawn
-        .objects
-        .iter()
-        .map(|object| items[*object as usize].clone());
+    let arrivals = drawn.objects.iter();
+    let arrivals = arrivals.map(|object| items[*object as usize].clone());
     let arrivals = Candidate::sequence(arrivals);
     let search = SearchSettings {
         heuristic: settings.expert.heuristic,
@@ -133,16 +128,9 @@ pub(crate) fn played(settings: &Settings, sequence: u32) -> (SequenceRecord, Vec
         recorder: Recorder::new(expert, sequence, drawn.objects),
         choices: vec![],
     };
-    let buffer = settings.expert.buffer as usize;
-    play(
-        grid,
-        &mut planner,
-        &mut IdealCell::new(grid),
-        arrivals,
-        Play::with_buffer(buffer),
-        &mut watch,
-    )
-    .unwrap();
+    let how = Play::with_buffer(settings.expert.buffer as usize);
+    let mut cell = IdealCell::new(grid);
+    play(grid, &mut planner, &mut cell, arrivals, how, &mut watch).unwrap();
     (watch.recorder.finish().unwrap(), watch.choices)
 }
 
