@@ -18,14 +18,15 @@ use crate::unit::LengthUnit;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pose {
-    /// As the mesh file has it, z up.
+    /// Pose of the mesh file, z up.
     #[default]
     AsGiven,
-    /// The most probable resting pose, its footprint turned to fill the least rectangle, the longer side along x.
+    /// The most probable resting pose, its footprint turned to fill the least rectangle, the longer
+    /// side along x.
     MostProbable,
 }
 
-/// How a mesh becomes a model.
+/// Settings by which a mesh becomes a model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModelSettings {
     /// The unit in which the mesh was drawn; the mesh itself is in metres.
@@ -101,7 +102,8 @@ fn most_probable(mesh: Mesh) -> Mesh {
     laid.transformed(&nalgebra::convert::<_, Isometry3<f64>>(yaw))
 }
 
-/// The yaw at which the rectangle around a mesh seen from above is least, its longer side along x, in radians.
+/// The yaw at which the rectangle around a mesh seen from above is least, its longer side along x,
+/// in radians.
 fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
     let Some(hull) = hull(&mesh.vertices) else {
         return 0.0;
@@ -116,8 +118,8 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
     longer_side_along_x(&plan, least_turn_rad(&plan, edges))
 }
 
-/// The yaw that lays a rectangle around points along the axes, or a quarter turn more, so that its longer side is along
-/// x, in radians.
+/// The yaw that lays a rectangle around points along the axes, or a quarter turn more, so that its
+/// longer side is along x, in radians.
 pub(crate) fn longer_side_along_x(plan: &[Point2<f64>], yaw_rad: f64) -> f64 {
     let sides_m = sides_m(plan, yaw_rad);
     if sides_m.y > sides_m.x * (1.0 + 1e-6) {

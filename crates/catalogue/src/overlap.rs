@@ -12,10 +12,11 @@ const COLUMNS: usize = 200;
 /// Less than this share of the volume is a crumb or a fold of a scan, and left as it is.
 const LEAST_SHARE: f64 = 0.01;
 
-/// Measures by how much the signed volume of a mesh exceeds that of the union of its parts; `None` where it hardly does.
+/// Measures by how much the signed volume of a mesh exceeds that of the union of its parts; `None`
+/// where it hardly does.
 ///
-/// Each column is passed from below: space within `n` shells is counted `n - 1` times too often, space within an inverted
-/// one once too little. The moments are around the mesh's [`reference`].
+/// Each column is passed from below: space within `n` shells is counted `n - 1` times too often,
+/// space within an inverted one once too little. The moments are around the mesh's [`reference`].
 pub(crate) fn excess(mesh: &Mesh) -> Option<Moments> {
     let bounds = mesh.bounds()?;
     let origin = reference(mesh);
@@ -70,7 +71,8 @@ pub(crate) fn excess(mesh: &Mesh) -> Option<Moments> {
     (counted_m3 > LEAST_SHARE * mesh.signed_volume_m3()).then_some(sum)
 }
 
-/// The height at which a column crosses a triangle, and 1 where it enters the solid there, -1 where it leaves.
+/// The height at which a column crosses a triangle, and 1 where it enters the solid there, -1 where
+/// it leaves.
 fn crossing(corners: &[Point3<f64>; 3], x: f64, y: f64) -> Option<(f64, i32)> {
     let [a, b, c] = corners.map(|corner| corner.xy() - nalgebra::Point2::new(x, y));
     let shares = [b.perp(&c), c.perp(&a), a.perp(&b)];

@@ -9,8 +9,9 @@ use serde::de::DeserializeOwned;
 /// Reads the rows of a table, each with its line, from 1. An error has the line and what is wrong
 /// there; where a row lacks a column, also what is `needed`.
 ///
-/// Columns are apart by commas, by semicolons or by tabs, with decimal commas beside the latter. Rows without any value are
-/// left out. A column that is nearly a `known` one is wrong, others are left out.
+/// Columns are apart by commas, by semicolons or by tabs, with decimal commas beside the latter.
+/// Rows without any value are left out. A column that is nearly a `known` one is wrong, others are
+/// left out.
 pub(crate) fn rows<Row: DeserializeOwned>(
     file: File,
     known: &[&str],
@@ -50,7 +51,7 @@ pub(crate) fn rows<Row: DeserializeOwned>(
     unreadable.into_iter().chain(rows)
 }
 
-/// What the columns of a header are apart by.
+/// Finds what the columns of a header are apart by.
 fn delimiter(start: &[u8]) -> u8 {
     let header = start
         .split(|byte| *byte == b'\n')
@@ -61,7 +62,7 @@ fn delimiter(start: &[u8]) -> u8 {
     delimiters.max_by_key(count).unwrap_or(b',')
 }
 
-/// A number with a point in place of its comma; any other text as it is.
+/// Writes a number with a point in place of its comma; leaves any other text as it is.
 fn with_point(field: &str) -> String {
     let number = field.replace(',', ".");
     match number.parse::<f64>() {
@@ -70,7 +71,7 @@ fn with_point(field: &str) -> String {
     }
 }
 
-/// The header in lower case, where no column is nearly a known one that it lacks.
+/// Gives the header in lower case; refuses a column that is nearly a known one that it lacks.
 fn checked(headers: &StringRecord, known: &[&str]) -> Result<StringRecord, String> {
     let headers: StringRecord = headers.iter().map(str::to_lowercase).collect();
     for header in headers.iter().filter(|header| !known.contains(header)) {
@@ -85,7 +86,7 @@ fn checked(headers: &StringRecord, known: &[&str]) -> Result<StringRecord, Strin
     Ok(headers)
 }
 
-/// Whether one name begins the other, or hardly differs from it.
+/// Says whether one name begins the other, or hardly differs from it.
 fn is_near(header: &str, name: &str) -> bool {
     let letters = |text: &str| text.replace(|letter: char| !letter.is_alphanumeric(), "");
     let (header, name) = (letters(header), letters(name));

@@ -24,9 +24,8 @@ mod error;
 mod files;
 mod pcd;
 mod ply;
-pub mod ply_header;
 pub mod ply_rows;
-mod text;
+pub mod text;
 
 pub use cloud::{Cloud, CloudShapeError, MAX_POINTS};
 pub use error::{CloudError, FormatError};

@@ -1,8 +1,9 @@
-//! PLY files, ASCII and binary: a header, then elements row by row. Readers of clouds and of meshes share it.
+//! PLY files, ASCII and binary: a header, then elements row by row. Readers of clouds and of meshes
+//! share it.
 //!
 //! Memory is taken for what a file has, never for what its header announces.
 
-use std::str::{FromStr, from_utf8};
+use crate::text::{number, quoted, words};
 
 /// A type of number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +89,7 @@ pub fn header(content: &[u8]) -> Result<(Vec<Element>, Body<'_>), String> {
             }
             [b"element", name, count] => elements.push(Element {
                 name: quoted(name),
-                count: parsed(count).ok_or_else(wrong)?,
+                count: quoted(count).parse().map_err(|_| wrong())?,
                 properties: Vec::new(),
             }),
             [b"property", ref kind @ .., name] => {
@@ -115,7 +116,8 @@ pub fn header(content: &[u8]) -> Result<(Vec<Element>, Body<'_>), String> {
 }
 
 impl Body<'_> {
-    /// Reads the rows of the next element: `visit` is given the numbers of each property, one for what is no list.
+    /// Reads the rows of the next element: `visit` is given the numbers of each property, one for
+    /// what is no list.
     ///
     /// # Errors
     /// The row that is wrong, or a count that the file cannot hold.
@@ -238,28 +240,6 @@ impl Number {
             Self::F64 => f64::from_le_bytes(take(bytes, is_big)?),
         })
     }
-}
-
-/// Reads a number as C writes it, such as `.5` and `-nan(ind)`.
-pub fn number(word: &[u8]) -> Option<f64> {
-    let unsigned = word.strip_prefix(b"-").unwrap_or(word);
-    let is_nan = unsigned.to_ascii_lowercase().starts_with(b"nan") || word.contains(&b'#');
-    if is_nan { Some(f64::NAN) } else { parsed(word) }
-}
-
-fn parsed<T: FromStr>(word: &[u8]) -> Option<T> {
-    from_utf8(word).ok()?.parse().ok()
-}
-
-/// Gives the words of a line.
-pub fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace)
-        .filter(|word| !word.is_empty())
-}
-
-/// Quotes the beginning of a line in a reason.
-pub fn quoted(line: &[u8]) -> String {
-    String::from_utf8_lossy(line.get(..100).unwrap_or(line)).into_owned()
 }
 
 /// Takes the next line, without the blanks around it.

@@ -1,8 +1,9 @@
 //! Whole planning steps at three grids.
 //!
-//! The container is half full, packed by SDFM itself. Objects are the built-in household set, or those of the folder
-//! in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the one before, all cells changed, so that
-//! nothing kept from the last step helps, except in `episode`, which replays consecutive steps.
+//! The container is half full, packed by SDFM itself. Objects are the built-in household set, or
+//! those of the folder in `PPNPACK_BENCH_OBJECTS`. Every iteration sees another container than the
+//! one before, all cells changed, so that nothing kept from the last step helps, except in
+//! `episode`, which replays consecutive steps.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -194,7 +195,8 @@ fn steps(criterion: &mut Criterion) {
                 0,
             ),
         );
-        // The touching area has no useful bound, so MTA computes every value: seconds a step on the finest grid.
+        // The touching area has no useful bound, so MTA computes every value: seconds a step on the
+        // finest grid.
         let heuristics = [Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta];
         let bounded = if grid.nx() > 64 { 2 } else { 3 };
         for heuristic in heuristics.into_iter().take(bounded) {
@@ -210,7 +212,8 @@ fn steps(criterion: &mut Criterion) {
                 ),
             );
         }
-        // Consecutive steps of an episode: the search keeps what did not change, unless it is bounded.
+        // Consecutive steps of an episode: the search keeps what did not change, unless it is
+        // bounded.
         let planners = [
             (
                 "SDFM, mean over an episode",
@@ -294,7 +297,8 @@ fn containers(criterion: &mut Criterion) {
     }
 }
 
-/// What a step asks of rules, over four containers and a buffer of 5, with orders that wait: made anew, as the planner service does.
+/// What a step asks of rules, over four containers and a buffer of 5, with orders that wait: made
+/// anew, as the planner service does.
 fn waiting_orders(criterion: &mut Criterion) {
     let view = ViewSurfaces::of_cells(1, 1, vec![1], vec![0]);
     let item = Arc::new(Item::new("cell", vec![view], 0.0).unwrap());

@@ -24,9 +24,9 @@ pub enum ReadError {
     /// The file is something else.
     #[error("is {found} in place of a mesh: {remedy}")]
     NoMesh {
-        /// What it is.
+        /// Its kind.
         found: &'static str,
-        /// What to do.
+        /// Way out.
         remedy: &'static str,
     },
     /// The content is not what the format asks for.
@@ -34,7 +34,7 @@ pub enum ReadError {
     Format {
         /// The format by its usual name.
         format: &'static str,
-        /// What is wrong.
+        /// Fault.
         reason: String,
     },
 }

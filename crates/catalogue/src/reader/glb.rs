@@ -108,9 +108,16 @@ fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let roots: Vec<usize> = match file.scenes.get(file.scene) {
         Some(scene) => scene.nodes.clone(),
         None => {
-            let is_child = |node: &usize| file.nodes.iter().any(|of| of.children.contains(node));
-            (0..file.nodes.len())
-                .filter(|node| !is_child(node))
+            let mut is_root = vec![true; file.nodes.len()];
+            for child in file.nodes.iter().flat_map(|node| &node.children) {
+                is_root
+                    .get_mut(*child)
+                    .into_iter()
+                    .for_each(|is_root| *is_root = false);
+            }
+            let nodes = (0..).zip(is_root);
+            nodes
+                .filter_map(|(node, is_root)| is_root.then_some(node))
                 .collect()
         }
     };

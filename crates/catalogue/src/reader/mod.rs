@@ -14,7 +14,7 @@ use std::io::Read;
 use std::path::Path;
 
 use nalgebra::{Matrix4, Point3};
-use ppnpack_clouds::ply_rows::number;
+use ppnpack_clouds::text::number;
 
 use crate::mesh::Mesh;
 use crate::repair::MAX_TRIANGLES;
@@ -22,7 +22,7 @@ use crate::unit::LengthUnit;
 
 pub use error::{MAX_FILE_BYTES, ReadError};
 
-/// What reads the content of a format, in the file's unit of length.
+/// Reader of a format's content, in the file's unit of length.
 type Parser = fn(&[u8]) -> Result<Mesh, ReadError>;
 
 /// The ending of a file's name, in lower case.
@@ -114,7 +114,8 @@ fn coordinates<'a>(mut words: impl Iterator<Item = &'a [u8]>) -> Option<Point3<f
     Some(Point3::new(next()?, next()?, next()?))
 }
 
-/// Adds a part of a file in its place. A file may name a part many times, so that triangles are counted.
+/// Adds a part of a file in its place. A file may name a part many times, so that triangles are
+/// counted.
 fn add(mesh: &mut Mesh, part: &Mesh, pose: &Matrix4<f64>) -> Result<(), String> {
     if mesh.triangles.len() + part.triangles.len() > MAX_TRIANGLES
         || mesh.vertices.len() + part.vertices.len() > 3 * MAX_TRIANGLES

@@ -1,7 +1,7 @@
 //! Wavefront OBJ: positions and faces; whatever else a file says is left out.
 
 use nalgebra::Point3;
-use ppnpack_clouds::ply_rows::{quoted, words};
+use ppnpack_clouds::text::{quoted, words};
 
 use super::coordinates;
 use super::error::ReadError;

@@ -50,7 +50,8 @@ fn read(bytes: &[u8]) -> Result<Mesh, String> {
     polygons.triangulated()
 }
 
-/// The number of a vertex; -1, which ends a strip, and what is no number of a vertex are `u32::MAX`.
+/// The number of a vertex; -1, which ends a strip, and what is no number of a vertex are
+/// `u32::MAX`.
 fn index(number: f64) -> u32 {
     if (0.0..f64::from(u32::MAX)).contains(&number) {
         number as u32

@@ -25,12 +25,12 @@ impl Polygons {
         self.ends.push(self.corners.len());
     }
 
-    /// Cuts faces into triangles: convex ones into a fan around the first corner, others by clipping ears. Vertices stay,
-    /// also those that no face names.
+    /// Cuts faces into triangles: convex ones into a fan around the first corner, others by
+    /// clipping ears. Vertices stay, also those that no face names.
     pub(super) fn triangulated(self) -> Result<Mesh, String> {
         let mut triangles = Vec::with_capacity(self.ends.len());
         let mut start = 0;
-        for end in self.ends {
+        for end in self.ends.iter().copied() {
             let face = self.corners.get(start..end).unwrap_or_default();
             start = end;
             match self.concave(face) {
@@ -53,8 +53,8 @@ impl Polygons {
         })
     }
 
-    /// Gives the corners of a face that is not convex in its plane, counter-clockwise; `None` for others and for those
-    /// that name a missing vertex.
+    /// Gives the corners of a face that is not convex in its plane, counter-clockwise; `None` for
+    /// others and for those that name a missing vertex.
     fn concave(&self, face: &[u32]) -> Option<Vec<Point2<f64>>> {
         if face.len() <= 3 {
             return None;
@@ -94,8 +94,8 @@ pub(super) fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     sides.filter_map(move |(from, to)| Some([*first?, *from, *to]))
 }
 
-/// Gives the triangles of a strip: each further corner makes one with the two before it. A corner of `u32::MAX` begins
-/// another strip.
+/// Gives the triangles of a strip: each further corner makes one with the two before it. A corner
+/// of `u32::MAX` begins another strip.
 pub(super) fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
     let strips = corners.split(|corner| *corner == u32::MAX);
     strips.flat_map(|strip| {

@@ -1,7 +1,7 @@
 //! STL, ASCII and binary. Its triangles share no vertices, so equal corners are welded.
 
 use nalgebra::Point3;
-use ppnpack_clouds::ply_rows::{quoted, words};
+use ppnpack_clouds::text::{quoted, words};
 
 use super::coordinates;
 use super::error::ReadError;

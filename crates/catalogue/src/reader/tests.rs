@@ -89,7 +89,7 @@ fn cube_glb() -> Vec<u8> {
         "bufferViews":[{"buffer":0,"byteLength":72},{"buffer":0,"byteOffset":72,"byteLength":96}],
         "buffers":[{"byteLength":168}]}"#;
     let mut bytes = [&b"glTF\x02\0\0\0"[..], &0_u32.to_le_bytes()].concat();
-    for (kind, part) in [(b"JSON", json.as_bytes()), (b"BIN\0", &data)] {
+    for (kind, part) in [(b"JSON", json.as_bytes()), (b"BIN\0", &data[..])] {
         bytes.extend((part.len() as u32).to_le_bytes());
         bytes.extend([&kind[..], part].concat());
     }
@@ -115,7 +115,7 @@ fn cube_3mf() -> Vec<u8> {
     let options = zip::write::SimpleFileOptions::default();
     for (name, content) in [
         ("[Content_Types].xml", "<Types/>"),
-        ("3D/3dmodel.model", &model),
+        ("3D/3dmodel.model", model.as_str()),
     ] {
         archive.start_file(name, options).unwrap();
         std::io::Write::write_all(&mut archive, content.as_bytes()).unwrap();
@@ -265,10 +265,7 @@ fn what_programs_of_the_field_write_is_read() {
             "coloured.stl",
             cube_stl(b"solid COLOR=\x10\x20\x30\xff,MATERIAL="),
         ),
-        (
-            "bare-points.ply",
-            ply_of(" 1 7\n", " 1. 7\n").into_iter().collect(),
-        ),
+        ("bare-points.ply", ply_of(" 1 7\n", " 1. 7\n")),
         ("no-digit.ply", ply_of("\n0 ", "\n.0 ")),
         (
             "latin-1.ply",
@@ -317,7 +314,8 @@ fn faces_that_are_not_convex_keep_their_notch() {
             .map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0);
         [mesh.signed_volume_m3(), areas.sum()].map(|sum: f64| (sum * 1e6).round() / 1e6)
     };
-    // An angle, begun where a fan would cover its notch; a channel with corners on straight sides; a star.
+    // An angle, begun where a fan would cover its notch; a channel with corners on straight sides;
+    // a star.
     let angle = [[3, 0], [3, 1], [1, 1], [1, 3], [0, 3], [0, 0]];
     assert_eq!(prism(&angle), [10.0, 34.0]);
     let channel = [

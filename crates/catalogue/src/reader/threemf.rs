@@ -141,7 +141,8 @@ fn model(
     }
 }
 
-/// Reads which object a tag names, and where it is, by the twelve numbers of a matrix whose rows are images of the axes.
+/// Reads which object a tag names, and where it is, by the twelve numbers of a matrix whose rows
+/// are images of the axes.
 fn placed(tag: &BytesStart<'_>, name: &str, unit_mm: f64) -> Result<Placed, String> {
     let path = attribute(tag, "path").map(|path| path.trim_start_matches('/').to_ascii_lowercase());
     let id = (

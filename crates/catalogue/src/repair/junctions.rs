@@ -1,4 +1,5 @@
-//! Vertices that lie on a side of a triangle which does not name them: the surface looks closed there and is not.
+//! Vertices that lie on a side of a triangle which does not name them: the surface looks closed
+//! there and is not.
 
 use nalgebra::Point3;
 
@@ -8,7 +9,8 @@ use crate::mesh::Mesh;
 /// More open edges than this are no seam between parts.
 const MAX_EDGES: usize = 4_000;
 
-/// Cuts triangles with an open side at the vertices of other open sides that lie on it, within a distance; returns how many.
+/// Cuts triangles with an open side at the vertices of other open sides that lie on it, within a
+/// distance; returns how many.
 pub(super) fn cut(mesh: &mut Mesh, tolerance_m: f64) -> usize {
     let mut count = 0;
     // A triangle is cut at one of its sides a round.

@@ -77,7 +77,8 @@ pub(super) fn boundary(mesh: &Mesh) -> Option<Vec<Side>> {
         .collect()
 }
 
-/// The open sides, with their triangles in order, each in the direction in which its triangle passes it.
+/// The open sides, with their triangles in order, each in the direction in which its triangle
+/// passes it.
 pub(super) fn boundary_edges(mesh: &Mesh) -> Vec<(usize, [u32; 2])> {
     let sides = sides(mesh);
     let open = edges(&sides).filter(|edge| is_open(edge)).flatten();
@@ -174,8 +175,9 @@ fn turn(mesh: &mut Mesh, marked: impl Iterator<Item = bool>) -> usize {
     count
 }
 
-/// Turns the shells of a closed surface that face inwards, unless they lie inside another, where they are the wall of a
-/// cavity. Leaves out those that face outwards inside another, which would count its space twice.
+/// Turns the shells of a closed surface that face inwards, unless they lie inside another, where
+/// they are the wall of a cavity. Leaves out those that face outwards inside another, which would
+/// count its space twice.
 ///
 /// Returns how many triangles were turned, and how many shells left out.
 pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
@@ -207,7 +209,9 @@ pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
             bounds[*outer].is_some_and(|outer| contains(&outer, &inner)) && !left_out[*outer]
         });
         let around: Vec<usize> = around.collect();
-        let faces_inwards = volumes_m3[shell] < 0.0;
+        // A file may be inside out as a whole.
+        let flipped = around.iter().any(|outer| turned[*outer]);
+        let faces_inwards = (volumes_m3[shell] < 0.0) != flipped;
         // Crumbs of scans are judged by their boxes.
         let is_inside = if volumes_m3[shell].abs() < large_m3 {
             faces_inwards && !around.is_empty()
@@ -225,8 +229,12 @@ pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
                     windings.sum::<f64>() > INSIDE
                 })
         };
-        turned[shell] = faces_inwards && !is_inside;
-        left_out[shell] = !faces_inwards && is_inside;
+        turned[shell] = if is_inside {
+            flipped
+        } else {
+            volumes_m3[shell] < 0.0
+        };
+        left_out[shell] = is_inside && !faces_inwards;
     }
     let marked = found.of_triangle.iter().map(|shell| turned[*shell]);
     let count = turn(mesh, marked);
@@ -242,10 +250,12 @@ const LARGE_SHARE: f64 = 0.01;
 /// A shell is inside others where so many of its vertices, at most, all are.
 const MAX_SAMPLES: usize = 16;
 
-/// How often a surface winds around a point inside it, at least: once, and half as often around one that lies on it.
+/// How often a surface winds around a point inside it, at least: once, and half as often around one
+/// that lies on it.
 const INSIDE: f64 = 0.75;
 
-/// How often a closed surface winds around a point, by the solid angles of its triangles (Van Oosterom and Strackee, 1983).
+/// How often a closed surface winds around a point, by the solid angles of its triangles (Van
+/// Oosterom and Strackee, 1983).
 fn winding(mesh: &Mesh, point: &Point3<f64>) -> f64 {
     let half_angles = mesh.corners().map(|corners| {
         let [a, b, c] = corners.map(|corner| corner - point);

@@ -92,7 +92,9 @@ fn a_shell_inside_another_counts_its_space_once() {
     let mut hollow = cube(0.1);
     hollow.append(&inside_out(cube(0.08)));
     hollow.append(&cube(0.05));
-    assert_eq!(repaired_m(hollow.clone()), Ok((hollow, vec![])));
+    assert_eq!(repaired_m(hollow.clone()), Ok((hollow.clone(), vec![])));
+    let (turned, _) = repaired_m(inside_out(hollow.clone())).unwrap();
+    assert!((turned.signed_volume_m3() - hollow.signed_volume_m3()).abs() < 1e-12);
 }
 
 #[test]
@@ -135,8 +137,8 @@ fn triangles_that_add_nothing_go() {
 #[test]
 fn a_sliver_that_closes_a_crack_stays() {
     let mut mesh = cube(0.1);
-    // Splits one of the two triangles at an edge, so that a flat one is needed between the halves and
-    // the other.
+    // Splits one of the two triangles at an edge, so that a flat one is needed between the halves
+    // and the other.
     let [a, b, c] = mesh.triangles[0];
     let half = nalgebra::center(&mesh.vertices[a as usize], &mesh.vertices[b as usize]);
     let middle = mesh.vertices.len() as u32;

@@ -18,7 +18,8 @@ pub(crate) fn grid((cell_m, yaws, _): NamedGrid) -> Grid {
     Grid::new(ContainerSize::REFERENCE, resolution).unwrap()
 }
 
-/// The objects, as they are packed on a grid: the built-in ones, or those of the folder in `PPNPACK_BENCH_OBJECTS`.
+/// The objects, as they are packed on a grid: the built-in ones, or those of the folder in
+/// `PPNPACK_BENCH_OBJECTS`.
 pub(crate) fn catalogue(grid: &Grid) -> Catalogue {
     let named = std::env::var("PPNPACK_BENCH_OBJECTS");
     let name = named.as_deref().unwrap_or(ppnpack_household::BUILTIN);
