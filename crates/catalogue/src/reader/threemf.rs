@@ -169,7 +169,8 @@ fn placed(tag: &BytesStart<'_>, name: &str, unit_mm: f64) -> Result<Placed, Stri
 
 /// Gives an attribute, whatever its namespace.
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
-    let mut attributes = tag.attributes().with_checks(false).flatten();
+    let mut attributes = tag.attributes();
+    let mut attributes = attributes.with_checks(false).flatten();
     let found = attributes.find(|attribute| attribute.key.local_name().as_ref() == name)?;
     Some(found.value.into_owned())
 }
