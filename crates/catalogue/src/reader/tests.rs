@@ -292,10 +292,13 @@ fn what_programs_of_the_field_write_is_read() {
 #[test]
 fn faces_that_are_not_convex_keep_their_notch() {
     let prism = |outline: &[[i32; 2]]| {
+        // Coordinates in halves, since objects are at most 5 m long.
         let count = outline.len();
         let mut text = String::new();
-        for z in [0, 2] {
-            text.extend(outline.iter().map(|[x, y]| format!("v {x} {y} {z}\n")));
+        for z in [0, 1] {
+            let half = |[x, y]: &[i32; 2]| [*x, *y].map(|side| f64::from(side) / 2.0);
+            let vertices = outline.iter().map(half);
+            text.extend(vertices.map(|[x, y]| format!("v {x} {y} {z}\n")));
         }
         let face = |corners: Vec<usize>| {
             let corners = corners.iter().map(|corner| format!(" {}", corner + 1));
@@ -317,7 +320,7 @@ fn faces_that_are_not_convex_keep_their_notch() {
     // An angle, begun where a fan would cover its notch; a channel with corners on straight sides;
     // a star.
     let angle = [[3, 0], [3, 1], [1, 1], [1, 3], [0, 3], [0, 0]];
-    assert_eq!(prism(&angle), [10.0, 34.0]);
+    assert_eq!(prism(&angle), [1.25, 8.5]);
     let channel = [
         [0, 0],
         [2, 0],
@@ -330,7 +333,7 @@ fn faces_that_are_not_convex_keep_their_notch() {
         [1, 3],
         [0, 3],
     ];
-    assert_eq!(prism(&channel), [16.0, 52.0]);
+    assert_eq!(prism(&channel), [2.0, 13.0]);
     let star = [
         [3, 0],
         [1, 1],
@@ -341,7 +344,7 @@ fn faces_that_are_not_convex_keep_their_notch() {
         [0, -3],
         [1, -1],
     ];
-    assert_eq!(prism(&star)[0], 24.0);
+    assert_eq!(prism(&star)[0], 3.0);
 }
 
 #[test]
