@@ -4,12 +4,13 @@ use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use ppnpack_packing::rectangle::{least_turn_rad, sides_m};
 use serde::{Deserialize, Serialize};
 
-use crate::convex::convex_pieces;
+use crate::convex::pieces_of_volume;
 use crate::hull::{hull, sides};
-use crate::mass::{DEFAULT_DENSITY_KG_M3, mass_properties};
+use crate::mass::{DEFAULT_DENSITY_KG_M3, mass_properties, mass_properties_without};
 use crate::mesh::Mesh;
 use crate::object::Model;
-use crate::repair::{MeshError, Repair, repaired};
+use crate::overlap::excess;
+use crate::repair::{MeshError, Repair, doubted, repaired};
 use crate::resting::resting_poses;
 use crate::unit::LengthUnit;
 
@@ -17,14 +18,15 @@ use crate::unit::LengthUnit;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pose {
-    /// As the mesh file has it, z up.
+    /// Pose of the mesh file, z up.
     #[default]
     AsGiven,
-    /// The most probable resting pose, its footprint turned to fill the least rectangle, the longer side along x.
+    /// The most probable resting pose, its footprint turned to fill the least rectangle, the longer
+    /// side along x.
     MostProbable,
 }
 
-/// How a mesh becomes a model.
+/// Settings by which a mesh becomes a model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModelSettings {
     /// The unit in which the mesh was drawn; the mesh itself is in metres.
@@ -60,19 +62,26 @@ pub fn model(
     mesh: Mesh,
     settings: &ModelSettings,
 ) -> Result<(Model, Vec<Repair>), MeshError> {
-    let (mut mesh, repairs) = repaired(mesh, settings.unit)?;
+    let (mut mesh, mut repairs) = repaired(mesh, settings.unit)?;
     if settings.pose == Pose::MostProbable {
         mesh = most_probable(mesh);
     }
-    let volume_m3 = mesh.signed_volume_m3();
+    let mut volume_m3 = mesh.signed_volume_m3();
+    let excess = excess(&mesh).unwrap_or_default();
+    if excess.volume_m3 != 0.0 {
+        let percent = (100.0 * excess.volume_m3.abs() / volume_m3).round();
+        repairs.push(Repair::Shared(percent as usize));
+        volume_m3 -= excess.volume_m3;
+    }
     let density = settings
         .mass_kg
         .map_or(settings.density_kg_m3, |mass_kg| mass_kg / volume_m3);
-    let mass = mass_properties(&mesh, density);
+    let mass = mass_properties_without(&mesh, &excess, density);
+    repairs.extend(doubted(&mesh, mass.mass_kg, settings.unit));
     let model = Model {
         name: name.to_owned(),
         volume_m3,
-        pieces: convex_pieces(&mesh),
+        pieces: pieces_of_volume(&mesh, volume_m3),
         resting_poses: resting_poses(&mesh, &mass.centre_of_mass_m),
         mass,
         carries_kg: settings.carries_kg,
@@ -93,7 +102,8 @@ fn most_probable(mesh: Mesh) -> Mesh {
     laid.transformed(&nalgebra::convert::<_, Isometry3<f64>>(yaw))
 }
 
-/// The yaw at which the rectangle around a mesh seen from above is least, its longer side along x, in radians.
+/// The yaw at which the rectangle around a mesh seen from above is least, its longer side along x,
+/// in radians.
 fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
     let Some(hull) = hull(&mesh.vertices) else {
         return 0.0;
@@ -108,8 +118,8 @@ fn least_rectangle_yaw(mesh: &Mesh) -> f64 {
     longer_side_along_x(&plan, least_turn_rad(&plan, edges))
 }
 
-/// The yaw that lays a rectangle around points along the axes, or a quarter turn more, so that its longer side is along
-/// x, in radians.
+/// The yaw that lays a rectangle around points along the axes, or a quarter turn more, so that its
+/// longer side is along x, in radians.
 pub(crate) fn longer_side_along_x(plan: &[Point2<f64>], yaw_rad: f64) -> f64 {
     let sides_m = sides_m(plan, yaw_rad);
     if sides_m.y > sides_m.x * (1.0 + 1e-6) {
@@ -154,5 +164,36 @@ mod tests {
         assert!((heavy.mass.mass_kg - 2.0).abs() < 1e-9);
         assert!((heavy.volume_m3 - 0.001).abs() < 1e-12);
         assert_eq!(heavy.pieces.len(), 1);
+    }
+
+    #[test]
+    fn space_that_parts_share_is_counted_once() {
+        let mut mesh = Mesh::cuboid([0.0; 3], [0.06; 3]);
+        mesh.append(&Mesh::cuboid([0.04, 0.02, 0.02], [0.1, 0.04, 0.04]));
+        let (model, repairs) = model("handle", mesh, &ModelSettings::default()).unwrap();
+        // 216 and 24 cm³, less 8 that are of both.
+        assert!(
+            (model.volume_m3 * 1e6 - 232.0).abs() < 0.2,
+            "{}",
+            model.volume_m3
+        );
+        assert!((model.mass.mass_kg - 400.0 * model.volume_m3).abs() < 1e-9);
+        let centre_x = (216.0 * 0.03 + 16.0 * 0.08) / 232.0;
+        assert!((model.mass.centre_of_mass_m.x - centre_x).abs() < 1e-4);
+        assert_eq!(repairs, vec![Repair::Shared(3)]);
+    }
+
+    #[test]
+    fn a_size_that_is_not_likely_is_said_with_the_likely_unit() {
+        let block = Mesh::cuboid([0.0; 3], [4.0, 2.0, 1.5]);
+        let (_, repairs) = model("block", block, &ModelSettings::default()).unwrap();
+        let [doubt] = &repairs[..] else {
+            panic!("{repairs:?}")
+        };
+        assert!(doubt.is_doubt());
+        assert_eq!(
+            doubt.to_string(),
+            "4 m long and 4800 kg is not likely: it was read in m; give in or cm as its unit if it was drawn so"
+        );
     }
 }

@@ -13,12 +13,12 @@ use crate::object::Model;
 use crate::repair::Repair;
 
 /// Changes whenever a model made from the same mesh would differ; older entries are then not found.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Larger entries are not read, in bytes.
 const MAX_ENTRY_BYTES: u64 = 1 << 30;
 
-/// Where models are kept between runs.
+/// Place of models between runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum CacheDir {
     /// `$XDG_CACHE_HOME/ppnpack`, else `~/.cache/ppnpack`; nowhere if neither variable is set.
@@ -119,7 +119,7 @@ impl Cache {
     }
 }
 
-/// What a file of the cache holds; `None` where there is none or it is damaged.
+/// Reads a file of the cache; `None` where there is none or it is damaged.
 fn load<T: DeserializeOwned>(path: &Path) -> Option<T> {
     match read(path) {
         Ok(bytes) => {

@@ -23,7 +23,7 @@ pub use crate::source::{NamedMesh, Settings, Source};
 pub struct Catalogue {
     /// The objects, in the order of their indices.
     pub objects: Vec<CatalogueObject>,
-    /// What their items are made for.
+    /// Resolution of their items.
     pub resolution: Resolution,
 }
 
@@ -33,7 +33,8 @@ impl Catalogue {
     /// `progress` is called with the number of objects done and their total, from any thread.
     ///
     /// # Errors
-    /// [`CatalogueError`] where the folder or its table is wrong; where files are, it names them all.
+    /// [`CatalogueError`] where the folder or its table is wrong; where files are, it names them
+    /// all.
     pub fn load(
         source: &Source,
         settings: &Settings,
@@ -44,7 +45,7 @@ impl Catalogue {
         let cache = Cache::new(&settings.cache);
         let done = AtomicUsize::new(0);
         let load = |origin: &Origin<'_>| {
-            let entry = origin.model(&cache);
+            let entry = origin.model(&cache).inspect(|entry| origin.warn(entry));
             let object = entry.and_then(|entry| packable(entry.model, settings.poses, resolution));
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, origins.len());
             match object {
@@ -56,7 +57,11 @@ impl Catalogue {
             }
         };
         let (objects, bad): (Vec<_>, Vec<_>) = origins.par_iter().partition_map(load);
-        if !bad.is_empty() {
+        if settings.skip_unusable && !objects.is_empty() {
+            for bad in &bad {
+                tracing::warn!("left out: {bad}");
+            }
+        } else if !bad.is_empty() {
             return Err(CatalogueError::Objects { bad });
         }
         Ok(Self {

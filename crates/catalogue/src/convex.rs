@@ -24,11 +24,12 @@ pub const MAX_PIECE_VERTICES: usize = 48;
 /// A mesh that fills this share of its hull counts as convex.
 const CONVEX_SHARE: f64 = 0.97;
 
-/// Two pieces become one where that adds less than this share of the object's hull, or leaves all of them
-/// together as close to the mesh as a convex one is to its hull.
+/// Two pieces become one where that adds less than this share of the object's hull, or leaves all
+/// of them together as close to the mesh as a convex one is to its hull.
 const MERGE_SHARE: f64 = 0.002;
 
-/// A simplified piece lies within this share of its size of the whole one, and within [`TOLERANCE_M`].
+/// A simplified piece lies within this share of its size of the whole one, and within
+/// [`TOLERANCE_M`].
 const TOLERANCE_SHARE: f64 = 0.02;
 
 /// The greatest distance between a simplified piece and the whole one, unless vertices run out.
@@ -40,18 +41,24 @@ const HOLLOW_SHARE: f64 = 0.1;
 /// Voxels along the longest side of the decomposed mesh.
 const VOXELS: u32 = 40;
 
-/// Between 1 and [`MAX_PIECES`] convex pieces that together approximate a mesh; none where it has no volume.
+/// Between 1 and [`MAX_PIECES`] convex pieces that together approximate a mesh; none where it has
+/// no volume.
 ///
 /// A mesh that nearly fills its hull is one piece. Others are cut by V-HACD; its pieces, more than
-/// asked for, are merged, the pair that adds the least volume first. Where much air is left in them,
-/// the cut of a vessel into a floor and sectors of its wall replaces them if it holds less.
+/// asked for, are merged, the pair that adds the least volume first. Where much air is left in
+/// them, the cut of a vessel into a floor and sectors of its wall replaces them if it holds less.
 /// Deterministic.
 pub fn convex_pieces(mesh: &Mesh) -> Vec<ConvexPiece> {
+    pieces_of_volume(mesh, mesh.signed_volume_m3())
+}
+
+/// The [`convex_pieces`] of a mesh whose parts fill a volume, which may be less than it encloses
+/// where they overlap.
+pub(crate) fn pieces_of_volume(mesh: &Mesh, volume_m3: f64) -> Vec<ConvexPiece> {
     let Some(whole) = hull(&mesh.vertices) else {
         return Vec::new();
     };
     let hull_volume_m3 = whole.signed_volume_m3();
-    let volume_m3 = mesh.signed_volume_m3();
     let mut pieces = if volume_m3 >= CONVEX_SHARE * hull_volume_m3 {
         Vec::new()
     } else {
@@ -112,15 +119,16 @@ fn decomposed(mesh: &Mesh) -> Vec<Mesh> {
     let parameters = VHACDParameters {
         concavity: 0.005,
         resolution: VOXELS,
-        // Cutting finer and merging leaves less air in the pieces than cutting to the number asked for.
+        // Cutting finer and merging leaves less air in the pieces than cutting to the number asked
+        // for.
         max_convex_hulls: 2 * MAX_PIECES as u32,
         fill_mode: FillMode::FloodFill {
             detect_cavities: false,
         },
         ..VHACDParameters::default()
     };
-    // It asserts and indexes where rounding defeats it, which depends on the mesh of a user. What it leaves half done
-    // is its own.
+    // It asserts and indexes where rounding defeats it, which depends on the mesh of a user. What
+    // it leaves half done is its own.
     let parts = catch_unwind(AssertUnwindSafe(|| {
         VHACD::decompose(&parameters, &points, &mesh.triangles, true)
             .compute_primitive_intersections(&points, &mesh.triangles)

@@ -1,4 +1,4 @@
-//! What can be wrong with a source of objects.
+//! Errors of a source of objects.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,7 @@ pub enum ObjectError {
 pub struct BadObject {
     /// The file, or the name of a mesh that was given.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// Reason.
     pub error: ObjectError,
 }
 
@@ -42,7 +42,7 @@ pub enum CatalogueError {
         folder: PathBuf,
     },
     /// The folder has no mesh file.
-    #[error("{} holds no .ply, .obj or .stl file", folder.display())]
+    #[error("{} holds no .ply, .obj, .stl, .glb or .3mf file", folder.display())]
     EmptyFolder {
         /// The folder given.
         folder: PathBuf,
@@ -52,7 +52,7 @@ pub enum CatalogueError {
     Folder {
         /// The folder or the table.
         folder: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A line of `objects.csv` is wrong.
@@ -62,7 +62,7 @@ pub enum CatalogueError {
         path: PathBuf,
         /// The line, counted from 1.
         line: u64,
-        /// What is wrong, and what to do.
+        /// Reason, and what to do.
         reason: String,
     },
     /// Two objects have the same name.

@@ -7,7 +7,8 @@ use nalgebra::{Point3, Vector3};
 pub(crate) use self::quickhull::hull;
 use crate::mesh::Mesh;
 
-/// The hull of at most `most` of a hull's vertices, as few as leave none farther outside than `tolerance_m`.
+/// The hull of at most `most` of a hull's vertices, as few as leave none farther outside than
+/// `tolerance_m`.
 ///
 /// Starts from the extremes along axes and diagonals, and adds the vertex farthest outside until
 /// all are near. The result lies inside the hull it is made from.

@@ -33,6 +33,7 @@ mod hull;
 pub mod mass;
 pub mod object;
 pub mod orders;
+mod overlap;
 pub mod poses;
 pub mod reader;
 pub mod repair;

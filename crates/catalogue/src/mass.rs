@@ -5,21 +5,47 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use crate::mesh::Mesh;
 use crate::object::MassProperties;
 
-/// The density that an object is given where nothing else is known, in kg/m^3: a mean of packed goods.
+/// The density that an object is given where nothing else is known, in kg/m^3: a mean of packed
+/// goods.
 pub const DEFAULT_DENSITY_KG_M3: f64 = 400.0;
+
+/// Moments of space around a point.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Moments {
+    /// Volume, in cubic metres.
+    pub(crate) volume_m3: f64,
+    /// Integrals of x.
+    pub(crate) first: Vector3<f64>,
+    /// Integrals of x x^T.
+    pub(crate) second: Matrix3<f64>,
+}
 
 /// The mass properties of a closed mesh of uniform density, in kg/m^3, exact for its triangles.
 ///
 /// Sums the signed tetrahedra between each triangle and a point near the mesh.
 pub fn mass_properties(mesh: &Mesh, density_kg_m3: f64) -> MassProperties {
-    // Tetrahedra around a point near the mesh keep the sums free of cancellation.
-    let reference = mesh.bounds().map_or_else(Point3::origin, |bounds| {
+    mass_properties_without(mesh, &Moments::default(), density_kg_m3)
+}
+
+/// The point around which moments of a mesh are: near it, which keeps the sums free of
+/// cancellation.
+pub(crate) fn reference(mesh: &Mesh) -> Point3<f64> {
+    mesh.bounds().map_or_else(Point3::origin, |bounds| {
         nalgebra::center(&bounds.lowest, &bounds.highest)
-    });
-    let mut volume = 0.0;
-    let mut first = Vector3::zeros();
-    // The second moments: integrals of x x^T.
-    let mut second = Matrix3::zeros();
+    })
+}
+
+/// The mass properties of a mesh less those of space that it counts too often, by its moments
+/// around the [`reference`].
+pub(crate) fn mass_properties_without(
+    mesh: &Mesh,
+    excess: &Moments,
+    density_kg_m3: f64,
+) -> MassProperties {
+    let reference = reference(mesh);
+    let mut volume = 0.0 - excess.volume_m3;
+    let mut first = Vector3::zeros() - excess.first;
+    let mut second = Matrix3::zeros() - excess.second;
     for corners in mesh.corners() {
         let [a, b, c] = corners.map(|corner| corner - reference);
         let determinant = a.dot(&b.cross(&c));

@@ -1,4 +1,4 @@
-//! What a catalogue holds of each object.
+//! Objects of a catalogue.
 
 use std::iter::once;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ pub struct PosedObject {
     pub model: Arc<Model>,
     /// The heightmap pairs of the turned model.
     pub item: Arc<Item>,
-    /// How it is turned: the object's own frame in that of the heightmaps. Their origins are the same.
+    /// Turn: the object's own frame in that of the heightmaps. Their origins are the same.
     pub rotation: UnitQuaternion<f64>,
 }
 
@@ -36,7 +36,8 @@ impl CatalogueObject {
         Candidate::new(arrival, Arc::clone(&self.item)).with_model(Arc::clone(&self.model))
     }
 
-    /// The object as an item that arrives, in each pose in which it may be packed: first as it stands in the catalogue.
+    /// The object as an item that arrives, in each pose in which it may be packed: first as it
+    /// stands in the catalogue.
     pub fn candidates(&self, arrival: usize) -> Vec<Candidate> {
         let further = (1..).zip(&self.poses).map(|(pose, posed)| Candidate {
             pose,

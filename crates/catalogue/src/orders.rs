@@ -14,6 +14,19 @@ use crate::rows::rows;
 /// The most items of a table.
 const MOST_ITEMS: usize = 100_000;
 
+/// Its columns that are read.
+const COLUMNS: &[&str] = &[
+    "order",
+    "item",
+    "quantity",
+    "group",
+    "mass",
+    "mass_kg",
+    "priority",
+    "stop",
+    "order_items",
+];
+
 /// A line of the table. Other columns are ignored, and what is empty is as if it were not there.
 #[derive(Debug, Deserialize)]
 struct Row {
@@ -47,7 +60,7 @@ pub enum OrdersError {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// What is wrong, and how to mend it.
+        /// Reason, and how to mend it.
         reason: String,
     },
     /// It has no line.
@@ -60,7 +73,8 @@ pub enum OrdersError {
 pub struct OrderedObject {
     /// The object, by its index in the catalogue.
     pub object: usize,
-    /// What is known of it. The mass is that of the table, of the catalogue where it has none.
+    /// Its order, group and mass. The mass is that of the table, of the catalogue where it has
+    /// none.
     pub item: OrderItem,
     /// At which stop it leaves its container.
     pub stop: Stop,
@@ -104,10 +118,11 @@ impl Order {
     }
 }
 
-/// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and, where they are wanted, `quantity` (1),
-/// `group`, `mass` (kg, of one piece), `priority` (0; the highest of its lines is that of an order), `stop` (from 1) and
-/// `order_items` (how many items the order has altogether, also those that the table does not have). Lines of an order need not be together.
-/// Orders come by falling priority, equal ones as they begin in the table.
+/// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and,
+/// where they are wanted, `quantity` (1), `group`, `mass` (kg, of one piece), `priority` (0; the
+/// highest of its lines is that of an order), `stop` (from 1) and `order_items` (how many items the
+/// order has altogether, also those that the table does not have). Lines of an order need not be
+/// together. Orders come by falling priority, equal ones as they begin in the table.
 ///
 /// # Errors
 /// [`OrdersError`] names the line, what is wrong and what would be right.
@@ -123,7 +138,7 @@ pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, OrdersErro
     })?;
     let mut orders: Vec<Order> = Vec::new();
     let mut items = 0;
-    for row in rows::<Row>(file, "the columns 'order' and 'item' are needed") {
+    for row in rows::<Row>(file, COLUMNS, "the columns 'order' and 'item' are needed") {
         let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
         let room = MOST_ITEMS - items;
         let added = add(&mut orders, catalogue, &row, room);

@@ -1,5 +1,5 @@
-//! The poses in which objects may be packed, by their numbers: pose 0 is that in which the catalogue has an object, the others
-//! follow by falling probability.
+//! The poses in which objects may be packed, by their numbers: pose 0 is that in which the
+//! catalogue has an object, the others follow by falling probability.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -15,23 +15,26 @@ use crate::mesh::Bounds;
 use crate::object::{Model, PosedObject};
 use crate::views;
 
-/// Poses less likely than this are left out. All facets of a round object on which it lies alike count together.
+/// Poses less likely than this are left out. All facets of a round object on which it lies alike
+/// count together.
 const MIN_PROBABILITY: f64 = 0.03;
 
 /// Poses whose upward directions are within this angle are one, in radians.
 const SAME_UP_RAD: f64 = PI / 90.0;
 
-/// By how much lengths may differ in poses that are one by symmetry, in metres.
+/// Greatest difference of lengths in poses that are one by symmetry, in metres.
 const SAME_M: f64 = 0.001;
 
-/// By how much moments of inertia may differ in poses that are one by symmetry, as a share of their sum.
+/// Greatest difference of moments of inertia in poses that are one by symmetry, as a share of their
+/// sum.
 const SAME_SHARE: f64 = 0.01;
 
-/// The poses in which an object rests, without that in which it stands, whose item is given: at most `most`, the most
-/// probable first, each with its footprint turned to fill the least rectangle, the longer side along x.
+/// The poses in which an object rests, without that in which it stands, whose item is given: at
+/// most `most`, the most probable first, each with its footprint turned to fill the least
+/// rectangle, the longer side along x.
 ///
-/// Of poses that are the same but for a yaw or a symmetry of the object, there is one. Poses in which the object has more
-/// cells or units than the engine represents are left out.
+/// Of poses that are the same but for a yaw or a symmetry of the object, there is one. Poses in
+/// which the object has more cells or units than the engine represents are left out.
 pub(crate) fn further(
     model: &Model,
     standing: &Item,
@@ -62,8 +65,8 @@ pub(crate) fn further(
     found
 }
 
-/// How probable it is that an object that falls comes to rest as it stands, between 0 and 1. All facets on which it lies alike
-/// count together.
+/// Gives the probability that an object that falls comes to rest as it stands, between 0 and 1.
+/// All facets on which it lies alike count together.
 pub fn probability(model: &Model) -> f64 {
     let standing = all(model).into_iter().next();
     standing.map_or(0.0, |pose| pose.probability)
@@ -127,7 +130,8 @@ struct DistinctPose {
 }
 
 impl DistinctPose {
-    /// The pose that `laid` turns a model into, whose hull has these vertices; `None` where it has none.
+    /// The pose that `laid` turns a model into, whose hull has these vertices; `None` where it has
+    /// none.
     fn new(
         model: &Model,
         hull: &[Point3<f64>],
@@ -154,7 +158,8 @@ impl DistinctPose {
         })
     }
 
-    /// Whether an object looks the same in both, but for a yaw, as far as its box, its centre of mass and its inertia tell.
+    /// Whether an object looks the same in both, but for a yaw, as far as its box, its centre of
+    /// mass and its inertia tell.
     fn is_same(&self, other: &Self) -> bool {
         let moment_m2 = SAME_SHARE * self.inertia_m2.trace();
         let is_same_at = |quarters: u8| {
@@ -166,7 +171,8 @@ impl DistinctPose {
                 && (self.centre_m - turn * other.centre_m).amax() < SAME_M
                 && (self.inertia_m2 - inertia_m2).amax() < moment_m2
         };
-        // The footprint's longer side is along x; it is turned by a half turn, or by any quarter turn where it is square.
+        // The footprint's longer side is along x; it is turned by a half turn, or by any quarter
+        // turn where it is square.
         self.up.angle(&other.up) < SAME_UP_RAD || (0..4).any(is_same_at)
     }
 }

@@ -1,4 +1,4 @@
-//! What is to be said of each object of a source, good or bad.
+//! Reports of each object of a source, good or bad.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub use crate::cache::Entry;
 pub struct ObjectReport {
     /// The file, or the name of a mesh that was given.
     pub path: PathBuf,
-    /// What is in it.
+    /// Its object, or the reason that there is none.
     pub outcome: Result<Entry, ObjectError>,
 }
 

@@ -74,9 +74,9 @@ fn downwards(normal: &Vector3<f64>) -> UnitQuaternion<f64> {
 /// A flat part of a hull.
 struct Facet {
     normal: Vector3<f64>,
-    /// Of the facet seen from the centre of mass, in steradians.
+    /// Solid angle of the facet seen from the centre of mass, in steradians.
     solid_angle: f64,
-    /// Where an object rolls that lies on the facet; `None` where it rests.
+    /// Facet on which an object rolls that lies on this one; `None` where it rests.
     roll: Option<usize>,
 }
 

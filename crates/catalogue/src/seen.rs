@@ -1,4 +1,5 @@
-//! Solids of items of which no more is known than their heightmaps, such as what was seen of an unknown item.
+//! Solids of items of which no more is known than their heightmaps, such as what was seen of an
+//! unknown item.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -16,7 +17,8 @@ use crate::object::{MassProperties, Model};
 /// The most columns along a side: more cells are taken together.
 const MOST_COLUMNS: usize = 128;
 
-/// Columns become several pieces where the air in their hull is more than this share of the hull of all.
+/// Columns become several pieces where the air in their hull is more than this share of the hull of
+/// all.
 const AIR_SHARE: f64 = 0.05;
 
 /// Coordinates beyond this are taken for a mistake, in metres.
@@ -50,8 +52,9 @@ impl SeenSolids {
 /// The solid of an item's heightmaps at the first yaw of a resolution, in the frame that
 /// [`Item::container_from_item`] poses: full from the lower to the upper surface of each cell.
 ///
-/// It has the mass of the item's mesh at [`DEFAULT_DENSITY_KG_M3`], or of all columns where the mesh's volume is not
-/// known, and no resting poses. `None` where it is too thin for a solid or too far from its own frame. Deterministic.
+/// It has the mass of the item's mesh at [`DEFAULT_DENSITY_KG_M3`], or of all columns where the
+/// mesh's volume is not known, and no resting poses. `None` where it is too thin for a solid or too
+/// far from its own frame. Deterministic.
 pub fn solid(item: &Item, resolution: &Resolution) -> Option<Model> {
     let view = item.views().first()?;
     let yaw_rad = *resolution.yaws().radians().first()?;
@@ -87,14 +90,16 @@ pub fn solid(item: &Item, resolution: &Resolution) -> Option<Model> {
     })
 }
 
-/// The frame of the footprint's corner at the lowest point, as the item has it at a yaw, in its own.
+/// The frame of the footprint's corner at the lowest point, as the item has it at a yaw, in its
+/// own.
 fn item_from_corner(view: &ItemView, yaw_rad: f64) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -yaw_rad);
     let corner_m = turn * -view.origin_from_corner_m();
     Isometry3::from_parts(Translation3::from(corner_m), turn)
 }
 
-/// The mass properties with the item's own centre of mass over the footprint, where that is above it.
+/// The mass properties with the item's own centre of mass over the footprint, where that is above
+/// it.
 fn balanced(
     mut mass: MassProperties,
     view: &ItemView,
@@ -170,8 +175,8 @@ fn mesh(columns: &[Column]) -> Mesh {
     mesh
 }
 
-/// The hulls of at most [`MAX_PIECES`] parts of the columns, cut where they hold most air; none where the columns
-/// have no volume.
+/// The hulls of at most [`MAX_PIECES`] parts of the columns, cut where they hold most air; none
+/// where the columns have no volume.
 fn hulls(columns: Vec<Column>) -> Vec<Mesh> {
     let Some(whole) = Part::new(columns) else {
         return Vec::new();
@@ -194,7 +199,7 @@ fn hulls(columns: Vec<Column>) -> Vec<Mesh> {
 struct Part {
     columns: Vec<Column>,
     hull: Mesh,
-    /// What the hull holds beside the columns, in cubic metres.
+    /// Space that the hull holds beside the columns, in cubic metres.
     air_m3: f64,
 }
 
@@ -209,7 +214,7 @@ impl Part {
         })
     }
 
-    /// What the best cut along a side leaves, where it can be cut.
+    /// Gives what the best cut along a side leaves, where it can be cut.
     fn halves(&self) -> Option<[Self; 2]> {
         let axes: [Axis; 2] = [|column: &Column| column.x, |column: &Column| column.y];
         let cuts = axes
@@ -237,7 +242,7 @@ struct Layer {
 struct Cut {
     /// The place of the first columns behind it.
     first_behind: usize,
-    /// By what the boxes around the columns before and behind it hold beside them.
+    /// Space that the boxes around the columns before and behind it hold beside them.
     cost: f64,
 }
 
@@ -265,8 +270,8 @@ fn best_cut(columns: &[Column], axis: Axis) -> Option<Cut> {
     cuts.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-/// The air in the box around layers, to the power of 3/4. Of cuts that leave as much air in all, the best so leaves it
-/// on one side: the wall of a bowl is cut off whole.
+/// The air in the box around layers, to the power of 3/4. Of cuts that leave as much air in all,
+/// the best so leaves it on one side: the wall of a bowl is cut off whole.
 fn cost(layers: &[Layer]) -> f64 {
     let bounds = layers.iter().map(|layer| layer.bounds);
     let whole = bounds.reduce(|one, other| around(&one, &other));
@@ -284,7 +289,8 @@ fn around(one: &Bounds, other: &Bounds) -> Bounds {
     }
 }
 
-/// Points of the columns among which all corners of their hull are: of each row along y those on its outline.
+/// Points of the columns among which all corners of their hull are: of each row along y those on
+/// its outline.
 fn outline(columns: &[Column]) -> Vec<Point3<f64>> {
     let mut points = Vec::new();
     for row in columns.chunk_by(|one, next| one.x == next.x) {
@@ -302,7 +308,7 @@ fn outline(columns: &[Column]) -> Vec<Point3<f64>> {
     points
 }
 
-/// Where the columns of a row begin and end along y, each with a height of the column.
+/// Ends of a row's columns along y, each with a height of the column.
 fn ends(row: &[Column], height_m: fn(&Bounds) -> f64) -> impl Iterator<Item = Vector2<f64>> {
     row.iter().flat_map(move |Column { bounds, .. }| {
         let ends_m = [bounds.lowest.y, bounds.highest.y];
@@ -310,7 +316,7 @@ fn ends(row: &[Column], height_m: fn(&Bounds) -> f64) -> impl Iterator<Item = Ve
     })
 }
 
-/// Of points by ascending x, those on the upper side of their hull.
+/// Keeps, of points by ascending x, those on the upper side of their hull.
 fn upper_hull(points: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
     let mut hull: Vec<Vector2<f64>> = Vec::new();
     for point in points {

@@ -2,8 +2,8 @@
 
 use ppnpack_packing::model::Model;
 
-/// The least share of its bounding box that a regular object fills as it stands: boxes, cans and balls do, bowls, cups and tools
-/// do not. A ball fills 52 % of its box.
+/// The least share of its bounding box that a regular object fills as it stands: boxes, cans and
+/// balls do, bowls, cups and tools do not. A ball fills 52 % of its box.
 pub const REGULAR_SHARE: f64 = 0.5;
 
 /// How much of its bounding box an object fills.

@@ -1,4 +1,4 @@
-//! Where objects come from, and single objects before and while they become models.
+//! Sources of objects, and single objects before and while they become models.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,12 +14,13 @@ use crate::reader;
 use crate::table;
 use crate::unit::LengthUnit;
 
-/// Where objects come from.
+/// Source of objects.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
     /// Meshes that the program has, in their order; no two have the same name.
     Meshes(Arc<[NamedMesh]>),
-    /// A folder of mesh files, in the order of its `objects.csv` where it has one, else by file name.
+    /// A folder of mesh files, in the order of its `objects.csv` where it has one, else by file
+    /// name.
     Folder(PathBuf),
 }
 
@@ -34,7 +35,7 @@ pub struct NamedMesh {
     pub density_kg_m3: f64,
 }
 
-/// How a catalogue is made of meshes.
+/// Settings by which a catalogue is made of meshes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// The unit of mesh files for which `objects.csv` gives none.
@@ -43,9 +44,13 @@ pub struct Settings {
     pub density_kg_m3: f64,
     /// The pose in which objects are packed; with several, the first of them.
     pub pose: Pose,
-    /// In how many resting poses an object may be packed at most; it always may in the first.
+    /// Whether files that cannot be used are left out with a warning; the objects after them have
+    /// lower indices.
+    pub skip_unusable: bool,
+    /// Maximum number of resting poses in which an object may be packed; it always may in the
+    /// first.
     pub poses: usize,
-    /// Where models are kept between runs.
+    /// Place of models between runs.
     pub cache: CacheDir,
 }
 
@@ -55,19 +60,20 @@ impl Default for Settings {
             unit: LengthUnit::Metres,
             density_kg_m3: DEFAULT_DENSITY_KG_M3,
             pose: Pose::AsGiven,
+            skip_unusable: false,
             poses: 1,
             cache: CacheDir::User,
         }
     }
 }
 
-/// Where one object comes from.
+/// Origin of one object.
 #[derive(Debug)]
 pub(crate) struct Origin<'a> {
     pub(crate) name: String,
     /// The file, or the name of a mesh that was given.
     pub(crate) path: PathBuf,
-    /// How its mesh becomes a model.
+    /// Settings by which its mesh becomes a model.
     settings: ModelSettings,
     /// The mesh that was given.
     given: Option<&'a Mesh>,
@@ -100,14 +106,17 @@ impl Source {
             Self::Folder(folder) => table::list(folder)?
                 .into_iter()
                 .map(|listed| Origin {
-                    name: listed.name,
-                    path: listed.path,
                     settings: ModelSettings {
-                        unit: listed.unit.unwrap_or(usual.unit),
+                        unit: listed
+                            .unit
+                            .or_else(|| reader::own_unit(&listed.path))
+                            .unwrap_or(usual.unit),
                         mass_kg: listed.mass_kg,
                         carries_kg: listed.carries_kg,
                         ..usual
                     },
+                    name: listed.name,
+                    path: listed.path,
                     given: None,
                 })
                 .collect(),
@@ -143,5 +152,12 @@ impl Origin<'_> {
         let entry = Entry { model, repairs };
         cache.put(&key, &entry);
         Ok(entry)
+    }
+
+    /// Logs what should be looked at before the object is packed.
+    pub(crate) fn warn(&self, entry: &Entry) {
+        for doubt in entry.repairs.iter().filter(|repair| repair.is_doubt()) {
+            tracing::warn!(object = self.name, "{doubt}");
+        }
     }
 }

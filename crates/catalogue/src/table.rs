@@ -14,6 +14,9 @@ use crate::unit::{LengthUnit, UnknownUnit};
 /// The file that lists a folder's objects.
 pub(crate) const FILE_NAME: &str = "objects.csv";
 
+/// Its columns that are read.
+const COLUMNS: &[&str] = &["file", "index", "name", "unit", "mass_kg", "carries_kg"];
+
 /// A mesh file of a folder, and what is known of it before it is read.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
@@ -107,7 +110,7 @@ fn read_table(folder: &Path, table: &Path) -> Result<Vec<Listed>, CatalogueError
         source,
     })?;
     let mut listed: BTreeMap<usize, (u64, Listed)> = BTreeMap::new();
-    for (row_index, row) in rows::<Row>(file, "the column 'file' is needed").enumerate() {
+    for (row_index, row) in rows::<Row>(file, COLUMNS, "the column 'file' is needed").enumerate() {
         let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
         let index = row.index.unwrap_or(row_index);
         let object = object(folder, row).map_err(|reason| wrong(line, reason))?;

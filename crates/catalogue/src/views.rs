@@ -56,7 +56,8 @@ pub fn item(model: &Model, resolution: &Resolution) -> Result<Item, ViewError> {
     Ok(Item::new(&model.name, views, model.volume_m3)?)
 }
 
-/// The surfaces of a model turned by `yaw_rad`, whose bounding box starts at the footprint's corner.
+/// The surfaces of a model turned by `yaw_rad`, whose bounding box starts at the footprint's
+/// corner.
 fn view(model: &Model, yaw_rad: f64, resolution: &Resolution) -> Result<ViewSurfaces, ViewError> {
     let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     let vertices = model.mesh.vertices.iter().map(|vertex| rotation * vertex);
@@ -159,7 +160,8 @@ impl FineSurfaces {
         Self { nx, ny, spans }
     }
 
-    /// The upper and lower surface per cell, in units, rounded outwards and at least one unit apart.
+    /// The upper and lower surface per cell, in units, rounded outwards and at least one unit
+    /// apart.
     fn pooled(&self, resolution: &Resolution) -> (Vec<Units>, Vec<Units>) {
         let samples = resolution.samples_per_cell();
         let (nx, ny) = (self.nx / samples, self.ny / samples);

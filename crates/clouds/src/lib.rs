@@ -24,8 +24,8 @@ mod error;
 mod files;
 mod pcd;
 mod ply;
-pub mod ply_header;
-mod text;
+pub mod ply_rows;
+pub mod text;
 
 pub use cloud::{Cloud, CloudShapeError, MAX_POINTS};
 pub use error::{CloudError, FormatError};

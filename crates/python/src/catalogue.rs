@@ -70,6 +70,7 @@ impl Catalogue {
             density_kg_m3,
             pose,
             poses,
+            skip_unusable: false,
             cache,
         };
         let resolution = grid.inner.resolution();

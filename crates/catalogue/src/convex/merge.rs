@@ -1,4 +1,5 @@
-//! Fewer hulls from many. Written here, as parry's decomposition takes a number of hulls but does not keep to it.
+//! Fewer hulls from many. Written here, as parry's decomposition takes a number of hulls but does
+//! not keep to it.
 
 use crate::hull::hull;
 use crate::mesh::Mesh;

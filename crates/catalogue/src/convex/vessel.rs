@@ -13,9 +13,9 @@ use crate::mesh::Mesh;
 /// How much of a vessel's height its floor may take. Without one, it is a tube.
 const FLOOR_SHARES: [f64; 6] = [0.0, 0.04, 0.08, 0.15, 0.25, 0.4];
 
-/// The hulls of a floor and of wall sectors that together have the least volume over the axes, ends and heights
-/// of the floor that are tried; `None` where none has more than `least_m3`, the mesh's own volume, and less
-/// than `most_m3`.
+/// The hulls of a floor and of wall sectors that together have the least volume over the axes, ends
+/// and heights of the floor that are tried; `None` where none has more than `least_m3`, the mesh's
+/// own volume, and less than `most_m3`.
 ///
 /// Hulls of less volume than the mesh would leave a solid's inside empty.
 pub(super) fn vessel(mesh: &Mesh, least_m3: f64, most_m3: f64) -> Option<Vec<Mesh>> {
@@ -42,8 +42,8 @@ pub(super) fn vessel(mesh: &Mesh, least_m3: f64, most_m3: f64) -> Option<Vec<Mes
     best
 }
 
-/// The hulls of a cut at the height `floor` along `up`, and their volume; `None` where that is not below
-/// `limit_m3`.
+/// The hulls of a cut at the height `floor` along `up`, and their volume; `None` where that is not
+/// below `limit_m3`.
 fn cut(
     mesh: &Mesh,
     centre: &Point3<f64>,

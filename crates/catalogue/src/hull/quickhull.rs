@@ -1,6 +1,7 @@
 //! Convex hulls by the Quickhull algorithm (Barber, Dobkin and Huhdanpaa, 1996), in `f64`.
 //!
-//! Written here, as that of parry 0.31 works in `f32` and fails on sound input (its issues 311 and 347, open).
+//! Written here, as that of parry 0.31 works in `f32` and fails on sound input (its issues 311 and
+//! 347, open).
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,8 +18,9 @@ use crate::mesh::{Bounds, Mesh};
 /// Points within this share of their size of a plane count as level with it: well above rounding.
 const LEVEL_SHARE: f64 = 1e-10;
 
-/// A point becomes a corner only where it lies farther outside than this share of the points' size: above the
-/// noise of coordinates in `f32`, which would make a corner of every point on a flat side.
+/// A point becomes a corner only where it lies farther outside than this share of the points' size:
+/// above the noise of coordinates in `f32`, which would make a corner of every point on a flat
+/// side.
 const ABOVE_SHARE: f64 = 1e-6;
 
 /// Points whose hull is thinner than this share of their size have none.
@@ -30,8 +32,8 @@ const OUTSIDE_SHARE: f64 = 1e-5;
 /// How far points are shifted, as a share of their size, when rounding defeats the way before.
 const JOGGLES: [f64; 5] = [0.0, 1e-6, 2e-6, 3e-6, 5e-6];
 
-/// The convex hull of points, as a mesh whose vertices are some of them; `None` where they lie in a plane, or a
-/// coordinate is not finite.
+/// The convex hull of points, as a mesh whose vertices are some of them; `None` where they lie in a
+/// plane, or a coordinate is not finite.
 ///
 /// No point lies outside the hull by more than 1e-5 of the points' size.
 pub(crate) fn hull(points: &[Point3<f64>]) -> Option<Mesh> {
@@ -205,7 +207,8 @@ impl Builder<'_> {
         Some(face.outside.swap_remove(place))
     }
 
-    /// Replaces the faces that a point is above, or level with, by those between it and their border.
+    /// Replaces the faces that a point is above, or level with, by those between it and their
+    /// border.
     ///
     /// Faces level with the point go too, so that no new one is without area.
     fn add(&mut self, seen: usize, point: usize) {
@@ -237,7 +240,8 @@ impl Builder<'_> {
                 .is_some_and(|neighbour| self.faces[*neighbour].alive)
         });
         if !is_loop(&border) {
-            // Rounding has made the border cross itself. Whether the point matters is seen at the end.
+            // Rounding has made the border cross itself. Whether the point matters is seen at the
+            // end.
             visible
                 .iter()
                 .for_each(|face| self.faces[*face].alive = true);
@@ -259,8 +263,8 @@ impl Builder<'_> {
 
     /// Whether no point is above a face by more than a tolerance.
     ///
-    /// Asked here, since the planes of the faces are not known from the vertices of `points` where a
-    /// face is narrow and its points were shifted.
+    /// Asked here, since the planes of the faces are not known from the vertices of `points` where
+    /// a face is narrow and its points were shifted.
     fn encloses_all(&self, tolerance_m: f64) -> bool {
         let mut faces = self.faces.iter().filter(|face| face.alive);
         faces.all(|face| {

@@ -1,33 +1,78 @@
-//! Wavefront OBJ: positions and faces; materials, normals and texture coordinates are left out.
+//! Wavefront OBJ: positions and faces; whatever else a file says is left out.
 
 use nalgebra::Point3;
-use tobj::{LoadError, LoadOptions};
+use ppnpack_clouds::text::{quoted, words};
 
+use super::coordinates;
 use super::error::ReadError;
+use super::polygons::Polygons;
 use crate::mesh::Mesh;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let options = LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..LoadOptions::default()
-    };
-    let mut content = bytes;
-    let loaded = tobj::load_obj_buf(&mut content, &options, |_| Err(LoadError::OpenFileFailed));
-    let (models, _) = loaded.map_err(|error| ReadError::malformed("OBJ", error))?;
-    let mut mesh = Mesh::default();
-    for model in models {
-        let offset = u32::try_from(mesh.vertices.len())
-            .map_err(|_| ReadError::malformed("OBJ", "it has too many vertices"))?;
-        let (positions, _) = model.mesh.positions.as_chunks::<3>();
-        let vertices = positions
-            .iter()
-            .map(|position| Point3::from(*position).cast());
-        mesh.vertices.extend(vertices);
-        let (triangles, _) = model.mesh.indices.as_chunks::<3>();
-        let moved = |corners: &[u32; 3]| corners.map(|corner| corner.saturating_add(offset));
-        mesh.triangles.extend(triangles.iter().map(moved));
+    let wrong = |reason: String| ReadError::malformed("OBJ", reason);
+    let mut polygons = Polygons::default();
+    let mut statement = Vec::new();
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    for (number, line) in (1..).zip(bytes.split(|byte| *byte == end)) {
+        let comment = line.iter().position(|byte| *byte == b'#');
+        let line = line.get(..comment.unwrap_or(line.len())).unwrap_or(line);
+        let line = line.trim_ascii_end();
+        if let Some(begun) = line.strip_suffix(b"\\") {
+            statement.extend_from_slice(begun);
+            statement.push(b' ');
+            continue;
+        }
+        statement.extend_from_slice(line);
+        read(&statement, &mut polygons)
+            .ok_or_else(|| wrong(format!("line {number} has '{}'", quoted(&statement))))?;
+        statement.clear();
     }
-    Ok(mesh)
+    let mesh = polygons.triangulated().map_err(wrong)?;
+    Ok(in_order_of_use(mesh))
+}
+
+/// Reads a statement; `None` where it is malformed.
+fn read(statement: &[u8], polygons: &mut Polygons) -> Option<()> {
+    let mut words = words(statement);
+    match words.next() {
+        Some(b"v") => polygons.vertices.push(coordinates(words)?),
+        Some(b"f") => {
+            let count = polygons.vertices.len() as i64;
+            let corners = words.map(|word| {
+                let position = word.split(|byte| *byte == b'/').next()?;
+                let position: i64 = std::str::from_utf8(position).ok()?.parse().ok()?;
+                let index = match position {
+                    0 => return None,
+                    1.. => position - 1,
+                    _ => count.checked_add(position)?,
+                };
+                // One that is missing is found by the check of the mesh.
+                Some(u32::try_from(index).unwrap_or(u32::MAX))
+            });
+            let corners: Vec<u32> = corners.collect::<Option<_>>()?;
+            polygons.push(corners);
+        }
+        _ => {}
+    }
+    Some(())
+}
+
+/// Puts vertices in the order in which triangles name them, without those that none does.
+fn in_order_of_use(mut mesh: Mesh) -> Mesh {
+    let mut places = vec![None; mesh.vertices.len()];
+    let mut vertices: Vec<Point3<f64>> = Vec::with_capacity(mesh.vertices.len());
+    for corner in mesh.triangles.iter_mut().flatten() {
+        let Some((place, vertex)) = places
+            .get_mut(*corner as usize)
+            .zip(mesh.vertices.get(*corner as usize))
+        else {
+            *corner = u32::MAX;
+            continue;
+        };
+        *corner = *place.get_or_insert_with(|| {
+            vertices.push(*vertex);
+            vertices.len() as u32 - 1
+        });
+    }
+    Mesh { vertices, ..mesh }
 }

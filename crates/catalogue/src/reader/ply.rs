@@ -1,115 +1,61 @@
-//! PLY, ASCII and binary.
-
-use std::fmt::Display;
+//! PLY, ASCII and binary: vertices, faces and strips of triangles.
 
 use nalgebra::Point3;
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
-use ppnpack_clouds::ply_header::{self, Skipped};
+use ppnpack_clouds::ply_rows::header;
 
 use super::error::ReadError;
+use super::polygons::{Polygons, strip};
 use crate::mesh::Mesh;
 
-struct Vertex([f64; 3]);
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        // A coordinate that the file does not give is found by the check for finite vertices.
-        Self([f64::NAN; 3])
-    }
-
-    fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
-        let [x, y, z] = &mut self.0;
-        let coordinate = match key {
-            "x" => x,
-            "y" => y,
-            "z" => z,
-            _ => return PropertyAccessResult::Ignored,
-        };
-        let Some(value) = scalar(&property) else {
-            return PropertyAccessResult::UnsupportedType;
-        };
-        *coordinate = value;
-        PropertyAccessResult::Set
-    }
-}
-
-struct Face(Vec<u32>);
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self(Vec::new())
-    }
-
-    fn set_property(&mut self, key: &str, property: Property) -> PropertyAccessResult {
-        if !matches!(key, "vertex_indices" | "vertex_index") {
-            return PropertyAccessResult::Ignored;
-        }
-        let Some(indices) = property.to_u32_list() else {
-            return PropertyAccessResult::UnsupportedType;
-        };
-        self.0 = indices;
-        PropertyAccessResult::Set
-    }
-}
-
-fn scalar(property: &Property) -> Option<f64> {
-    match property {
-        Property::Char(value) => Some(f64::from(*value)),
-        Property::UChar(value) => Some(f64::from(*value)),
-        Property::Short(value) => Some(f64::from(*value)),
-        Property::UShort(value) => Some(f64::from(*value)),
-        Property::Int(value) => Some(f64::from(*value)),
-        Property::UInt(value) => Some(f64::from(*value)),
-        Property::Float(value) => Some(f64::from(*value)),
-        Property::Double(value) => Some(*value),
-        _ => None,
-    }
-}
-
-fn malformed(reason: impl Display) -> ReadError {
-    ReadError::malformed("PLY", reason)
-}
-
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let mut reader = Reader::new(bytes);
-    let vertices = Parser::<Vertex>::new();
-    let header = vertices.read_header(&mut reader).map_err(malformed)?;
-    for (_, element) in &header.elements {
-        ply_header::check_length(bytes.len(), element, header.encoding).map_err(malformed)?;
-    }
-    let mut mesh = Mesh::default();
-    for (name, element) in &header.elements {
-        match name.as_str() {
-            "vertex" => {
-                let read = vertices.read_payload_for_element(&mut reader, element, &header);
-                let points = read.map_err(malformed)?.into_iter();
-                mesh.vertices = points.map(|vertex| Point3::from(vertex.0)).collect();
-            }
-            "face" => {
-                let faces = Parser::<Face>::new();
-                let read = faces.read_payload_for_element(&mut reader, element, &header);
-                let faces = read.map_err(malformed)?;
-                mesh.triangles = faces.iter().flat_map(|face| fan(&face.0)).collect();
-            }
-            _ => {
-                let skipped = Parser::<Skipped>::new();
-                let read = skipped.read_payload_for_element(&mut reader, element, &header);
-                read.map_err(malformed)?;
-            }
-        }
-    }
-    Ok(mesh)
+    read(bytes).map_err(|reason| ReadError::malformed("PLY", reason))
 }
 
-/// The triangles of a polygon, as a fan around its first corner.
-fn fan(polygon: &[u32]) -> impl Iterator<Item = [u32; 3]> + '_ {
-    let first = polygon.first().copied().unwrap_or_default();
-    polygon
-        .windows(2)
-        .skip(1)
-        .filter_map(move |edge| match edge {
-            [from, to] => Some([first, *from, *to]),
-            _ => None,
-        })
+fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    let (elements, mut body) = header(bytes)?;
+    let mut polygons = Polygons::default();
+    let mut strips = Vec::new();
+    for element in &elements {
+        let place = |names: &[&str]| {
+            let mut properties = element.properties.iter();
+            properties.position(|property| names.contains(&property.name.as_str()))
+        };
+        let corners = place(&["vertex_indices", "vertex_index"]);
+        let [x, y, z] = [["x"], ["y"], ["z"]].map(|name| place(&name));
+        // A coordinate that the file does not give is found by the check for finite vertices.
+        let coordinate = |row: &[Vec<f64>], place: Option<usize>| {
+            let values = place.and_then(|place| row.get(place));
+            values
+                .and_then(|values| values.first().copied())
+                .unwrap_or(f64::NAN)
+        };
+        match element.name.as_str() {
+            "vertex" => body.rows(element, |row| {
+                let vertex = [x, y, z].map(|place| coordinate(row, place));
+                polygons.vertices.push(Point3::from(vertex));
+            })?,
+            "face" => body.rows(element, |row| {
+                let numbers = corners.and_then(|place| row.get(place));
+                polygons.push(numbers.into_iter().flatten().map(|number| index(*number)));
+            })?,
+            "tristrips" => body.rows(element, |row| {
+                let numbers = corners.and_then(|place| row.get(place));
+                strips.extend(numbers.into_iter().flatten().map(|number| index(*number)));
+                strips.push(u32::MAX);
+            })?,
+            _ => body.rows(element, |_| ())?,
+        }
+    }
+    strip(&strips).for_each(|triangle| polygons.push(triangle));
+    polygons.triangulated()
+}
+
+/// The number of a vertex; -1, which ends a strip, and what is no number of a vertex are
+/// `u32::MAX`.
+fn index(number: f64) -> u32 {
+    if (0.0..f64::from(u32::MAX)).contains(&number) {
+        number as u32
+    } else {
+        u32::MAX
+    }
 }

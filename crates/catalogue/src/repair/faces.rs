@@ -16,8 +16,8 @@ pub(super) fn without_collapsed(mesh: &mut Mesh) -> usize {
     before - mesh.triangles.len()
 }
 
-/// Of triangles over the same vertices, keeps one where they face the same way, and none of each pair that
-/// faces opposite ways, which enclose nothing; returns how many went.
+/// Keeps one of the triangles over the same vertices that face the same way, and none of each pair
+/// that faces opposite ways, which enclose nothing; returns how many went.
 pub(super) fn without_duplicates(mesh: &mut Mesh) -> usize {
     let before = mesh.triangles.len();
     let key = |corners: &[u32; 3]| {

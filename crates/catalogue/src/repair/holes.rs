@@ -7,7 +7,8 @@ use nalgebra::{Point3, Vector3};
 use super::orientation::boundary;
 use crate::mesh::{Bounds, Mesh};
 
-/// A hole wider than this share of the object is left open: the object may be a shell without thickness.
+/// A hole wider than this share of the object is left open: the object may be a shell without
+/// thickness.
 const MAX_WIDTH_SHARE: f64 = 0.2;
 
 /// A hole's border lies within this share of its width of a plane.

@@ -3,6 +3,7 @@
 mod error;
 mod faces;
 mod holes;
+mod junctions;
 mod orientation;
 mod weld;
 
@@ -13,12 +14,13 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::Mesh;
 use crate::unit::LengthUnit;
 
+pub(crate) use self::weld::weld;
 pub use error::{MAX_SIZE_M, MAX_TRIANGLES, MIN_SIZE_M, MeshError};
 
 /// A solid is at least this thick on average, in metres: twice its volume over its surface.
 const MIN_THICKNESS_M: f64 = 1e-5;
 
-/// Something about a mesh that was put right.
+/// Something about a mesh that was put right, or that is to be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Repair {
@@ -34,6 +36,31 @@ pub enum Repair {
     Turned(usize),
     /// Small flat holes were closed.
     Capped(usize),
+    /// Triangles were cut where a vertex of others lies on their side.
+    Cut(usize),
+    /// Shells inside others, facing outwards like them, were left out.
+    Nested(usize),
+    /// Percent of the volume that parts share, and that is counted once.
+    Shared(usize),
+    /// Nothing was put right: it is larger or heavier than what is packed.
+    Unlikely {
+        /// Greatest extent, in millimetres.
+        size_mm: u32,
+        /// Mass, in kilograms.
+        mass_kg: u32,
+        /// Unit in which it was taken to be drawn.
+        unit: LengthUnit,
+    },
+}
+
+impl Repair {
+    /// Whether the object may be another than the one that was meant.
+    pub fn is_doubt(&self) -> bool {
+        matches!(
+            self,
+            Self::Nested(_) | Self::Shared(_) | Self::Unlikely { .. }
+        )
+    }
 }
 
 impl fmt::Display for Repair {
@@ -45,6 +72,30 @@ impl fmt::Display for Repair {
             Self::Duplicate(count) => write!(formatter, "{count} triangles on others removed"),
             Self::Turned(count) => write!(formatter, "{count} triangles turned to face outwards"),
             Self::Capped(count) => write!(formatter, "{count} small flat holes closed"),
+            Self::Cut(count) => write!(
+                formatter,
+                "{count} triangles cut at vertices on their sides"
+            ),
+            Self::Nested(count) => write!(formatter, "{count} shells inside others left out"),
+            Self::Shared(percent) => write!(
+                formatter,
+                "parts overlap: {percent} % of the volume counted once, unite them in the drawing"
+            ),
+            Self::Unlikely {
+                size_mm,
+                mass_kg,
+                unit,
+            } => {
+                let size_m = f64::from(*size_mm) / 1000.0;
+                write!(
+                    formatter,
+                    "{size_m} m long and {mass_kg} kg is not likely: it was read in {unit}"
+                )?;
+                match likely_units(size_m / unit.metres()) {
+                    units if units.is_empty() => Ok(()),
+                    units => write!(formatter, "; give {units} as its unit if it was drawn so"),
+                }
+            }
         }
     }
 }
@@ -74,24 +125,31 @@ pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>),
             break;
         }
     }
+    let cut = junctions::cut(&mut mesh, 1e-5 * size_m);
+    if cut > 0 {
+        turned += orientation::align(&mut mesh)?;
+    }
     let capped = holes::cap(&mut mesh, size_m);
     let edges = orientation::open_edges(&mesh);
     if edges > 0 {
         return Err(MeshError::Open { edges });
     }
     degenerate += faces::without_slivers(&mut mesh);
-    turned += orientation::face_outwards(&mut mesh);
+    let (inward, nested) = orientation::face_outwards(&mut mesh);
+    turned += inward;
     let unused = weld::without_unused(&mut mesh);
     checked_thickness(&mesh)?;
     checked_size(&mesh, unit)?;
     type Kind = fn(usize) -> Repair;
-    let repairs: [(Kind, usize); 6] = [
+    let repairs: [(Kind, usize); 8] = [
         (Repair::Welded, welded),
         (Repair::UnusedVertices, unused),
         (Repair::Degenerate, degenerate),
         (Repair::Duplicate, duplicate),
         (Repair::Turned, turned),
         (Repair::Capped, capped),
+        (Repair::Cut, cut),
+        (Repair::Nested, nested),
     ];
     let done = repairs.into_iter().filter(|(_, count)| *count > 0);
     Ok((mesh, done.map(|(repair, count)| repair(count)).collect()))
@@ -135,8 +193,32 @@ fn checked_size(mesh: &Mesh, unit: LengthUnit) -> Result<(), MeshError> {
         let mut units = LengthUnit::ALL.into_iter().rev();
         units.find(|unit| range.contains(&(drawn * unit.metres())))
     };
-    let unit = likely(0.01..=1.0).or_else(|| likely(MIN_SIZE_M..=MAX_SIZE_M));
+    let unit = likely(LIKELY_M).or_else(|| likely(MIN_SIZE_M..=MAX_SIZE_M));
     Err(MeshError::Size { size_m, unit })
+}
+
+/// Greatest extents of objects that are packed, in metres.
+const LIKELY_M: std::ops::RangeInclusive<f64> = 0.01..=1.0;
+
+/// Objects heavier than this are not likely, in kilograms.
+const MAX_LIKELY_KG: f64 = 200.0;
+
+/// Doubts an object that is larger or heavier than what is packed.
+pub(crate) fn doubted(mesh: &Mesh, mass_kg: f64, unit: LengthUnit) -> Option<Repair> {
+    let size_m = mesh.bounds()?.extents_m().max();
+    (size_m > *LIKELY_M.end() || mass_kg > MAX_LIKELY_KG).then_some(Repair::Unlikely {
+        size_mm: (size_m * 1000.0) as u32,
+        mass_kg: mass_kg as u32,
+        unit,
+    })
+}
+
+/// The units in which an object so many units long has a likely size.
+fn likely_units(drawn: f64) -> String {
+    let units = LengthUnit::ALL.into_iter();
+    let likely = units.filter(|unit| LIKELY_M.contains(&(drawn * unit.metres())));
+    let names: Vec<String> = likely.map(|unit| unit.to_string()).collect();
+    names.join(" or ")
 }
 
 fn checked_thickness(mesh: &Mesh) -> Result<(), MeshError> {

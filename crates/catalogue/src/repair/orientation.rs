@@ -5,6 +5,8 @@
     reason = "sides hold triangle numbers of the mesh they were taken from"
 )]
 
+use nalgebra::Point3;
+
 use super::error::MeshError;
 use crate::hull;
 use crate::mesh::{Bounds, Mesh};
@@ -73,6 +75,21 @@ pub(super) fn boundary(mesh: &Mesh) -> Option<Vec<Side>> {
     let open = edges(&sides).filter(|edge| is_open(edge));
     open.map(|edge| if let [side] = edge { Some(*side) } else { None })
         .collect()
+}
+
+/// The open sides, with their triangles in order, each in the direction in which its triangle
+/// passes it.
+pub(super) fn boundary_edges(mesh: &Mesh) -> Vec<(usize, [u32; 2])> {
+    let sides = sides(mesh);
+    let open = edges(&sides).filter(|edge| is_open(edge)).flatten();
+    let mut open: Vec<_> = open
+        .map(|side| {
+            let (from, to) = side.ends();
+            (side.triangle, [from, to])
+        })
+        .collect();
+    open.sort_unstable();
+    open
 }
 
 /// For each triangle its component, and whether it must be turned to wind as the component's first.
@@ -158,36 +175,93 @@ fn turn(mesh: &mut Mesh, marked: impl Iterator<Item = bool>) -> usize {
     count
 }
 
-/// Turns the components of a closed surface that face inwards, unless they lie inside another, where they are
-/// the wall of a cavity; returns how many triangles were turned.
-pub(super) fn face_outwards(mesh: &mut Mesh) -> usize {
+/// Turns the shells of a closed surface that face inwards, unless they lie inside another, where
+/// they are the wall of a cavity. Leaves out those that face outwards inside another, which would
+/// count its space twice.
+///
+/// Returns how many triangles were turned, and how many shells left out.
+pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
     let found = components(mesh);
-    let mut parts = vec![Mesh::default(); found.count];
+    let mut shells = vec![Mesh::default(); found.count];
     for (corners, component) in mesh.corners().zip(&found.of_triangle) {
-        let part = &mut parts[*component];
-        let first = part.vertices.len() as u32;
-        part.vertices.extend(corners);
-        part.triangles.push([first, first + 1, first + 2]);
+        let shell = &mut shells[*component];
+        let first = shell.vertices.len() as u32;
+        shell.vertices.extend(corners);
+        shell.triangles.push([first, first + 1, first + 2]);
     }
-    let bounds: Vec<Option<Bounds>> = parts.iter().map(Mesh::bounds).collect();
-    let is_within = |inner: &Bounds, outer: &Bounds| {
+    let volumes_m3: Vec<f64> = shells.iter().map(Mesh::signed_volume_m3).collect();
+    let bounds: Vec<Option<Bounds>> = shells.iter().map(Mesh::bounds).collect();
+    let large_m3 = LARGE_SHARE * volumes_m3.iter().map(|volume| volume.abs()).sum::<f64>();
+    let contains = |outer: &Bounds, inner: &Bounds| {
         (0..3).all(|axis| {
             outer.lowest[axis] < inner.lowest[axis] && inner.highest[axis] < outer.highest[axis]
         })
     };
-    // No box is within itself.
-    let is_inside_another = |component: usize| {
-        let inner = bounds[component];
-        inner.is_some_and(|inner| {
-            bounds
+    // Outer ones first, since it depends on them which way inner ones face.
+    let mut order: Vec<usize> = (0..found.count).collect();
+    let size = |shell: &usize| bounds[*shell].map_or(0.0, |bounds| bounds.extents_m().norm());
+    order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+    let mut turned = vec![false; found.count];
+    let mut left_out = vec![false; found.count];
+    for (rank, shell) in order.iter().copied().enumerate() {
+        let Some(inner) = bounds[shell] else { continue };
+        let around = order[..rank].iter().copied().filter(|outer| {
+            bounds[*outer].is_some_and(|outer| contains(&outer, &inner)) && !left_out[*outer]
+        });
+        let around: Vec<usize> = around.collect();
+        // A file may be inside out as a whole.
+        let flipped = around.iter().any(|outer| turned[*outer]);
+        let faces_inwards = (volumes_m3[shell] < 0.0) != flipped;
+        // Crumbs of scans are judged by their boxes.
+        let is_inside = if volumes_m3[shell].abs() < large_m3 {
+            faces_inwards && !around.is_empty()
+        } else {
+            let vertices = &shells[shell].vertices;
+            let mut some = vertices
                 .iter()
-                .flatten()
-                .any(|outer| is_within(&inner, outer))
-        })
-    };
-    let turned: Vec<bool> = (0..found.count)
-        .map(|component| parts[component].signed_volume_m3() < 0.0 && !is_inside_another(component))
-        .collect();
-    let marked = found.of_triangle.iter().map(|component| turned[*component]);
-    turn(mesh, marked)
+                .step_by(vertices.len().div_ceil(MAX_SAMPLES));
+            !around.is_empty()
+                && some.all(|vertex| {
+                    let windings = around.iter().map(|outer| {
+                        let winding = winding(&shells[*outer], vertex);
+                        if turned[*outer] { -winding } else { winding }
+                    });
+                    windings.sum::<f64>() > INSIDE
+                })
+        };
+        turned[shell] = if is_inside {
+            flipped
+        } else {
+            volumes_m3[shell] < 0.0
+        };
+        left_out[shell] = is_inside && !faces_inwards;
+    }
+    let marked = found.of_triangle.iter().map(|shell| turned[*shell]);
+    let count = turn(mesh, marked);
+    let mut of_triangle = found.of_triangle.iter();
+    mesh.triangles
+        .retain(|_| of_triangle.next().is_some_and(|shell| !left_out[*shell]));
+    (count, left_out.iter().filter(|out| **out).count())
+}
+
+/// Shells of at least this share of all are judged by where they are.
+const LARGE_SHARE: f64 = 0.01;
+
+/// A shell is inside others where so many of its vertices, at most, all are.
+const MAX_SAMPLES: usize = 16;
+
+/// How often a surface winds around a point inside it, at least: once, and half as often around one
+/// that lies on it.
+const INSIDE: f64 = 0.75;
+
+/// How often a closed surface winds around a point, by the solid angles of its triangles (Van
+/// Oosterom and Strackee, 1983).
+fn winding(mesh: &Mesh, point: &Point3<f64>) -> f64 {
+    let half_angles = mesh.corners().map(|corners| {
+        let [a, b, c] = corners.map(|corner| corner - point);
+        let [a_m, b_m, c_m] = [a, b, c].map(|arm| arm.norm());
+        let below = a_m * b_m * c_m + a.dot(&b) * c_m + b.dot(&c) * a_m + c.dot(&a) * b_m;
+        a.dot(&b.cross(&c)).atan2(below)
+    });
+    half_angles.sum::<f64>() / std::f64::consts::TAU
 }

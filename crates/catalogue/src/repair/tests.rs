@@ -2,7 +2,7 @@ use nalgebra::Point3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::shapes::{ball, cube};
+use crate::shapes::{ball, cube, tube};
 
 fn repaired_m(mesh: Mesh) -> Result<(Mesh, Vec<Repair>), MeshError> {
     repaired(mesh, LengthUnit::Metres)
@@ -65,6 +65,57 @@ fn a_cavity_stays_a_cavity_and_a_neighbour_is_turned() {
 }
 
 #[test]
+fn a_part_in_the_opening_of_another_is_no_cavity() {
+    // Mirrored, so that it winds inwards; its box lies within that of the ring.
+    let mut ring = tube(0.1, 0.06, 0.05, 24);
+    let ring_m3 = ring.signed_volume_m3();
+    let part = Mesh::cuboid([-0.02, -0.02, 0.01], [0.02, 0.02, 0.03]);
+    let part_m3 = part.signed_volume_m3();
+    ring.append(&inside_out(part));
+    let (both, repairs) = repaired_m(ring).unwrap();
+    assert!((both.signed_volume_m3() - ring_m3 - part_m3).abs() < 1e-12);
+    assert_eq!(repairs, vec![Repair::Turned(12)]);
+}
+
+#[test]
+fn a_shell_inside_another_counts_its_space_once() {
+    let mut shells = cube(0.1);
+    shells.append(&cube(0.05));
+    assert_eq!(
+        repaired_m(shells),
+        Ok((
+            cube(0.1),
+            vec![Repair::UnusedVertices(8), Repair::Nested(1)]
+        ))
+    );
+    // A ball in a hollow is a ball in a hollow.
+    let mut hollow = cube(0.1);
+    hollow.append(&inside_out(cube(0.08)));
+    hollow.append(&cube(0.05));
+    assert_eq!(repaired_m(hollow.clone()), Ok((hollow.clone(), vec![])));
+    let (turned, _) = repaired_m(inside_out(hollow.clone())).unwrap();
+    assert!((turned.signed_volume_m3() - hollow.signed_volume_m3()).abs() < 1e-12);
+}
+
+#[test]
+fn a_side_with_vertices_of_others_on_it_is_cut_there() {
+    let mut mesh = cube(0.1);
+    let [a, b, c] = mesh.triangles[0];
+    let at = |share: f64| {
+        let [a, b] = [a, b].map(|corner| mesh.vertices[corner as usize].coords);
+        Point3::from(a + (b - a) * share)
+    };
+    let stops = [at(0.3), at(0.8)];
+    mesh.vertices.extend(stops);
+    mesh.triangles[0] = [a, 8, c];
+    mesh.triangles.extend([[8, 9, c], [9, b, c]]);
+    let (closed, repairs) = repaired_m(mesh).unwrap();
+    assert_eq!(closed.triangles.len(), 16);
+    assert!((closed.signed_volume_m3() - 0.001).abs() < 1e-12);
+    assert_eq!(repairs, vec![Repair::Cut(1)]);
+}
+
+#[test]
 fn triangles_that_add_nothing_go() {
     let mut mesh = cube(0.1);
     mesh.triangles.push(mesh.triangles[3]);
@@ -86,8 +137,8 @@ fn triangles_that_add_nothing_go() {
 #[test]
 fn a_sliver_that_closes_a_crack_stays() {
     let mut mesh = cube(0.1);
-    // Splits one of the two triangles at an edge, so that a flat one is needed between the halves and
-    // the other.
+    // Splits one of the two triangles at an edge, so that a flat one is needed between the halves
+    // and the other.
     let [a, b, c] = mesh.triangles[0];
     let half = nalgebra::center(&mesh.vertices[a as usize], &mesh.vertices[b as usize]);
     let middle = mesh.vertices.len() as u32;

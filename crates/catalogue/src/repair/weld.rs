@@ -6,9 +6,9 @@ use nalgebra::Point3;
 
 use crate::mesh::Mesh;
 
-/// Makes vertices within `tolerance_m` of each other one, those that are equal where it is 0; returns how many
-/// went.
-pub(super) fn weld(mesh: &mut Mesh, tolerance_m: f64) -> usize {
+/// Makes vertices within `tolerance_m` of each other one, those that are equal where it is 0;
+/// returns how many went.
+pub(crate) fn weld(mesh: &mut Mesh, tolerance_m: f64) -> usize {
     let before = mesh.vertices.len();
     let replacement = if tolerance_m > 0.0 {
         near(&mesh.vertices, tolerance_m)

@@ -78,6 +78,35 @@ fn the_table_gives_order_names_units_and_masses() {
 }
 
 #[test]
+fn tables_of_spreadsheets_are_read() {
+    let tables = [
+        "\u{feff}File,Mass_kg,note\r\nbox.obj,0.25,\r\n,,\r\n\r\n",
+        "file;mass_kg;note\nbox.obj;0,25;a, b\n;;\n",
+        "file\tnote\tmass_kg\nbox.obj\t\t0,25\n",
+    ];
+    for table in tables {
+        let directory = folder(&[("box.obj", BOX), ("objects.csv", table)]);
+        let models = load(directory.path()).unwrap().models();
+        assert_eq!(models.len(), 1, "{table}");
+        assert!((models[0].mass.mass_kg - 0.25).abs() < 1e-12, "{table}");
+    }
+}
+
+#[test]
+fn files_that_cannot_be_used_are_left_out_where_that_is_wished() {
+    let wished = Settings {
+        skip_unusable: true,
+        ..settings()
+    };
+    let directory = folder(&[("a.obj", "f"), ("b.obj", BOX), ("c.stl", "<html>")]);
+    assert!(load(directory.path()).is_err());
+    let catalogue = load_with(directory.path(), &wished).unwrap();
+    assert_eq!(names(&catalogue), ["b"]);
+    let all_bad = folder(&[("a.obj", "v")]);
+    assert!(load_with(all_bad.path(), &wished).is_err());
+}
+
+#[test]
 fn mistakes_in_the_table_name_their_line() {
     let table = |lines: &str| {
         let directory = folder(&[("a.obj", BOX), ("b.obj", BOX), ("objects.csv", lines)]);
@@ -109,6 +138,11 @@ fn mistakes_in_the_table_name_their_line() {
             "objects.csv:3: carries_kg is -1",
         ),
         ("index,name\n0,a\n", "the column 'file' is needed"),
+        (
+            "file,mass\na.obj,1\n",
+            "objects.csv:1: the column 'mass' is not read: call it 'mass_kg'",
+        ),
+        ("file,inde\na.obj,0\n", "call it 'index'"),
         ("index,file\nx,a.obj\n", "objects.csv:2: "),
         ("index,file\n0,a.obj,too,many\n", "objects.csv:2: "),
         (

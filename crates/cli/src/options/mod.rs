@@ -26,7 +26,7 @@ pub(crate) use sensor::{Sensor, calibration_file, parse_region, parse_sensor};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Objects")]
 pub struct CatalogueOptions {
-    /// `builtin`, the household set that needs no files, or a folder of .ply, .obj or .stl meshes
+    /// `builtin`, the household set that needs no files, or a folder of .ply, .obj, .stl, .glb or .3mf meshes
     #[arg(long, value_name = "builtin|DIR", default_value = "builtin")]
     pub(crate) catalogue: String,
 
@@ -37,6 +37,10 @@ pub struct CatalogueOptions {
     /// The density of objects whose mass is not known, in kg/m^3
     #[arg(long, value_name = "KG_M3", default_value_t = 400.0, value_parser = positive, allow_hyphen_values = true)]
     pub(crate) density: f64,
+
+    /// Leave out files of the folder that cannot be used, with a warning; the objects after them move up
+    #[arg(long)]
+    pub(crate) skip_unusable: bool,
 
     /// The pose in which objects are packed
     #[arg(long, value_parser = one_of(&POSES), default_value = "as-given")]
@@ -68,6 +72,7 @@ impl CatalogueOptions {
         Settings {
             unit: self.unit,
             density_kg_m3: self.density,
+            skip_unusable: self.skip_unusable,
             pose: self.pose,
             poses: self.poses as usize,
             cache: CacheDir::User,

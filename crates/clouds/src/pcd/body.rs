@@ -5,7 +5,7 @@ use nalgebra::Point3;
 use super::header::{Coordinate, Header};
 use super::{lzf, refused};
 use crate::error::FormatError;
-use crate::text::{number, points};
+use crate::text::{number, points, words};
 
 /// Maximum number of bytes of compressed points once they are unpacked.
 const MAX_UNPACKED_BYTES: usize = 2 << 30;
@@ -15,9 +15,9 @@ pub(super) fn ascii(header: &Header, body: &[u8]) -> Result<Vec<Point3<f32>>, Fo
     // Each number has a digit and what separates it from the next.
     check_length(header, body.len().saturating_add(1), 2 * header.numbers)?;
     let one = format!("point of {} numbers", header.numbers);
-    let point = |line: &str| {
-        let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        let side = |coordinate: &Coordinate| number(words.get(coordinate.column)?);
+    let point = |line: &[u8]| {
+        let words: Vec<&[u8]> = words(line).collect();
+        let side = |coordinate: &Coordinate| Some(number(words.get(coordinate.column)?)? as f32);
         let [x, y, z] = header.coordinates.each_ref().map(side);
         let point = Point3::new(x?, y?, z?);
         (words.len() == header.numbers).then_some(point)
