@@ -108,7 +108,7 @@ fn other_grids_containers_methods_and_cells_pack() {
     };
     let fine = "--random 5 --container 40x25x16cm --cell 5mm --yaws 8 --buffer 2";
     check(fine, "{}");
-    check("--items tennis_ball,0 --height-unit 1mm", "{}");
+    check("--items tennis_ball,0", "{}");
     let coarse = "--random 5 --cell 1cm --yaws 4";
     for method in [
         r#"{"heuristic": "dbl", "order": "bbox-volume", "stability": "published"}"#,

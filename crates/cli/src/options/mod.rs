@@ -108,10 +108,6 @@ pub struct GridOptions {
     #[arg(long, value_name = "LENGTH", value_parser = parse_length, allow_hyphen_values = true)]
     pub(crate) cell: Option<f64>,
 
-    /// One unit of height
-    #[arg(long, value_name = "LENGTH", default_value = "2mm", value_parser = parse_length, allow_hyphen_values = true)]
-    pub(crate) height_unit: f64,
-
     /// How many yaws, evenly over half a turn [default: 16 under robot conditions, 4 under the
     /// reference's]
     #[arg(long, value_name = "COUNT")]
@@ -130,8 +126,8 @@ impl GridOptions {
         GridSettings {
             container: self.container,
             cell_m: self.cell.unwrap_or(usual.cell_m),
-            height_unit_m: self.height_unit,
             yaws: self.yaws.unwrap_or(usual.yaws),
+            ..usual
         }
     }
 }

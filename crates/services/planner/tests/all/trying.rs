@@ -137,7 +137,8 @@ fn a_reported_item_is_a_body_where_it_was_found_whatever_the_bridge_assumes() {
 fn a_plan_with_too_little_time_to_try_is_the_best_untried_and_says_so() {
     let mut settings = coarse();
     // A try takes longer than the plan may.
-    settings.twin.rough.timestep_s = 1e-7;
+    settings.twin.rough.timestep_s = 2e-6;
+    settings.twin.rough.substeps = 64;
     let rig = Rig::new(settings);
     rig.begin_with(&["a"]);
     let plan = v1::PlanRequest::default();
