@@ -32,7 +32,7 @@ const NOT_RUN: [(&str, usize); 6] = [
     // scripts/test-python runs Ray on one machine.
     ("needs a cluster", 1),
     // scripts/test-python builds it, and runs what is shown.
-    ("needs the Python package", 2),
+    ("needs the Python package", 3),
     ("takes hours", 2),
 ];
 
