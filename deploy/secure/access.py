@@ -50,14 +50,13 @@ class Wire:
         self.prefix = self._only(r'const PREFIX: &str = "([^"]+)"', keys, "PREFIX")
         self.streams = self._chunks("Stream", keys)
         self.services = self._chunks("Service", keys)
-        methods = self._chunks("Method", keys)
         self.methods = {service: [] for service in self.services.values()}
-        rows = re.findall(r"\w+Request -> \w+: (?:Some\(Service::(\w+)\)|None), (\w+);", requests)
-        for service, method in rows:
+        rows = re.findall(r'^ *\w+ = "([^"]+)": \w+Request -> \w+, (?:Some\(Service::(\w+)\)|None);', requests, re.MULTILINE)
+        for method, service in rows:
             if service:
-                self.methods[self.services[service]].append(methods[method])
-        if {method for _, method in rows} != set(methods):
-            raise Wrong("rpc.rs and keys.rs do not have the same methods")
+                self.methods[self.services[service]].append(method)
+        if len(rows) < requests.count("Request -> "):
+            raise Wrong("rpc.rs has requests that cannot be read: adapt access.py to it")
 
     @staticmethod
     def _only(pattern, text, what):

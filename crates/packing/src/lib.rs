@@ -16,13 +16,15 @@
 //! use ppnpack_packing::objective::{Heuristic, Weights};
 //! use ppnpack_packing::survey::survey;
 //!
-//! // Heights are in units of 2 mm. let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24],
-//! vec![0; 24]); let block = Item::new("block", vec![surfaces], 0.0)?; let grid =
-//! Grid::reference(); let empty = Heightmap::empty(&grid); let placements = survey(&grid, &empty,
-//! &block.views()[0], Heuristic::Sdfm, &Weights::default())?; let valid =
-//! placements.iter().filter(|at| at.fits && at.is_stable); let best = valid.min_by(|a, b|
-//! a.value.total_cmp(&b.value)).ok_or("nothing is valid")?; assert_eq!((best.x, best.y,
-//! best.resting_height), (0, 0, 0));
+//! // Heights are in units of 2 mm.
+//! let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24], vec![0; 24]);
+//! let block = Item::new("block", vec![surfaces], 0.0)?;
+//! let grid = Grid::reference();
+//! let empty = Heightmap::empty(&grid);
+//! let placements = survey(&grid, &empty, &block.views()[0], Heuristic::Sdfm, &Weights::default())?;
+//! let valid = placements.iter().filter(|at| at.fits && at.is_stable);
+//! let best = valid.min_by(|a, b| a.value.total_cmp(&b.value)).ok_or("nothing is valid")?;
+//! assert_eq!((best.x, best.y, best.resting_height), (0, 0, 0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
