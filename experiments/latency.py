@@ -29,6 +29,7 @@ from ppnpack.v1 import planner_pb2 as planner
 
 CELL = "cell-1"
 READY_WITHIN_S = 120.0
+NEEDED = ["ppnpack", "ppnpack-router", "ppnpack-perception", "ppnpack-bridge", "ppnpack-planner"]
 
 
 class Stack:
@@ -215,6 +216,8 @@ parser.add_argument("--containers", type=int, default=5, help="containers a row 
 parser.add_argument("--items", type=int, default=80, help="items that arrive for each [80]")
 parser.add_argument("--place", type=float, default=0.0, help="how long a placement takes, in seconds [0]")
 options = parser.parse_args()
+if missing := [name for name in NEEDED if not (options.programs / name).is_file()]:
+    parser.error(f"{options.programs} has no {', '.join(missing)}: cargo build --release --bins makes them")
 listed = subprocess.run([options.programs / "ppnpack", "catalogue", "list", "--json"], capture_output=True, check=True)
 OBJECTS = [listing["name"] for listing in json.loads(listed.stdout)]
 with tempfile.TemporaryDirectory(prefix="ppnpack-latency-") as name:

@@ -205,3 +205,18 @@ def test_it_moves_nothing_unless_it_is_told_to(capsys):
     with pytest.raises(SystemExit) as ended:
         check_bridge.main(["--object", "mug"])
     assert ended.value.code == 2 and "--moves-the-robot" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("bad", "named"),
+    [(["--at", "nan,0,0"], "finite"), (["--at", "1,2"], "no point"), (["--patience", "nan"], "no time"), (["--patience", "-1"], "no time")],
+)
+def test_what_cannot_be_is_refused_before_anything_moves(bad, named, capsys):
+    with pytest.raises(SystemExit) as ended:
+        check_bridge.main([*KIT, *bad])
+    assert ended.value.code == 2 and named in capsys.readouterr().err
+
+
+def test_a_name_that_is_none_is_refused(started, capsys):
+    assert check_bridge.main(["--connect", started.endpoint, "--cell", "A/B", *KIT]) == 2
+    assert "A/B" in capsys.readouterr().err

@@ -478,7 +478,19 @@ def point(text: str) -> tuple[float, float, float]:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is no point: give such as 0.16,0.16,0.1, in metres") from None
+    if not all(map(math.isfinite, (x, y, z))):
+        raise argparse.ArgumentTypeError(f"'{text}' is no point: its numbers have to be finite")
     return x, y, z
+
+
+def seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is no time: give seconds above 0")
+    return value
 
 
 def read_options(arguments: list[str] | None) -> argparse.Namespace:
@@ -489,7 +501,7 @@ def read_options(arguments: list[str] | None) -> argparse.Namespace:
     add("--object", required=True, help="an object that the cell can place")
     add("--at", type=point, default=(0.16, 0.16, 0.1), metavar="X,Y,Z", help="where its frame is to be in the container, in metres [0.16,0.16,0.1]")
     add("--restart", metavar="COMMAND", help="a command that ends the bridge at once and starts it again: what it remembers is checked, too")
-    add("--patience", type=float, default=120.0, metavar="SECONDS", help="how long a placement, a renewal or a restart may take [120]")
+    add("--patience", type=seconds, default=120.0, metavar="SECONDS", help="how long a placement, a renewal or a restart may take [120]")
     add("--moves-the-robot", action="store_true", help="needed: it has items placed")
     add("--json", action="store_true", help="for programs: a list of cases")
     options = parser.parse_args(arguments)
@@ -505,7 +517,7 @@ def main(arguments: list[str] | None = None) -> int:
             kit = Kit(connection, options)
             connection.cell(options.cell, patience_s=10.0).state()
             results = run(kit, options)
-    except ClientError as error:
+    except (ClientError, ValueError) as error:
         print(f"check_bridge: {error}", file=sys.stderr)
         return 2
     if options.json:
