@@ -201,7 +201,8 @@ def check(wire, table):
             beside(wire, name, entry, what)
         if "*" in cells_of(name, entry) and (changed := changes(wire, name, entry)):
             raise Wrong(f"{name}: name its cells, as it changes what is in them, by {', '.join(changed)}")
-        if "serves" in entry:
+        # A robot's program has its sources elsewhere.
+        if "serves" in entry and (SERVICES / entry["serves"]).is_dir():
             found = streams_in_sources(wire, entry["serves"])
             for what in ("publishes", "subscribes"):
                 listed = set(streams(wire, name, entry, what))

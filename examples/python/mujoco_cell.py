@@ -1,7 +1,7 @@
 """A packing cell in MuJoCo behind the stack, and how full its containers get.
 
-It is what an integrator writes for a real cell, in one file: a bridge of one's own (docs/protocol.md), cameras that publish clouds, and a
-controller that has containers packed. The physics are not those that the planner tries placements in: they show what it does not know.
+It is what an integrator writes for a real cell, in one file: a robot behind the bridge, cameras that publish clouds, and a controller that
+has containers packed. The physics are not those that the planner tries placements in: they show what it does not know.
 
     pip install mujoco "scipy>=1.16" trimesh vhacdx -r examples/python/requirements.txt
     export PYTHONPATH=crates/python/python
@@ -17,8 +17,6 @@ import json
 import math
 import os
 import pathlib
-import random
-import re
 import shutil
 import signal
 import socket
@@ -29,7 +27,6 @@ import threading
 import time
 import uuid
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,12 +36,11 @@ try:
     import trimesh
     import vhacdx  # noqa: F401 (trimesh needs it to make convex pieces)
     import zenoh
-    from google.protobuf.message import DecodeError, Message
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform, Rotation
 
-    from ppnpack import check_bridge
-    from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Status, Unanswered, Unreachable
+    from ppnpack import check_bridge, robot
+    from ppnpack.client import Announcement, Cell, ClientError, Connection, ItemState, PlanResult, Unanswered, Unreachable
     from ppnpack.v1 import bridge_pb2 as bridge
     from ppnpack.v1 import cloud_pb2 as cloud
     from ppnpack.v1 import geometry_pb2 as geometry
@@ -59,10 +55,10 @@ DENSITY_KG_M3 = 400.0  # Of what has no mass in objects.csv; the catalogue's own
 FRICTION_ITEMS, FRICTION_WALLS = 0.5, 0.3
 RELEASE_M = 0.01  # How far above its place the robot lets go of an item: the planner tries placements from the same height.
 STEP_S, CONTACT_S = 0.002, 0.012  # With stiffer contacts small items in a full container tremble, and nothing ever lies still.
-SETTLE_S, DECISION_AGE_S = 2.0, 60.0
+SETTLE_S = 2.0
 TOPPLED_RAD, SLID_M = math.radians(30.0), 0.02  # Beyond these an item is unsteady, as in docs/results/filling.md.
 CAMERA_M, IMAGE_PX, FOCAL_PX, NOISE_M, DROPOUT = 0.9, (640, 480), 600.0, 0.001, 0.05
-SERVICES = ("router", "perception", "planner")
+SERVICES = ("router", "perception", "planner", "bridge")
 
 
 class InputError(Exception):
@@ -336,314 +332,98 @@ def sensors_of(view: str, cameras: int) -> list[Camera | Scanner]:
     return [Camera("camera", 0.0)] if cameras == 1 else [Camera("left", -0.15), Camera("right", 0.15)]
 
 
-# The bridge
+# The robot
 
 
-class Refusal(Exception):
-    """A request is not carried out: with which status, and why."""
+class MujocoRobot(robot.Robot):
+    """The cell as a robot behind the bridge that ships, and its sensors, which publish what they see by themselves."""
 
-    def __init__(self, status: Status, message: str) -> None:
-        super().__init__(message)
-        self.status = status
-
-
-class Bridge:
-    """The one that changes the cell: answers requests, has the robot carry them out, and publishes what comes of it.
-
-    The robot works in a thread of its own, so that requests are answered meanwhile. What was asked for is kept in memory, as the simulated
-    cell is: the bridge of a real one writes it to a disk before it answers, or it does not know after a restart what it had begun.
-    """
-
-    def __init__(self, session: zenoh.Session, cell: PhysicalCell, sensors: list[Camera | Scanner], cloud_period_s: float) -> None:
-        self._session, self._cell, self._sensors, self._cloud_period_s = session, cell, sensors, cloud_period_s
-        self._clock_offset_ns = time.time_ns() - time.monotonic_ns()
-        # No earlier bridge of this cell had a state of this number: what was planned on one of those never begins here.
-        self._state_number = self._first_state_number = time.time_ns() // 1_000_000 << 20 | random.getrandbits(20)
-        self._placements: dict[str, tuple[bridge.PlaceRequest, bridge.Execution]] = {}
-        self._renewals: dict[str, int] = {}
-        self._under_way = self.problem = ""
-        self._holds: dict[str, bridge.Hold] = {}
-        self._placements_left = 0  # 0: any number.
+    def __init__(self, connection: Connection, cell: PhysicalCell, sensors: list[Camera | Scanner], cloud_period_s: float) -> None:
+        self._session, self._cell, self._sensors, self._cloud_period_s = connection.session, cell, sensors, cloud_period_s
         self.findings: list[Finding] = []
-        self._views, self._bodies = self._look()
-        self._is_ended = False
-        self._changed = threading.Condition()  # Guards all of these.
-        self._robot = ThreadPoolExecutor(1)
-        self._waiting = ThreadPoolExecutor(16)  # Who waits for an end has a thread meanwhile, and keeps no hold waiting.
         self.least_place_s = 0.0
+        self._state = bridge.CellState()
+        self._is_ended = False
+        self._changed = threading.Condition()  # Guards all of these and what was looked at last.
+        self._look()
+        self._states = self._session.declare_subscriber(f"ppnpack/v1/{NAME}/state", self._on_state)
         self._publisher = threading.Thread(target=self._publish)
         self._publisher.start()
-        self._methods: dict[str, tuple[type[Message], type[Message], Callable[[Any, Any], None]]] = {
-            "place": (bridge.PlaceRequest, bridge.PlaceReply, self._place),
-            "outcome": (bridge.OutcomeRequest, bridge.OutcomeReply, self._outcome),
-            "renew": (bridge.RenewRequest, bridge.RenewReply, self._renew),
-            "hold": (bridge.HoldRequest, bridge.HoldReply, self._on_hold),
-            "resume": (bridge.ResumeRequest, bridge.ResumeReply, self._on_resume),
-            "changed": (bridge.ChangedRequest, bridge.ChangedReply, self._on_changed),
-            "state": (bridge.CellStateRequest, bridge.CellStateReply, lambda request, reply: None),
-        }
-        key = f"ppnpack/v1/{NAME}/rpc/bridge/*"
-        self._queryable = session.declare_queryable(key, self._on_query, complete=True)
 
     def close(self) -> None:
-        self._queryable.undeclare()
+        self._states.undeclare()
         with self._changed:
             self._is_ended = True
             self._changed.notify_all()
         self._publisher.join()
-        self._robot.shutdown()
-        self._waiting.shutdown()
 
-    def _on_query(self, query: zenoh.Query) -> None:
-        if str(query.key_expr).endswith(("/outcome", "/renew")):
-            self._waiting.submit(self._answer, query)
-        else:
-            self._answer(query)
+    def take_over(self, bodies: list[bridge.Body]) -> list[bridge.Body]:
+        return self._bodies
 
-    def _answer(self, query: zenoh.Query) -> None:
-        with query:
-            method = str(query.key_expr).rsplit("/", 1)[1]
-            if method not in self._methods:
-                return
-            request_type, reply_type, work = self._methods[method]
-            request, reply = request_type(), reply_type()
-            try:
-                request.ParseFromString(query.payload.to_bytes() if query.payload else b"")
-                reply.header.request_id = must_be_id("header.request_id", request.header.request_id)
-                if request.header.cell not in ("", NAME):
-                    raise Refusal(Status.UNAVAILABLE, f"this is not {request.header.cell}")
-                with self._changed:
-                    work(request, reply)
-                    if hasattr(reply, "state"):
-                        reply.state.CopyFrom(self._state())
-                reply.header.status = Status.OK
-            except DecodeError as error:
-                reply.header.status, reply.header.message = Status.INVALID, str(error)
-            except Refusal as refusal:
-                reply.header.status, reply.header.message = refusal.status, str(refusal)
-            query.reply(query.key_expr, reply.SerializeToString(), encoding=encoding_of(reply))
+    def bodies(self) -> list[bridge.Body]:
+        return self._bodies
 
-    def _place(self, request: bridge.PlaceRequest, reply: bridge.PlaceReply) -> None:
-        placement = must_be_id("placement_id", request.placement_id)
-        must_be_id("item_id", request.item_id)
-        request.ClearField("header")
-        if placement not in self._placements:
-            self._check_new(request)
-            accepted = bridge.Execution(placement_id=placement, phase=bridge.EXECUTION_PHASE_ACCEPTED)
-            self._placements[placement] = request, accepted
-            self._begin(placement, lambda: self._carry_out(request))
-            self._count_placement()
-        known, execution = self._placements[placement]
-        if known != request:
-            raise Refusal(Status.CONFLICT, f"placement {placement} was asked for before with other content")
-        reply.execution.CopyFrom(execution)
+    def place(self, placement: bridge.PlaceRequest, is_given_up: threading.Event) -> bridge.Outcome:
+        if is_given_up.wait(self.least_place_s):
+            return robot.not_placed("it was given up before anything was touched")
+        if placement.object not in self._cell.shapes or placement.item_id in self._cell.items:
+            return robot.not_placed(f"there is no '{placement.object}', or {placement.item_id} lies in the container")
+        found = self._cell.place(placement.item_id, placement.object, pose_of(placement.container_from_item))
+        self.findings.append(found)
+        # Before the new state is told: a cloud shows the state whose number it has.
+        self._look()
+        if found.is_lost:
+            return robot.lost("the item fell beside the container")
+        # Where it was found to lie: the planner tries the next items beside it there. A robot that does not look gives no pose.
+        where = message_of(found.container_from_item)
+        return robot.placed(where, is_inside=found.is_inside, slide_m=found.slide_m, tilt_rad=found.tilt_rad)
 
-    def _check_new(self, request: bridge.PlaceRequest) -> None:
-        """Refuses what may not begin. The order matters: STALE says that it never began, FORGOTTEN that nobody knows."""
-        state_number, age_ns = request.state_number, self._now_ns() - request.decided_at_ns
-        if state_number and not self._first_state_number <= state_number <= self._state_number:
-            raise Refusal(Status.FORGOTTEN, f"nothing is known here of state {state_number}: look what was done")
-        if state_number != self._state_number:
-            raise Refusal(Status.STALE, f"it was planned on state {state_number}, and this is {self._state_number}: plan anew")
-        self._check_idle()
-        if request.decided_at_ns and not 0 <= age_ns <= DECISION_AGE_S * 1e9:
-            self._count_up()  # So that it never begins, also where clocks are set.
-            raise Refusal(Status.STALE, f"it was not decided within the last {DECISION_AGE_S:g} s: plan anew")
-        if request.object not in self._cell.shapes:
-            raise Refusal(Status.NOT_FOUND, f"the cell has no object '{request.object}'")
-        if request.item_id in self._cell.items:
-            raise Refusal(Status.INVALID, f"item_id: {request.item_id} lies there")
-        turn = request.container_from_item.orientation
-        if not math.isclose(math.hypot(turn.x, turn.y, turn.z, turn.w), 1.0, abs_tol=1e-3):
-            raise Refusal(Status.INVALID, "container_from_item.orientation: that is no unit quaternion")
-        at = request.container_from_item.position
-        if not all(map(math.isfinite, (at.x_m, at.y_m, at.z_m))) or not outside_m(pose_of(request.container_from_item).apply(self._cell.shapes[request.object].mesh.center_mass)).max() <= 0.1:
-            raise Refusal(Status.INVALID, "container_from_item: that is outside the container")
+    def renew(self) -> None:
+        self._cell.empty()
+        self.findings = []
+        self._look()
 
-    def _check_idle(self) -> None:
-        if self._under_way:
-            raise Refusal(Status.BUSY, "the robot does something else")
-        if self._holds:
-            raise Refusal(Status.HELD, self._reasons())
-
-    def _outcome(self, request: bridge.OutcomeRequest, reply: bridge.OutcomeReply) -> None:
-        if request.placement_id not in self._placements:
-            raise Refusal(Status.NOT_FOUND, f"placement {request.placement_id} was never accepted")
-        execution = self._placements[request.placement_id][1]
-        self._wait(request, lambda: execution.phase == bridge.EXECUTION_PHASE_ENDED)
-        reply.execution.CopyFrom(execution)
-
-    def _renew(self, request: bridge.RenewRequest, reply: bridge.RenewReply) -> None:
-        renewal = request.header.request_id
-        if not request.state_number:
-            raise Refusal(Status.INVALID, "state_number: name the state whose container is to go")
-        if renewal not in self._renewals and self._under_way != renewal:
-            self._check_idle()
-            if request.state_number != self._state_number:
-                raise Refusal(Status.STALE, f"the cell is in state {self._state_number}: ask anew where its container is still to go")
-            self._begin(renewal, lambda: self._bring_empty(renewal))
-        self._wait(request, lambda: renewal in self._renewals)
-        reply.state_number = self._renewals[renewal]
-
-    def _on_hold(self, request: bridge.HoldRequest, reply: bridge.HoldReply) -> None:
-        # What is under way is brought to its end: this robot cannot break off, and is_aborting only asks those that can.
-        reply.hold_id = request.header.request_id
-        self._hold(reply.hold_id, request.reason or "somebody holds it", request.holder)
-
-    def _hold(self, name: str, reason: str, holder: str = "bridge") -> None:
-        self._holds.setdefault(name, bridge.Hold(id=name, reason=reason, holder=holder))
-        self._placements_left = 0
-        self._changed.notify_all()
-
-    def _reasons(self) -> str:
-        return "; ".join(hold.reason for hold in self._holds.values())
-
-    def _count_placement(self) -> None:
-        if self._placements_left == 1:
-            self._hold(f"stepped-{self._state_number}", "as many placements have begun as were asked for")
-        elif self._placements_left:
-            self._placements_left -= 1
-
-    def _on_resume(self, request: bridge.ResumeRequest, reply: bridge.ResumeReply) -> None:
-        if not request.hold_ids:
-            raise Refusal(Status.INVALID, "hold_ids: name the holds that are to end")
-        left = {name: hold for name, hold in self._holds.items() if name not in request.hold_ids}
-        if self._holds and len(left) == len(self._holds):
-            raise Refusal(Status.STALE, f"it is held for another reason: {self._reasons()}")
-        if self._holds and not left:
-            self._placements_left = request.most_placements
-            self._count_up()
-        self._holds = left
-
-    def _on_changed(self, request: bridge.ChangedRequest, reply: bridge.ChangedReply) -> None:
-        if self._under_way:
-            raise Refusal(Status.BUSY, "the robot moves: hold the cell first, and wait for the end")
-        if request.removed_item_ids:
-            raise Refusal(Status.INVALID, "removed_item_ids: nobody can reach into this cell")
-        self._count_up()
-
-    def _begin(self, name: str, work: Callable[[], None]) -> None:
-        self._under_way = name
-        self._changed.notify_all()
-        self._robot.submit(self._guarded, work)
-
-    def _wait(self, request: bridge.OutcomeRequest | bridge.RenewRequest, is_done: Callable[[], bool]) -> None:
-        self._changed.wait_for(lambda: is_done() or self._is_ended or self.problem, request.header.time_limit_us / 1e6)
-        if not is_done():
-            raise Refusal(Status.FAILED if self.problem else Status.TIMED_OUT, self.problem or "it is still under way")
-
-    def _count_up(self) -> None:
-        self._state_number += 1
-        self._changed.notify_all()
-
-    def _now(self) -> tuple[int, str, str, bool]:
-        return self._state_number, self._under_way, tuple(self._holds), self._is_ended
-
-    def _now_ns(self) -> int:
-        return time.monotonic_ns() + self._clock_offset_ns
-
-    def _state(self) -> bridge.CellState:
-        state = bridge.CellState(state_number=self._state_number, first_state_number=self._first_state_number, bodies=self._bodies)
-        state.executing_placement_id = self._under_way if self._under_way in self._placements else ""
-        state.is_simulated, state.clock_ns = True, self._now_ns()
-        if self._holds:
-            state.hold.reason = self._reasons()
-            state.holds.extend(self._holds.values())
-        return state
-
-    # In the robot's thread
-
-    def _guarded(self, work: Callable[[], None]) -> None:
-        try:
-            work()
-        except Exception as error:  # Whatever it is, nobody knows what the cell is like now.
-            with self._changed:
-                self.problem = f"the cell failed: {error!r}"
-                self._hold("failed", self.problem)
-
-    def _look(self) -> tuple[list[NDArray[np.float32]], list[bridge.Body]]:
-        views = [sensor.see(self._cell.surfaces()) for sensor in self._sensors]
-        bodies = []
+    def _look(self) -> None:
+        views, bodies = [sensor.see(self._cell.surfaces()) for sensor in self._sensors], []
         for item, name in self._cell.items.items():
             pose = message_of(self._cell.pose(item))
             is_inside = self._cell.is_inside(item)
             bodies.append(bridge.Body(item_id=item, object=name, container_from_item=pose, is_inside=is_inside, is_found=True))
-        return views, bodies
-
-    def _carry_out(self, request: bridge.PlaceRequest) -> None:
-        time.sleep(self.least_place_s)
-        found = self._cell.place(request.item_id, request.object, pose_of(request.container_from_item))
-        outcome = bridge.Outcome(placement_id=request.placement_id, item_id=request.item_id, kind=bridge.OUTCOME_KIND_PLACED)
-        if found.is_lost:
-            outcome.kind, outcome.failure = bridge.OUTCOME_KIND_LOST, "the item fell beside the container"
-        # Where it was found to lie: the planner tries the next items beside it there. A bridge that does not look says what was planned,
-        # and leaves `is_found` out.
-        outcome.container_from_item.CopyFrom(message_of(found.container_from_item))
-        outcome.is_found = True
-        outcome.is_inside, outcome.slide_m, outcome.tilt_rad = found.is_inside, found.slide_m, found.tilt_rad
-        # Before the new state is told: a cloud shows the state whose number it has.
-        seen = self._look()
         with self._changed:
-            self._end(seen)
-            self.findings.append(found)
-            outcome.state_number = self._state_number
-            execution = self._placements[request.placement_id][1]
-            execution.phase = bridge.EXECUTION_PHASE_ENDED
-            execution.outcome.CopyFrom(outcome)
-        self._put("outcome", outcome)
+            self._views, self._bodies = views, bodies
 
-    def _bring_empty(self, renewal: str) -> None:
-        self._cell.empty()
-        seen = self._look()
+    # The sensors
+
+    def _on_state(self, told: zenoh.Sample) -> None:
         with self._changed:
-            self._end(seen)
-            self.findings = []
-            self._renewals[renewal] = self._state_number
-
-    def _end(self, seen: tuple[list[NDArray[np.float32]], list[bridge.Body]]) -> None:
-        self._views, self._bodies = seen
-        self._under_way = ""
-        self._count_up()
-
-    # Streams
-
-    def _put(self, stream: str, message: Message) -> None:
-        self._session.put(f"ppnpack/v1/{NAME}/{stream}", message.SerializeToString(), encoding=encoding_of(message))
+            self._state = bridge.CellState.FromString(told.payload.to_bytes())
+            self._changed.notify_all()
 
     def _publish(self) -> None:
-        """States and clouds, on each change and once a period: planners take neither a picture nor a clock that is some seconds old."""
-        noise, sequence, last = np.random.default_rng(), 0, None
+        """Clouds of the state that the bridge told last, on each change and once a period, while the robot is not at work."""
+        noise, sequence = np.random.default_rng(), 0
         fields = [cloud.PackedField(name=name, offset=4 * index, type=cloud.NUMERIC_TYPE_FLOAT32) for index, name in enumerate("xyz")]
         while not self._is_ended:
             with self._changed:
-                if last == self._now():
-                    self._changed.wait(self._cloud_period_s)
-                last, state, views = self._now(), self._state(), self._views
-            self._put("state", state)
+                self._changed.wait(self._cloud_period_s)
+                state, views = self._state, self._views
+            if state.executing_placement_id or not state.state_number:
+                continue
             sequence += 1
             for sensor, points_m in zip(self._sensors, views):
                 message = cloud.PointCloud(sequence=sequence, captured_at_ns=time.time_ns(), sensor=sensor.name, cell=NAME, fields=fields)
                 message.container_from_sensor.CopyFrom(message_of(sensor.container_from_sensor))
                 message.state_number, message.point_stride = state.state_number, 12
                 message.data = sensor.measured(points_m, noise).astype("<f4").tobytes()
-                self._put("cloud", message)
-
-
-def must_be_id(field: str, text: str) -> str:
-    if not re.fullmatch(r"[A-Za-z0-9_.:-]{1,64}", text):
-        raise Refusal(Status.INVALID, f"{field}: that is no id")
-    return text
-
-
-def encoding_of(message: Message) -> str:
-    return f"application/protobuf;{message.DESCRIPTOR.full_name}"
+                encoding = f"application/protobuf;{message.DESCRIPTOR.full_name}"
+                self._session.put(f"ppnpack/v1/{NAME}/cloud", message.SerializeToString(), encoding=encoding)
 
 
 # The other services
 
 
 class Stack:
-    """Router, perception and planner, each a process of this machine. There is no bridge among them: this program is it."""
+    """Router, perception, planner and bridge, each a process of this machine; this program is the robot behind the bridge."""
 
     def __init__(self, options: argparse.Namespace, view: str) -> None:
         self._folder = pathlib.Path(tempfile.mkdtemp(prefix="ppnpack-mujoco-"))
@@ -699,8 +479,8 @@ class Stack:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
-def configurations(options: argparse.Namespace, view: str, endpoint: str) -> tuple[str, str, str]:
-    """The files of router, perception and planner."""
+def configurations(options: argparse.Namespace, view: str, endpoint: str) -> tuple[str, ...]:
+    """The files of the services."""
     # On a machine that is busy with other things processes may be silent, and clouds on their way, for longer than in a cell.
     start = '[admin]\nlisten = "off"\n[zenoh]\nlease_s = 30.0\n'
     client = f'{start}connect = "{endpoint}"\n[service]\n'
@@ -733,13 +513,16 @@ heightmap_age_limit_s = 60.0
     router = f'{start}listen = "{endpoint}"\n'
     perception = f"{client}has_unlisted_cells = false\n{grid}{mapper if view == 'camera' else ''}"
     planner = f"{client}catalogue = {json.dumps(str(options.catalogue.resolve()))}\n{grid}{method}"
-    return router, perception, planner
+    # A simulated cell forgets with its process: the bridge of a real one has a journal.
+    container = f"physics.container = {{ x_m = {x_m}, y_m = {y_m}, z_m = {z_m} }}"
+    behind = f"{client}[service.cells.{NAME}]\n{container}\nremote = {{ is_simulated = true }}\n"
+    return router, perception, planner, behind
 
 
 # Packing
 
 
-def pack(cell: Cell, robot: Bridge, shapes: dict[str, Shape], names: list[str], options: argparse.Namespace, what: str) -> dict[str, Any]:
+def pack(cell: Cell, arm: MujocoRobot, shapes: dict[str, Shape], names: list[str], options: argparse.Namespace, what: str) -> dict[str, Any]:
     """Packs one container with objects that arrive in this order; gives its figures."""
     began_s, decisions_s = time.monotonic(), []
     session = f"mujoco-{uuid.uuid4().hex}"
@@ -756,9 +539,9 @@ def pack(cell: Cell, robot: Bridge, shapes: dict[str, Shape], names: list[str], 
     return {
         "items": len(inside),
         "litres": 1000.0 * sum(inside),
-        "placed": len(robot.findings),
-        "unsteady": sum(finding.is_unsteady for finding in robot.findings),
-        "moved_another": sum(finding.disturbance_m > SLID_M for finding in robot.findings),
+        "placed": len(arm.findings),
+        "unsteady": sum(finding.is_unsteady for finding in arm.findings),
+        "moved_another": sum(finding.disturbance_m > SLID_M for finding in arm.findings),
         "set_aside": sum(item.state == ItemState.ITEM_STATE_SET_ASIDE for item in cell.session().items),
         "decision_s": {"median": median_s, "p95": p95_s},
         "took_s": time.monotonic() - began_s,
@@ -788,21 +571,23 @@ def pack_all(options: argparse.Namespace, view: str, sequences: dict[int, list[s
         stack.start()
         progress("waiting for the services")
         with stack.connect(patience_s=900.0) as connection:
-            robot = Bridge(connection.session, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)
+            arm = MujocoRobot(connection, PhysicalCell(shapes), sensors_of(view, options.cameras), options.cloud_period)
+            served = robot.serve(connection, arm, NAME)
             try:
                 cell = connection.cell(NAME, limit_s=60.0, patience_s=900.0)
                 if options.check_bridge and view == options.view:
                     of_kit = ["--connect", stack.endpoint, "--object", next(iter(shapes)), "--at", "0.16,0.16,0.15", "--moves-the-robot"]
-                    robot.least_place_s = 2.0  # So that requests come while it moves.
+                    arm.least_place_s = 2.0  # So that requests come while it moves.
                     if check_bridge.main(of_kit) != 0:
-                        raise RuntimeError("its bridge does not do what the protocol asks of bridges")
-                    robot.least_place_s = 0.0
+                        raise RuntimeError("the bridge with this robot does not do what the protocol asks of bridges")
+                    arm.least_place_s = 0.0
                 for number, names in sequences.items():
-                    run = {"view": view, "sequence": number, **pack(cell, robot, shapes, names, options, f"{view}, sequence {number}")}
+                    run = {"view": view, "sequence": number, **pack(cell, arm, shapes, names, options, f"{view}, sequence {number}")}
                     runs.append(run)
                     print(json.dumps(run), flush=True)
             finally:
-                robot.close()
+                served.close()
+                arm.close()
     except (ClientError, RuntimeError, zenoh.ZError):
         stack.check()  # Where a service has ended, that is why.
         raise
@@ -874,7 +659,7 @@ def read_options() -> argparse.Namespace:
     add("--yaws", type=int, default=16, help="of the grid")
     add("--cloud-period", type=float, default=0.2, help="how often clouds are published, in seconds")
     add("--cache", type=pathlib.Path, default=pathlib.Path.home() / ".cache" / "ppnpack-mujoco", help="where convex pieces are kept")
-    add("--check-bridge", action="store_true", help="first hold its own bridge against ppnpack.check_bridge")
+    add("--check-bridge", action="store_true", help="first hold the bridge with this robot against ppnpack.check_bridge")
     add("--json", type=pathlib.Path, metavar="FILE", help="where the figures are written")
     add("--least-volume-share", type=float, metavar="SHARE", help="pack by both views; fail where cameras have less of the scan's")
     add("--most-unsteady", type=float, metavar="SHARE", help="fail where a greater share of what was placed did not stay")

@@ -14,8 +14,8 @@ import pytest
 
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 
-from ppnpack import check_bridge
-from ppnpack.client import Connection, Unreachable
+from ppnpack import check_bridge, robot
+from ppnpack.client import Connection, Decision, Refused, Unreachable
 from ppnpack.client.requests import attempt
 from ppnpack.v1 import bridge_pb2 as bridge
 
@@ -28,14 +28,14 @@ KIT = ["--object", "mug", "--at", "0.16,0.16,0.15", "--moves-the-robot", "--json
 class Bridge:
     """The program `ppnpack-bridge`, which can be killed and started again."""
 
-    def __init__(self, program, folder):
+    def __init__(self, program, folder, cell=f"place_duration_s={PLACE_S}"):
         with socket.create_server(("127.0.0.1", 0)) as listener:
             self.endpoint = f"tcp/127.0.0.1:{listener.getsockname()[1]}"
         settings = [
             "zenoh.mode=router",
             f'zenoh.listen=["{self.endpoint}"]',
             "admin.listen=127.0.0.1:0",
-            f"service.cells={{cell-1={{place_duration_s={PLACE_S}}}}}",
+            f"service.cells={{cell-1={{{cell}}}}}",
             f"service.journal={folder / 'journal.redb'}",
         ]
         arguments = [part for setting in settings for part in ("--set", setting)]
@@ -88,6 +88,43 @@ def test_the_bridge_that_is_shipped_is_right(started, capsys):
     cases = results(started, capsys, "--restart", started.restart_command())
     assert len(cases) == 12
     assert [case for case in cases.values() if case["result"] != "right"] == []
+
+
+class Unhurried(robot.Robot):
+    """A robot in Python that keeps no account of what lies in the container."""
+
+    def place(self, placement, is_given_up):
+        if is_given_up.wait(PLACE_S):
+            return robot.not_placed("nothing was touched")
+        return robot.placed(placement.container_from_item)
+
+    def renew(self):
+        pass
+
+
+def test_a_robot_in_python_behind_the_bridge_is_right(program, tmp_path, capsys):
+    with Bridge(program, tmp_path, "remote={is_simulated=true}") as started, Connection(started.endpoint) as connection:
+        with robot.serve(connection, Unhurried()):
+            cases = results(started, capsys, "--restart", started.restart_command())
+    assert [case for case in cases.values() if case["result"] != "right"] == []
+
+
+def test_what_a_robot_raises_is_unknown_and_it_goes_on(program, tmp_path):
+    class Breaks(robot.Robot):
+        def place(self, placement, is_given_up):
+            raise OSError("the gripper does not answer")
+
+    with Bridge(program, tmp_path, "remote={is_simulated=true}") as started, Connection(started.endpoint) as connection:
+        with robot.serve(connection, Breaks()):
+            cell = connection.cell(patience_s=READY_WITHIN_S)
+            for name in ("a", "b"):
+                decision = Decision(decision_id=name, item_id=name, object="mug", state_number=cell.state().state_number)
+                decision.container_from_item.CopyFrom(check_bridge.pose_at(0.1, 0.1, 0.1))
+                cell.place(decision)
+                outcome = cell.wait_for_outcome(decision)
+                assert outcome.kind == bridge.OUTCOME_KIND_UNKNOWN and "the gripper does not answer" in outcome.failure
+            with pytest.raises(Refused, match="NotImplementedError"):
+                cell.renew()
 
 
 class Liar:

@@ -211,6 +211,8 @@ chunks! {
         Heuristic = "heuristic",
         /// The cell itself: robot and container.
         Bridge = "bridge",
+        /// Robots that are programs of their own, behind the bridge.
+        Robot = "robot",
         /// Decisions.
         Planner = "planner",
         /// Passes messages on between the others.

@@ -88,6 +88,9 @@ requests! {
     Resume = "resume": ResumeRequest -> ResumeReply, Some(Service::Bridge);
     Changed = "changed": ChangedRequest -> ChangedReply, Some(Service::Bridge);
     State = "state": CellStateRequest -> CellStateReply, Some(Service::Bridge);
+    TakeOver = "take_over": TakeOverRequest -> TakeOverReply, Some(Service::Robot);
+    CarryOut = "carry_out": CarryOutRequest -> CarryOutReply, Some(Service::Robot);
+    BringEmpty = "bring_empty": BringEmptyRequest -> BringEmptyReply, Some(Service::Robot);
     Begin = "begin": BeginRequest -> BeginReply, Some(Service::Planner);
     Announce = "announce": AnnounceRequest -> AnnounceReply, Some(Service::Planner);
     Withdraw = "withdraw": WithdrawRequest -> WithdrawReply, Some(Service::Planner);

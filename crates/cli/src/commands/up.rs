@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Args;
+use ppnpack_bridge::RemoteSettings;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_perception_service::TraySettings;
@@ -67,6 +68,11 @@ struct ServiceOptions {
     /// any more
     #[arg(long, conflicts_with = "pack")]
     renew: bool,
+
+    /// The cells' robots and cameras are programs of their own, such as of `ppnpack.robot` in
+    /// Python, in place of simulated ones
+    #[arg(long, conflicts_with = "pack")]
+    remote_robots: bool,
 
     /// A Zenoh endpoint to listen on (may be repeated) [default: the environment's
     /// PPNPACK_ENDPOINT, else tcp/127.0.0.1:7447; with --pack and without --ros a free port of this
@@ -216,6 +222,7 @@ impl UpArguments {
             // A packing of its own is done as soon as can be; a cell that others watch moves in
             // time.
             motion_speed: if self.packing.pack { 0.0 } else { 1.0 },
+            remote: self.services.remote_robots.then(RemoteSettings::default),
             ..stack::Sensing::default()
         };
         if let Some(camera) = simulated.camera {

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow};
+use ppnpack_bridge::RemoteSettings;
 use ppnpack_bridge::simulated::{FaultSettings, Scan, SimulatedSettings, sensor_names};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::grid::{Grid, GridSettings};
@@ -95,6 +96,8 @@ pub struct Sensing {
     pub mapper: MapperSettings,
     /// Rates at which placements go wrong.
     pub faults: FaultSettings,
+    /// The robots, where they are programs of their own.
+    pub remote: Option<RemoteSettings>,
     /// Speed at which robots follow the motions of placements: 1 in time, 0 without any wait.
     pub motion_speed: f64,
     /// Whether placed items are inspected; as the planner does by itself where nothing is said.
@@ -286,6 +289,7 @@ fn bridge_settings(plan: &Plan<'_>) -> ppnpack_bridge::Settings {
         camera: plan.sensing.camera.unwrap_or_default(),
         faults: plan.sensing.faults,
         motion_speed: plan.sensing.motion_speed,
+        remote: plan.sensing.remote,
         ..SimulatedSettings::default()
     };
     let robots = plan.cells.iter().filter(|_| plan.containers.count > 1);

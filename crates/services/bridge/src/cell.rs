@@ -34,16 +34,20 @@ pub(crate) struct CellParts {
 impl CellParts {
     /// Works as the desk until the end is asked for, with the robot's actor in a thread beside it.
     pub(crate) fn run(mut self, mailbox: &Mailbox<Message>) {
-        let robot = self.robot.as_mut();
+        let is_simulated = self.robot.is_simulated();
         let early = Early {
             mailbox,
             share: &self.share,
         };
-        let Some(ledger) = desk::open(&mut self.journal, robot, &early, self.is_after_another)
-        else {
+        let Some(ledger) = desk::open(
+            &mut self.journal,
+            is_simulated,
+            &early,
+            self.is_after_another,
+        ) else {
             return;
         };
-        let reach = Reach::of(robot);
+        let reach = Reach::of(self.robot.as_ref());
         let (actor, robot_mailbox) = actor::mailbox(1);
         let jobs = Jobs::new(&actor);
         let (supervisor, desk) = (&self.supervisor, self.desk);

@@ -1,8 +1,8 @@
 //! The bridge service: a cell, its robot and its sensor behind one interface.
 //!
 //! It accepts placements, has each carried out at most once, and says how it ended; it brings empty
-//! containers; it publishes the sensors' clouds. The cells are simulated ([`start`]), or anything
-//! that implements [`Robot`] ([`start_robots`]).
+//! containers; it publishes the sensors' clouds. The cells are simulated or have robots that are
+//! programs of their own ([`start`]), or anything that implements [`Robot`] ([`start_robots`]).
 //!
 //! Each cell has two actors. The desk answers requests and keeps the journal; the robot's actor is
 //! busy for as long as a placement takes.
@@ -12,6 +12,7 @@ mod cell;
 mod clock;
 mod desk;
 mod journal;
+mod remote;
 pub mod robot;
 mod runner;
 mod settings;
@@ -35,6 +36,8 @@ use camera::Camera;
 use cell::CellParts;
 use desk::{Message, Share, SharedRobot, TimeLimits};
 use journal::{CellJournal, Journal};
+use remote::RemoteRobot;
+pub use remote::RemoteSettings;
 use robot::Robot;
 pub use settings::Settings;
 use simulated::SimulatedRobot;
@@ -59,7 +62,7 @@ pub struct Bridge {
     _health: HealthLatch,
 }
 
-/// Starts the service with simulated cells.
+/// Starts the service with simulated cells, and robots that are programs of their own.
 ///
 /// # Errors
 /// [`ServiceError`] where a cell cannot be simulated, or there is no session or no thread. Where
@@ -73,10 +76,19 @@ pub fn start(
     let mut robots: BTreeMap<Cell, Box<dyn Robot>> = BTreeMap::new();
     for (name, cell_settings) in &settings.cells {
         let cell = Cell::new(name)?;
-        let robot = SimulatedRobot::new(cell_settings.clone(), catalogue);
-        let robot =
-            robot.map_err(|error| ServiceError::start(format_args!("cell {cell}: {error}")))?;
-        robots.insert(cell, Box::new(robot));
+        let robot: Box<dyn Robot> = match cell_settings.remote {
+            Some(remote) => {
+                let container = cell_settings.physics.container;
+                Box::new(RemoteRobot::new(process, &cell, container, remote))
+            }
+            None => {
+                let robot = SimulatedRobot::new(cell_settings.clone(), catalogue);
+                let robot = robot
+                    .map_err(|error| ServiceError::start(format_args!("cell {cell}: {error}")))?;
+                Box::new(robot)
+            }
+        };
+        robots.insert(cell, robot);
     }
     start_robots(process, settings, robots)
 }

@@ -34,10 +34,12 @@ macro_rules! names_of {
 #[test]
 fn every_request_has_its_method_and_reply() {
     let known = names_of! {
-        AnnounceRequest AutomaticRequest BeginRequest CellStateRequest ChangedRequest CloseRequest
+        AnnounceRequest AutomaticRequest BeginRequest BringEmptyRequest CarryOutRequest
+        CellStateRequest ChangedRequest CloseRequest
         EvaluateRequest ExplainRequest HealthRequest HeightmapRequest HoldRequest InspectRequest
         ItemsRequest OpenRequest OutcomeRequest PlaceRequest PlanRequest ProposeRequest RenewRequest
-        ReportRequest ResumeRequest SessionRequest ShapesRequest WithdrawRequest
+        ReportRequest ResumeRequest SessionRequest ShapesRequest TakeOverRequest
+        WithdrawRequest
     };
     let pool = filled::pool();
     let messages = pool.all_messages().map(|message| message.name().to_owned());

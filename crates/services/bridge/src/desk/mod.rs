@@ -212,7 +212,8 @@ impl Desk {
             outcomes: PendingRequests::new(MOST_OUTCOMES),
             renewals: PendingRequests::new(MOST_RENEWALS),
         };
-        desk.show();
+        // In its own thread: a robot that hangs there keeps no hold waiting.
+        desk.send_change();
         desk.robot.share.open(&desk.ledger.head().holds);
         // Holds may have come while the journal was opened.
         desk.follow_robot();

@@ -11,7 +11,6 @@ use ppnpack_wire::v1::Status;
 use super::share::Share;
 use super::{Message, RETRY_AFTER};
 use crate::journal::{CellJournal, JournalError};
-use crate::robot::Robot;
 
 /// The requests that come before there is a desk.
 pub(crate) struct Early<'a> {
@@ -20,13 +19,13 @@ pub(crate) struct Early<'a> {
     pub(crate) share: &'a Share,
 }
 
-/// Reads the ledger of a cell, settles what was cut off, and has the robot go on from there.
+/// Reads the ledger of a cell, and settles what was cut off.
 ///
 /// Until the journal can be read and written, requests are refused. Where another bridge served the
 /// cell, it is not known what that did. `None` where the end is asked for meanwhile.
 pub(crate) fn open(
     journal: &mut CellJournal,
-    robot: &mut dyn Robot,
+    is_simulated: bool,
     early: &Early<'_>,
     is_after_another: bool,
 ) -> Option<Ledger> {
@@ -34,19 +33,12 @@ pub(crate) fn open(
     let change = match is_after_another {
         true => ledger.restored(AFTER_ANOTHER),
         false => {
-            let settled = ledger.recover(robot.is_simulated());
+            let settled = ledger.recover(is_simulated);
             settled.unwrap_or_else(|| ledger.no_change())
         }
     };
     early.persist(|| journal.write(&ledger, &change))?;
     ledger.apply(change);
-
-    let bodies = robot.take_over(ledger.head().bodies.clone());
-    if bodies != ledger.head().bodies {
-        let change = ledger.find_bodies(bodies);
-        early.persist(|| journal.write(&ledger, &change))?;
-        ledger.apply(change);
-    }
     Some(ledger)
 }
 

@@ -33,6 +33,15 @@ impl Reach {
         }
     }
 
+    /// Says why an item's own frame cannot be there, where it cannot.
+    ///
+    /// # Errors
+    /// How far it is outside, for people.
+    pub(crate) fn check_frame(&self, container_from_item: &Isometry3<f64>) -> Result<(), String> {
+        let checked = self.check_at(container_from_item, &Point3::origin(), FRAME_MARGIN_M);
+        checked.map_err(|Refusal(_, why)| why)
+    }
+
     /// Refuses a placement that is not for this cell.
     pub(super) fn check(&self, placement: &Placement) -> Result<(), Refusal> {
         let object = &placement.object;

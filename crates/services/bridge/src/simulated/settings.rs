@@ -6,10 +6,12 @@ use ppnpack_service::configuration::in_range;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;
 
+use crate::remote::RemoteSettings;
+
 /// The maximum pitch of an exact scan, in metres: that of the samples of perception's surfaces.
 const MAX_PITCH_M: f64 = 0.0025;
 
-/// A simulated cell.
+/// A cell: simulated, or with a robot that is a program of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SimulatedSettings {
@@ -33,6 +35,9 @@ pub struct SimulatedSettings {
     pub camera: CameraSettings,
     /// Whether the sensor does not know the state of the cell, as cameras of ROS 2 do not.
     pub is_stateless: bool,
+    /// The robot, where it is a program of its own: of the others only the container counts then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remote: Option<RemoteSettings>,
 }
 
 /// Faults that happen on purpose, drawn per placement.
@@ -69,6 +74,7 @@ impl Default for SimulatedSettings {
             scan_pitch_m: MAX_PITCH_M,
             camera: CameraSettings::default(),
             is_stateless: false,
+            remote: None,
         }
     }
 }

@@ -11,4 +11,5 @@ mod common;
 mod expiring;
 mod holding;
 mod placing;
+mod remote;
 mod scanning;

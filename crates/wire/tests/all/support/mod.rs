@@ -67,6 +67,8 @@ messages! {
     // record.proto
     PlanningRecord RecordedItem RecordedCandidate RecordedContainer RecordedContent RecordedBody RecordedAttempt AdmittedCandidates Solid
     ConvexPiece ShapesRequest ShapesReply Shape
+    // robot.proto
+    TakeOverRequest TakeOverReply CarryOutRequest CarryOutReply BringEmptyRequest BringEmptyReply Bodies
     // scene.proto
     Scene Surface Heightmap HeightmapId HeightmapQuality Doubt
 }
