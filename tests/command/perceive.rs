@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use ppnpack_clouds::{Cloud, to_pcd};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -111,6 +112,60 @@ fn the_example_is_calibrated_and_perceived() {
     let limits = folder.file("limits.toml", "largest_rms_m = 1e-6");
     refused(&format!("{calibrate} --limits {limits}"), &["empty.pcd"]);
     assert!(!folder.path("refused.toml").exists());
+}
+
+#[test]
+fn millimetres_are_read_by_their_unit_and_named_without_and_zeros_at_the_lens_are_holes() {
+    let folder = Folder::new();
+    let example = folder.name("example");
+    text(&ppnpack(&format!("perceive --example {example}")));
+    // The same cloud as cameras of the industry and as many drivers write it.
+    let rewritten = |name: &str, file: &str, rewrite: fn(Cloud) -> Vec<u8>| {
+        let cloud = ppnpack_clouds::read(&folder.path(name)).unwrap();
+        std::fs::write(folder.path(file), rewrite(cloud)).unwrap();
+        folder.name(file)
+    };
+    let millimetres = |cloud: Cloud| to_pcd(&cloud.in_units_of(1000.0));
+    let empty = rewritten("example/empty.pcd", "empty.pcd", millimetres);
+    let packed = rewritten("example/packed.pcd", "packed.pcd", millimetres);
+    let zeros = rewritten("example/packed.pcd", "zeros.pcd", |cloud| {
+        let mut bytes = to_pcd(&cloud);
+        let body = bytes.len() - 12 * cloud.points_m().len();
+        let points = bytes[body..].chunks_exact_mut(12);
+        for (bytes, point) in points.zip(cloud.points_m()) {
+            if point.x.is_nan() {
+                bytes.fill(0);
+            }
+        }
+        bytes
+    });
+    let out = folder.name("calibration.toml");
+    let calibrate = |cloud: &str| format!("calibrate {cloud} --out {out}");
+    let found = json(&calibrate(&format!("{example}/empty.pcd")))["container"].clone();
+    assert_eq!(
+        json(&format!("{} --unit mm", calibrate(&empty)))["container"],
+        found
+    );
+    let mapper = format!("--container-from-sensor {out} --mapper {example}/mapper.toml");
+    let perceive = |cloud: &str| format!("perceive {cloud} {mapper} --out {}", folder.name("out"));
+    let seen = |words: &str| {
+        let mut seen = json(words);
+        for other in ["clouds", "took_s"] {
+            seen.as_object_mut().unwrap().remove(other);
+        }
+        seen
+    };
+    let usual = seen(&perceive(&format!("{example}/packed.pcd")));
+    assert_eq!(usual["doubts"], serde_json::json!([]), "{usual}");
+    assert_eq!(seen(&perceive(&zeros)), usual);
+    let scaled = seen(&format!("{} --unit mm", perceive(&packed)));
+    assert_eq!(scaled["greatest_height_m"], usual["greatest_height_m"]);
+    assert_eq!(scaled["doubts"], usual["doubts"]);
+    for command in [calibrate(&empty), perceive(&packed)] {
+        refused(&command, &["m from the sensor in the median", "--unit mm"]);
+    }
+    let recognise = format!("recognise {packed}");
+    refused(&recognise, &["packed.pcd", "--cloud-unit mm"]);
 }
 
 #[test]

@@ -11,12 +11,16 @@ use serde::{Deserialize, Serialize};
 pub enum LengthUnit {
     /// Metres, which the program computes in.
     #[default]
+    #[serde(alias = "m")]
     Metres,
     /// Centimetres.
+    #[serde(alias = "cm")]
     Centimetres,
     /// Millimetres, the habit of CAD programs and of STL files.
+    #[serde(alias = "mm")]
     Millimetres,
     /// Inches of 25.4 mm.
+    #[serde(alias = "in")]
     Inches,
 }
 

@@ -25,7 +25,7 @@ pub struct CloudShapeError {
 
 impl Cloud {
     /// Makes a cloud of points in rows of `width`. A point with a coordinate that is not finite is
-    /// a hole: all three become NaN.
+    /// a hole: all three become NaN. So is one at the lens, with which many drivers fill holes.
     ///
     /// # Errors
     /// [`CloudShapeError`] where the last row is not complete, or there are more than
@@ -42,7 +42,8 @@ impl Cloud {
             });
         }
         for point in &mut points_m {
-            if !point.iter().all(|side_m| side_m.is_finite()) {
+            let is_measured = point.iter().all(|side_m| side_m.is_finite());
+            if !is_measured || *point == Point3::origin() {
                 *point = Point3::new(f32::NAN, f32::NAN, f32::NAN);
             }
         }
@@ -55,6 +56,15 @@ impl Cloud {
     /// [`CloudShapeError`] where there are more than [`MAX_POINTS`].
     pub fn unorganised(points_m: Vec<Point3<f32>>) -> Result<Self, CloudShapeError> {
         Self::organised(points_m.len(), points_m)
+    }
+
+    /// Gives the same cloud where its numbers are of another unit, of so many metres.
+    #[must_use]
+    pub fn in_units_of(mut self, unit_m: f64) -> Self {
+        for side_m in self.points_m.iter_mut().flat_map(|point| point.iter_mut()) {
+            *side_m = (f64::from(*side_m) * unit_m) as f32;
+        }
+        self
     }
 
     /// Gives the points in metres, row by row; NaN in all three coordinates where there is a hole.

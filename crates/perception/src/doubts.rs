@@ -13,8 +13,8 @@ pub enum Doubt {
     /// Too little of the container was seen: the sensor shows another place, unit or frame, or
     /// something is before it.
     #[error(
-        "only {seen_cells} of {cells} cells are seen: does the sensor show this container, in metres and in the frame \
-         that is set?"
+        "only {seen_cells} of {cells} cells are seen: does the sensor show this container, in metres (say `unit` of its \
+         clouds where not) and in the frame that is set?"
     )]
     LittleSeen {
         /// Cells of which something was seen.

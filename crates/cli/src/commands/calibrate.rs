@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_files::write_whole;
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_perception::calibration::{CalibrationSettings, Residuals, calibrate};
@@ -10,14 +11,14 @@ use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::options::{calibration_file, file};
+use crate::options::{calibration_file, file, read_cloud};
 use crate::output::{print_json, print_line};
 use crate::quantity::parse_size;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its
 /// inner size.
 ///
-/// The cloud is a PCD or PLY file in metres in the sensor's frame, with the whole rim in view. What
+/// The cloud is a PCD or PLY file in the sensor's frame, with the whole rim in view. What
 /// is written is taken by `ppnpack perceive --container-from-sensor`, and its lines go into the
 /// perception service's configuration.
 #[derive(Debug, Args)]
@@ -25,6 +26,10 @@ pub(crate) struct CalibrateArguments {
     /// The cloud
     #[arg(value_name = "CLOUD")]
     cloud: PathBuf,
+
+    /// The unit of the cloud's coordinates: m, cm, mm or in; industrial cameras write millimetres
+    #[arg(long, value_name = "UNIT", default_value = "m")]
+    unit: LengthUnit,
 
     /// The container's inner size where it is known: the cloud is checked against it, and gives
     /// only the pose
@@ -67,7 +72,7 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
         ..arguments.limits.clone().unwrap_or_default()
     };
     settings.validate().or_input()?;
-    let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
+    let cloud = read_cloud(&arguments.cloud, arguments.unit, "--unit")?;
     let mut calibration = calibrate(cloud.measured_m(), &settings)
         .map_err(|error| Failure::input(format_args!("{}: {error}", arguments.cloud.display())))?;
     if arguments.container.is_none() {

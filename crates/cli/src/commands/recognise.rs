@@ -7,6 +7,7 @@ use std::time::Instant;
 use anyhow::anyhow;
 use clap::Args;
 use nalgebra::Point3;
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::model::mesh::Bounds;
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -19,7 +20,7 @@ use ppnpack_recognition::unknown_item::unknown_item;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor};
+use crate::options::{CatalogueOptions, Sensor, parse_region, parse_sensor, read_cloud};
 use crate::output;
 use crate::quantity::parse_distance;
 use crate::text::template;
@@ -30,7 +31,7 @@ const MARGIN_M: f64 = 0.001;
 /// Finds the items in a point cloud of a tray or a table, and says which object of the catalogue
 /// each one is and how it lies.
 ///
-/// The cloud is a PCD or PLY file in metres. The z axis of the frame that the pose leads to must
+/// The cloud is a PCD or PLY file. The z axis of the frame that the pose leads to must
 /// point up; without a pose, that is the sensor's own. What items stand on is the plane that most
 /// points lie on.
 #[derive(Debug, Args)]
@@ -38,6 +39,10 @@ pub(crate) struct RecogniseArguments {
     /// The cloud
     #[arg(value_name = "CLOUD")]
     cloud: PathBuf,
+
+    /// The unit of the cloud's coordinates: m, cm, mm or in; industrial cameras write millimetres
+    #[arg(long, value_name = "UNIT", default_value = "m")]
+    cloud_unit: LengthUnit,
 
     #[command(flatten)]
     catalogue: CatalogueOptions,
@@ -92,7 +97,7 @@ struct Item {
 }
 
 pub(crate) fn run(arguments: &RecogniseArguments) -> Outcome {
-    let cloud = ppnpack_clouds::read(&arguments.cloud).or_input()?;
+    let cloud = read_cloud(&arguments.cloud, arguments.cloud_unit, "--cloud-unit")?;
     let sensor = arguments.container_from_sensor.clone().unwrap_or_default();
     let container_from_sensor = sensor.container_from_sensor;
     let points = cloud.points_m().iter();

@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+mod cloud;
 pub(crate) mod file;
 mod method;
 mod physics;
@@ -17,6 +18,7 @@ use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use crate::failure::{OrInput, Outcome};
 use crate::progress;
 use crate::quantity::{parse_length, parse_size};
+pub(crate) use cloud::read_cloud;
 pub(crate) use method::MethodOptions;
 pub use physics::{Conditions, PhysicsOptions, Simulated};
 pub use proposals::{Network, PROPOSAL_YAWS, parse_device, read_model};
@@ -81,16 +83,30 @@ impl CatalogueOptions {
 
     /// Loads the catalogue, with a progress bar.
     pub fn load(&self, resolution: &Resolution) -> Outcome<Catalogue> {
-        load(&self.source(), &self.settings(), resolution)
+        self.load_only(&[], resolution)
+    }
+
+    /// Loads the objects of these names, or all where there are none, with a progress bar.
+    pub(crate) fn load_only(
+        &self,
+        names: &[String],
+        resolution: &Resolution,
+    ) -> Outcome<Catalogue> {
+        load(&self.source(), &self.settings(), names, resolution)
     }
 }
 
-/// Loads a catalogue, with a progress bar.
-pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Outcome<Catalogue> {
-    let bar = progress::bar("Preparing objects", 0);
-    let loaded = Catalogue::load(source, settings, resolution, &|done, total| {
+/// Loads a catalogue, of these names alone where there are some, with a progress bar.
+pub fn load(
+    source: &Source,
+    settings: &Settings,
+    names: &[String],
+    resolution: &Resolution,
+) -> Outcome<Catalogue> {
+    let bar = progress::bar("Preparing objects", 1);
+    let loaded = Catalogue::load_only(source, settings, names, resolution, &|_, total| {
         bar.set_length(total as u64);
-        bar.set_position(done as u64);
+        bar.inc(1);
     });
     bar.finish_and_clear();
     loaded.or_input()

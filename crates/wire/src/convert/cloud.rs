@@ -62,6 +62,19 @@ impl Coordinate {
         };
         read.unwrap_or(f32::NAN)
     }
+
+    /// Multiplies the coordinate of a point.
+    fn scale(self, point: &mut [u8], factor: f64) {
+        let from = point.get_mut(self.offset..).unwrap_or(&mut []);
+        if self.is_double {
+            if let Some(bytes) = from.first_chunk_mut() {
+                *bytes = (f64::from_le_bytes(*bytes) * factor).to_le_bytes();
+            }
+        } else if let Some(bytes) = from.first_chunk_mut() {
+            let scaled = f64::from(f32::from_le_bytes(*bytes)) * factor;
+            *bytes = (scaled as f32).to_le_bytes();
+        }
+    }
 }
 
 impl CheckedCloud {
@@ -85,11 +98,18 @@ impl CheckedCloud {
 
 impl<'a> Cloud<'a> {
     /// Gives the points in the sensor's frame, in metres. Those with a coordinate that is not
-    /// finite are holes.
+    /// finite are holes; so are those at the lens, with which many drivers fill holes.
     pub fn points(&self) -> impl ExactSizeIterator<Item = Point3<f32>> + Clone + use<'a> {
         let [x, y, z] = self.layout.coordinates;
         let points = self.message.data.chunks_exact(self.layout.stride);
-        points.map(move |point| Point3::new(x.of(point), y.of(point), z.of(point)))
+        points.map(move |point| {
+            let point = Point3::new(x.of(point), y.of(point), z.of(point));
+            if point == Point3::origin() {
+                Point3::new(f32::NAN, f32::NAN, f32::NAN)
+            } else {
+                point
+            }
+        })
     }
 
     /// The message that the cloud lies in.
@@ -126,6 +146,20 @@ impl<'a> Cloud<'a> {
     pub fn captured_at_ns(&self) -> i64 {
         self.message.captured_at_ns
     }
+}
+
+/// Takes a cloud to metres whose numbers are of a unit of so many metres.
+///
+/// # Errors
+/// As [`read`].
+pub fn to_metres(message: &mut v1::PointCloud, unit_m: f64) -> Result<(), WireError> {
+    let layout = check(message)?;
+    for point in message.data.chunks_exact_mut(layout.stride) {
+        for coordinate in layout.coordinates {
+            coordinate.scale(point, unit_m);
+        }
+    }
+    Ok(())
 }
 
 /// Checks a cloud's layout.

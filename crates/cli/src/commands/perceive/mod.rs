@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use clap::Args;
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_clouds::Cloud;
 use ppnpack_files::StagedFolder;
 use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
@@ -17,7 +18,7 @@ use serde::Serialize;
 
 use crate::drawing;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
-use crate::options::{Sensor, file, parse_sensor};
+use crate::options::{Sensor, file, parse_sensor, read_cloud};
 use crate::output::{self, print_line};
 use crate::quantity::{parse_length, parse_size};
 use crate::text::template;
@@ -27,7 +28,7 @@ const SIZE_TOLERANCE_M: f64 = 0.005;
 
 /// Maps point clouds of one scene, prints a summary and draws the heightmap.
 ///
-/// A cloud is a PCD or PLY file in metres in its sensor's frame. Without a pose, that is the
+/// A cloud is a PCD or PLY file in its sensor's frame. Without a pose, that is the
 /// container's frame: origin at an inner bottom corner, z up. `ppnpack calibrate` finds the pose.
 /// Several clouds, of several sensors, make one map.
 #[derive(Debug, Args)]
@@ -35,6 +36,10 @@ pub(crate) struct PerceiveArguments {
     /// The clouds
     #[arg(value_name = "CLOUD", required_unless_present = "example")]
     clouds: Vec<PathBuf>,
+
+    /// The unit of the clouds' coordinates: m, cm, mm or in; industrial cameras write millimetres
+    #[arg(long, value_name = "UNIT", default_value = "m")]
+    unit: LengthUnit,
 
     /// Write clouds of a simulated camera to try this on into a folder, and say how
     #[arg(long, value_name = "DIR", conflicts_with = "clouds")]
@@ -114,8 +119,8 @@ pub(crate) fn run(arguments: &PerceiveArguments) -> Outcome {
     let settings = arguments.mapper.clone().unwrap_or_default();
     let mut mapper = Mapper::new(&grid, settings.clone()).or_input()?;
     let paths = arguments.clouds.iter();
-    let clouds = paths.map(|path| ppnpack_clouds::read(path));
-    let clouds: Vec<Cloud> = clouds.collect::<Result<_, _>>().or_input()?;
+    let clouds = paths.map(|path| read_cloud(path, arguments.unit, "--unit"));
+    let clouds: Vec<Cloud> = clouds.collect::<Result<_, _>>()?;
     let began = Instant::now();
     mapper.clear();
     for (cloud, sensor) in clouds.iter().zip(&sensors) {

@@ -10,10 +10,11 @@ pub(crate) mod settings;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use nalgebra::Isometry3;
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_service::ServiceError;
 use ppnpack_service::metrics::{self, Metric};
 use ppnpack_service::process::Process;
+use ppnpack_wire::convert::cloud::to_metres;
 use ppnpack_wire::keys::Stream;
 use ppnpack_wire::ros::{PointCloud2, to_cloud, topic};
 use ppnpack_wire::{WireError, v1};
@@ -24,7 +25,7 @@ use zenoh::sample::Sample;
 use crate::counts::{Counts, Fate};
 use crate::router::Router;
 use crate::tray;
-use settings::RosCamera;
+use settings::{Camera, RosCamera};
 
 /// Takes the clouds of a camera, until the subscriber is dropped.
 pub(crate) fn subscribe(
@@ -49,7 +50,7 @@ pub(crate) fn subscribe(
         let Some(room) = router.room(&camera.cell, sample.payload().len()) else {
             return;
         };
-        match read(&sample, &sequence, &camera.container_from_sensor) {
+        match read(&sample, &sequence, &camera) {
             Ok(mut cloud) => {
                 cloud.sensor.clone_from(&camera.sensor);
                 let cloud = room.with(cloud);
@@ -77,7 +78,7 @@ pub(crate) fn subscribe(
 fn read(
     sample: &Sample,
     sequence: &AtomicU64,
-    container_from_sensor: &Isometry3<f64>,
+    camera: &Camera,
 ) -> Result<v1::PointCloud, WireError> {
     topic::check_key(sample.key_expr())?;
     // A larger payload is not even put together.
@@ -85,5 +86,9 @@ fn read(
     let payload = sample.payload().to_bytes();
     let message = PointCloud2::read(&payload)?;
     let number = sequence.fetch_add(1, Ordering::Relaxed);
-    to_cloud(&message, number, container_from_sensor)
+    let mut cloud = to_cloud(&message, number, &camera.container_from_sensor)?;
+    if camera.unit != LengthUnit::Metres {
+        to_metres(&mut cloud, camera.unit.metres())?;
+    }
+    Ok(cloud)
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use nalgebra::Isometry3;
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_wire::WireError;
 use ppnpack_wire::keys::{Cell, everything};
@@ -29,6 +30,9 @@ pub struct RosCamera {
     pub is_tray: bool,
     /// The pose of the frame that its coordinates are in.
     pub container_from_sensor: Extrinsics,
+    /// The unit of its coordinates: ROS prescribes metres, and some drivers send millimetres.
+    #[serde(default)]
+    pub unit: LengthUnit,
     /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
     #[serde(rename = "type", default = "point_cloud2")]
     pub message_type: String,
@@ -45,6 +49,7 @@ pub(super) struct Camera {
     pub(super) sensor: String,
     pub(super) is_tray: bool,
     pub(super) container_from_sensor: Isometry3<f64>,
+    pub(super) unit: LengthUnit,
 }
 
 impl RosCamera {
@@ -63,6 +68,7 @@ impl RosCamera {
             cell: Cell::new(&self.cell).map_err(|error| error.to_string())?,
             sensor: self.sensor.clone(),
             is_tray: self.is_tray,
+            unit: self.unit,
             container_from_sensor: self
                 .container_from_sensor
                 .pose()
@@ -117,6 +123,7 @@ pub(crate) mod tests {
                 position_m: [0.16, 0.16, 0.9],
                 orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
             },
+            unit: LengthUnit::Metres,
             message_type: point_cloud2(),
         }
     }

@@ -3,6 +3,7 @@ use std::time::Duration;
 
 use crate::payload;
 use crate::rig::{PATIENCE, Rig, until};
+use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::heightmap::{Scene, Surface};
 use ppnpack_perception::extrinsics::Extrinsics;
@@ -37,6 +38,7 @@ fn camera(key: &str, cell: &str) -> RosCamera {
             position_m: [0.0, ACROSS_M.into(), ABOVE_M.into()],
             orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
         },
+        unit: LengthUnit::Metres,
         message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
     }
 }
@@ -45,7 +47,10 @@ fn settings() -> Settings {
     Settings {
         ros: vec![
             camera("0/camera/depth/points/**", "cell-1"),
-            camera(BRIDGE_KEY, "cell-2"),
+            RosCamera {
+                unit: LengthUnit::Millimetres,
+                ..camera(BRIDGE_KEY, "cell-2")
+            },
         ],
         grid: GridSettings::from(&Grid::reference()),
         ..Settings::default()
@@ -59,6 +64,8 @@ struct Layout {
     is_bigendian: bool,
     point_step: usize,
     padding: usize,
+    /// Holes are zeros then.
+    is_in_millimetres: bool,
 }
 
 const PLAIN: Layout = Layout {
@@ -66,6 +73,7 @@ const PLAIN: Layout = Layout {
     is_bigendian: false,
     point_step: 12,
     padding: 0,
+    is_in_millimetres: false,
 };
 
 /// The payload of an organised cloud with a point in every sample of the reference grid's surface,
@@ -77,7 +85,12 @@ fn payload(layout: Layout, sec: i32, height_m: impl Fn(usize, usize) -> Option<f
     for x in 0..empty.nx() {
         for y in 0..empty.ny() {
             let seen = |height_m| [middle_m(x), ACROSS_M - middle_m(y), ABOVE_M - height_m];
-            let point = height_m(x, y).map_or([f32::NAN; 3], seen);
+            let (hole, scale) = match layout.is_in_millimetres {
+                true => (0.0, 1000.0),
+                false => (f32::NAN, 1.0),
+            };
+            let point = height_m(x, y).map_or([hole; 3], seen);
+            let point = point.map(|side_m| side_m * scale);
             let begin = data.len();
             for coordinate in point {
                 data.extend(match layout.is_bigendian {
@@ -184,10 +197,15 @@ fn clouds_of_every_layout_become_the_heightmap_that_their_surface_gives() {
             is_bigendian,
             point_step,
             padding,
+            is_in_millimetres: false,
         })
     });
     for (sec, layout) in (2..).zip(layouts) {
         for (key, cell) in [(RMW_KEY, "cell-1"), (BRIDGE_KEY, "cell-2")] {
+            let layout = Layout {
+                is_in_millimetres: cell == "cell-2",
+                ..layout
+            };
             rig.publish(key, payload(layout, sec, height_m));
             let heightmap = rig.heightmap(cell, sec);
             let (grid, found) = scene::read(heightmap.scene.as_ref().unwrap()).unwrap();
