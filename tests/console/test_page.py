@@ -308,6 +308,44 @@ def test_what_a_control_came_to_is_said(console, packing, open_page):
     expect(page.locator("#reply")).to_contain_text("use the cell's own stop")
 
 
+def test_an_item_means_one_place_and_is_chosen_in_the_picture(console, packing, open_page):
+    packing.publish("planning", "Planning.")
+    page = open_page(console.url)
+    page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")
+    page.reload()
+    expect(page.locator("#scene")).to_have_attribute("data-bodies", "7")
+    # The lowest corner of its box, as the decision that placed it had it.
+    decided = next(decision for decision in packing.decisions if decision["item_id"] == packing.items[-1]["item_id"])
+    x, y, z = (f"{100 * side:.1f} cm" for side in decided["corner_m"])
+    expect(page.locator(f"#inside tr[data-item={decided['item_id']}]")).to_contain_text(f"x {x}, y {y}, {z} above the floor")
+    box = page.locator("#scene").bounding_box()
+    chosen = None
+    for at in range(1, 20):
+        page.mouse.click(box["x"] + box["width"] * at / 20, box["y"] + box["height"] * 0.6)
+        if found := re.search(r"item-\d+", page.locator("#scene-note").inner_text()):
+            chosen = found.group()
+            break
+    page.get_by_role("button", name="Item removed", exact=True).click()
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("Of 7 items in cell-1")
+    expect(dialog.locator(".swatch")).to_have_count(7)
+    expect(dialog.locator(f"input[value={chosen}]")).to_be_checked()
+    expect(dialog.locator("input:checked")).to_have_count(1)
+
+
+def test_what_is_not_known_of_the_volume_is_a_gap_and_a_decision_given_up_is_said_to_be(console, packing, open_page):
+    packing.held = "a door is open"
+    packing.decisions[0]["is_given_up"] = True
+    packing.history[-2][1] = None
+    packing.publish("held", "Held: a door is open.")
+    session = console.parts[(mock.CELL, None, "session")]["value"]
+    console.publish("session", session | {"pending": None}, mock.CELL)
+    page = open_page(console.url)
+    expect(page.locator("#last")).to_contain_text("given up: it is not carried out")
+    line = page.locator("#filled .line").get_attribute("d")
+    assert line.count("M") == 2 and "null" not in line and "NaN" not in line, line
+
+
 def test_letters_act_only_where_they_may(console, packing, open_page):
     page = open_page(console.url)
     page.evaluate(f"sessionStorage.setItem('ppnpack-console-token', '{mock.TOKEN}')")

@@ -170,7 +170,7 @@ export class AboveView {
     this.pointed = cell && map && {
       x: Math.max(0, Math.min(map.nx - 1, cell.x)), y: Math.max(0, Math.min(map.ny - 1, cell.y)),
     };
-    setText(byId('above-note'), this.pointed && all ? this.said(this.pointed) : 'Point at a place to read its height.');
+    setText(byId('above-note'), this.pointed && all ? this.said(this.pointed) : 'x to the right, y up, from the lower left corner. Point at a place to read its height.');
     if (had || this.pointed) this.paint();
   }
 

@@ -33,20 +33,28 @@ const picture = (label, ...children) =>
   svg('svg', { viewBox: `0 0 ${size.width} ${size.height}`, role: 'img', 'aria-label': label, class: 'chart' }, ...children);
 
 /**
- * What stays as it is until it changes, as a line of steps. `points` is a list of `{ at, value }` by increasing time, `most` the end of
- * the scale, `format` makes its numbers texts, `first` and `last` say when the ends are.
+ * What stays as it is until it changes, as a line of steps. `points` is a list of `{ at, value }` by increasing time, with a gap from
+ * one whose value is null, `most` the end of the scale, `format` makes its numbers texts, `first` and `last` say when the ends are.
  */
 export const lineChart = (points, { most, format, label, first, last }) => {
   const [from, to] = [points[0]?.at ?? 0, points.at(-1)?.at ?? 0];
-  const places = points.map(({ at, value }) => [across(to > from ? (at - from) / (to - from) : 0), down(Math.min(1, value / most))]);
-  const steps = places.map(([x, y], at) => (at ? `H${x.toFixed(1)}V${y.toFixed(1)}` : `M${x.toFixed(1)} ${y.toFixed(1)}`)).join('');
-  const end = places.at(-1);
+  const places = points.map(({ at, value }) => ({
+    x: across(to > from ? (at - from) / (to - from) : 0).toFixed(1), y: value === null ? null : down(Math.min(1, value / most)).toFixed(1),
+  }));
+  const drawn = (begin, end) => places.map(({ x, y }, at) => {
+    const before = places[at - 1]?.y ?? null;
+    if (before === null) return y === null ? '' : begin(x, y);
+    return y === null ? `H${x}${end}` : `H${x}V${y}`;
+  }).join('');
+  const steps = drawn((x, y) => `M${x} ${y}`, '');
+  const area = drawn((x, y) => `M${x} ${down(0)}V${y}`, `V${down(0)}`);
+  const end = places.findLast(({ y }) => y !== null);
   return picture(
     label,
     ...axes(most, format, first, last),
-    end && svg('path', { class: 'area', d: `${steps}V${down(0)}H${places[0][0].toFixed(1)}Z` }),
+    end && svg('path', { class: 'area', d: `${area}V${down(0)}` }),
     end && svg('path', { class: 'line', d: steps }),
-    end && svg('circle', { class: 'dot', cx: end[0], cy: end[1], r: 4 }),
+    end && svg('circle', { class: 'dot', cx: end.x, cy: end.y, r: 4 }),
   );
 };
 

@@ -1,8 +1,9 @@
 // The controls: asked of the console with the token, and each that moves the robot asked again.
 
+import { ordered, swatch, where } from './contents.js';
 import { ask } from './dialogs.js';
 import { byId, make, setText } from './dom.js';
-import { milliseconds, named } from './format.js';
+import { items as counted, milliseconds, named } from './format.js';
 import { memory } from './preferences.js';
 
 const TOKEN = 'ppnpack-console-token';
@@ -25,7 +26,7 @@ const NAMES = {
 };
 
 export class Controls {
-  /** `where()` says which cell and container are shown, and what lies there: `{ cell, container, items }`. */
+  /** `where()` says which cell and container are shown, what lies there, and which item was tapped: `{ cell, container, items, picked }`. */
   constructor(where) {
     this.where = where;
     this.token = kept(TOKEN);
@@ -71,7 +72,7 @@ export class Controls {
     const acts = {
       resume: () => this.send('resume', { hold_ids }),
       step: () => this.send('step', { hold_ids }),
-      removed: () => this.askRemoved(null),
+      removed: () => this.askRemoved(this.where().picked),
       touched: () => this.askTouched(),
       automatic: () => this.send('automatic', { is_on: true, failure_id }),
     };
@@ -99,14 +100,15 @@ export class Controls {
       this.reply('held', 'Nothing is known to lie in the container.');
       return;
     }
-    const choices = items.map((item) => {
+    const choices = ordered(items).map((item) => {
       const box = make('input', { type: 'checkbox', value: item.item_id });
       box.checked = item.item_id === itemId;
-      return make('li', {}, make('label', {}, box, `${named(item.object)} (${item.item_id})`));
+      const told = [make('span', {}, `${named(item.object)} (${item.item_id})`), make('span', { class: 'soft small' }, where(item))];
+      return make('li', {}, make('label', {}, box, swatch(item.item_id), ...told));
     });
     const list = make('ul', { class: 'choices' }, ...choices);
     const yes = await ask({
-      title: 'Which items were taken out?', body: [`Of ${container}. It is seen anew.`, list], yes: 'These were taken out',
+      title: 'Which items were taken out?', body: [`Of ${counted(items.length)} in ${container}, the last one first. It is seen anew.`, list], yes: 'These were taken out',
     });
     const chosen = [...list.querySelectorAll('input')].filter((box) => box.checked).map((box) => box.value);
     if (yes && chosen.length === 0) this.reply('held', 'No item was chosen: nothing was changed.');

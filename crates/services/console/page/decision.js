@@ -12,7 +12,8 @@ const OUTCOMES = {
 
 const value = (number) => number.toFixed(3);
 
-const placed = ({ corner_m: corner, yaw_rad: yaw }) => {
+/** Where the lowest corner of an item's box is, in words. */
+export const placed = ({ corner_m: corner, yaw_rad: yaw }) => {
   if (!corner) return 'the place is not known';
   const [x, y, z] = corner.map(centimetres);
   return `x ${x}, y ${y}, ${z} above the floor${yaw === null ? '' : `, turned by ${degrees(yaw)}`}`;
@@ -26,7 +27,8 @@ const settled = ({ tilt_rad: tilt, slide_m: slide, disturbance_m: moves }) =>
 const facts = (decision, isOneOfSeveral, isUnderWay) => {
   const { outcome, settling, load } = decision;
   const others = [...decision.degraded, ...(decision.is_widened ? ['nothing proposed was valid: all was searched'] : [])];
-  const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', isUnderWay ? 'under way' : 'not heard of'];
+  const without = decision.is_given_up ? 'given up: it is not carried out' : 'not heard of';
+  const [kind, text] = OUTCOMES[outcome?.kind] ?? ['mild', isUnderWay ? 'under way' : without];
   const stages = decision.stages.map(({ stage, ms }) => `${words(stage)} ${milliseconds(ms)}`).join(', ');
   return make(
     'dl', { class: 'facts' },
@@ -43,7 +45,7 @@ const facts = (decision, isOneOfSeveral, isUnderWay) => {
 
 /** A table of the runners-up; the one that has the pointer or the focus is shown in the container. */
 const runnersUp = (decision, point) => {
-  if (decision.alternatives.length === 0) return make('p', { class: 'soft small' }, 'The planner was not asked for any.');
+  if (decision.alternatives.length === 0) return make('p', { class: 'soft small' }, 'No other placement was given.');
   const rows = decision.alternatives.map((other, at) => {
     const name = other.item_id === decision.item_id ? 'same item' : named(other.object);
     const shown = make('button', { type: 'button', class: 'plain', 'data-key': `runner ${at}`, 'aria-pressed': 'false' }, name);

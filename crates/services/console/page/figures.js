@@ -19,7 +19,7 @@ export const showFilled = (figures) => redraw(byId('filled'), figures, () => {
   return [
     make(
       'dl', { class: 'figures' },
-      figure('of the volume', percent(utilisation)), figure('items', String(items)),
+      figure('of the volume', `${unknown > 0 ? 'at least ' : ''}${percent(utilisation)}`), figure('items', String(items)),
       filled !== null && figure('below the surface', percent(filled)),
     ),
     lineChart(points, { most, format: (share) => `${Math.round(share * 100)} %`, label, first, last }),

@@ -1,6 +1,7 @@
 // Numbers, lengths and times for people.
 
-export const centimetres = (metres) => `${(metres * 100).toFixed(1)} cm`;
+// No minus before what rounds to 0.
+export const centimetres = (metres) => `${(Math.round(metres * 1000) / 10 || 0).toFixed(1)} cm`;
 
 export const percent = (share) => `${(share * 100).toFixed(1)} %`;
 

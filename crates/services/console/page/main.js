@@ -17,18 +17,20 @@ import { showServices } from './services.js';
 import { Shapes } from './shapes.js';
 import { busiest, lastPlaced, pending, State } from './state.js';
 import { showContact, showStatus, summary } from './status.js';
-import { content } from './stage.js';
+import { content, lowestOf } from './stage.js';
 
 const state = new State();
 const shapes = new Shapes(() => due());
 const pictures = new Pictures();
-const chosen = { cell: null, container: null, runnerUp: null };
+const chosen = { cell: null, container: null, runnerUp: null, picked: null };
 const seen = { map: null, all: null, surface: null, said: '' };
 const scene = new SceneView(byId('scene'), (body) => {
-  setText(byId('scene-note'), body ? `${named(body.object)} (${body.itemId})` : HINT);
+  setText(byId('scene-note'), body ? `${named(body.object)} (${body.itemId}): the one that “Item removed” means` : HINT);
+  chosen.picked = body?.itemId ?? null;
+  due();
 });
 const NO_WEBGL = 'This browser has no WebGL: see the heights from above, and the list of what lies in the container.';
-const HINT = 'Drag to turn, pinch to come closer, tap an item for its name.';
+const HINT = 'Drag to turn, pinch to come closer, tap an item to name and to choose it.';
 const above = new AboveView(byId('above'));
 const controls = new Controls(where);
 let fault = null;
@@ -44,8 +46,10 @@ function where() {
   const cells = state.cells();
   const cell = cells.find(({ name }) => name === chosen.cell) ?? cells[0] ?? null;
   const container = cell && (cell.containers.includes(chosen.container) ? chosen.container : busiest(state, cell));
-  const items = (cell && state.value('items', cell.name, container)) ?? [];
-  return { cell: cell?.name ?? null, container, containers: cell?.containers ?? [], items };
+  const lying = (cell && state.value('items', cell.name, container)) ?? [];
+  const items = lying.map((item) => ({ ...item, corner_m: lowestOf(item, (id) => shapes.get(cell.name, id)) }));
+  const picked = items.some(({ item_id: id }) => id === chosen.picked) ? chosen.picked : null;
+  return { cell: cell?.name ?? null, container, containers: cell?.containers ?? [], items, picked };
 }
 
 let isDue = false;
@@ -59,7 +63,7 @@ function due() {
 }
 
 function show() {
-  const { cell, container, containers, items } = where();
+  const { cell, container, containers, items, picked } = where();
   const of = (part) => state.value(part, cell);
   const now = state.now(performance.now());
   const [status, session, decisions] = [of('status'), of('session'), of('decisions')];
@@ -85,15 +89,15 @@ function show() {
   showCycles(of('cycles'));
   showServices(state.value('services'), cell, containers, now);
   showEvents(of('events'));
-  showContainer({ cell, container, items, decision: decisions?.[0] ?? null, decided, last, now });
+  showContainer({ cell, container, items, decision: decisions?.[0] ?? null, decided, last, picked, now });
 }
 
 /** The container, in three dimensions and from above. */
-function showContainer({ cell, container, items, decision, decided, last, now }) {
+function showContainer({ cell, container, items, decision, decided, last, picked, now }) {
   const map = state.value('heightmap', cell, container);
   if (map !== seen.map) Object.assign(seen, { map, all: map && heights(map), surface: null });
   const stage = content({
-    map, items, decision: decision?.container === container ? decision : null, decided, last,
+    map, items, decision: decision?.container === container ? decision : null, decided, last, picked,
     shape: (id) => shapes.get(cell, id), showsRunnersUp: byId('show-runners').checked, runnerUp: chosen.runnerUp,
   });
   // What has no shape to draw is seen at least as a part of the surface.
@@ -142,7 +146,7 @@ function showChoices(cell, containers) {
 
 /** The choice of cell and container, kept in the address. */
 function choose(cell, container) {
-  Object.assign(chosen, { cell, container, runnerUp: null });
+  Object.assign(chosen, { cell, container, runnerUp: null, picked: null });
   history.replaceState(null, '', `#${[cell, container].filter(Boolean).map(encodeURIComponent).join('/')}`);
   due();
 }

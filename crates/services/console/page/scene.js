@@ -7,6 +7,10 @@ import { cross, dot, subtract, transform } from './vectors.js';
 /** The choice: no item has this colour. */
 export const CHOSEN = [0.95, 0.56, 0.12];
 const EDGE = [0.5, 0.55, 0.6, 1];
+// Along x, y and z from the corner that positions count from; as in style.css.
+const AXES = [[0.8, 0.2, 0.2, 1], [0.15, 0.55, 0.25, 1], [0.2, 0.4, 0.85, 1]];
+// So that they are seen above the floor.
+const LIFT_M = 0.001;
 const FLOOR = [0.55, 0.6, 0.66, 0.3];
 const RUNNER_UP = [0.2, 0.5, 0.9];
 const SURFACE = [0.55, 0.6, 0.66, 0.45];
@@ -72,7 +76,9 @@ export class SceneView {
     this.floor = this.renderer.upload(flat([floor[0], floor[1], floor[2], floor[0], floor[2], floor[3]]));
     this.edges = this.renderer.upload(flat(boxEdges([0, 0, 0], top)));
     this.surface = content.surface && this.renderer.upload(content.surface);
-    this.fixed = [this.floor, this.edges, this.surface].filter(Boolean);
+    const lines = [[[0, 0, LIFT_M], [top[0], 0, LIFT_M]], [[0, 0, LIFT_M], [0, top[1], LIFT_M]], [[0, 0, 0], [0, 0, top[2]]]];
+    this.axes = lines.map((line) => this.renderer.upload(flat(line)));
+    this.fixed = [this.floor, this.edges, this.surface, ...this.axes].filter(Boolean);
     this.forget();
     this.redraw();
   }
@@ -120,6 +126,8 @@ export class SceneView {
     canvas.height = Math.max(1, Math.round(canvas.clientHeight * scale));
     renderer.begin(canvas.width, canvas.height, this.camera());
     renderer.triangles(this.floor, FLOOR, { isLit: false });
+    // Before the edges that they lie on.
+    this.axes.forEach((axis, at) => renderer.lines(axis, AXES[at]));
     renderer.lines(this.edges, EDGE);
     content.bodies.forEach((body) => {
       const shapes = this.shapesOf(body.mesh);

@@ -10,6 +10,15 @@ const atCorner = (mesh, { yaw_rad: yaw, corner_m: corner }) => {
   return turnedAndMoved(yaw, corner.map((along, axis) => along - low[axis]));
 };
 
+const lowest = new WeakMap();
+
+/** The lowest corner of the box of an item that lies; null where its shape or its place is not known. */
+export const lowestOf = (item, shape) => {
+  const mesh = lowest.has(item) ? null : shape(item.shape);
+  if (mesh && item.container_from_shape) lowest.set(item, bounds(mesh.positions, fromPose(item.container_from_shape)).low);
+  return lowest.get(item) ?? null;
+};
+
 const lies = (mesh, placement) => {
   if (placement.container_from_shape) return fromPose(placement.container_from_shape);
   return placement.corner_m && placement.yaw_rad !== null ? atCorner(mesh, placement) : null;
@@ -23,14 +32,14 @@ const body = (item, shape, colour) => {
 
 /**
  * The picture of a container; null where its size is not known. `decided` is the decision under way, if any, `decision` the last one
- * that is of this container, `last` the item that was placed last, `shape(id)` its mesh or null, and `runnerUp` the one that is looked
- * at (a decision's id and an index), or null.
+ * that is of this container, `last` the item that was placed last, `picked` the one that was tapped, `shape(id)` its mesh or null, and
+ * `runnerUp` the one that is looked at (a decision's id and an index), or null.
  */
-export const content = ({ map, items, decision, decided, last, shape, showsRunnersUp, runnerUp }) => {
+export const content = ({ map, items, decision, decided, last, picked, shape, showsRunnersUp, runnerUp }) => {
   if (!map) return null;
   const lying = items.map((item) => {
     const made = body(item, shape, colourOf(item.item_id));
-    return made && { ...made, isMarked: decided === null && item.item_id === last };
+    return made && { ...made, isMarked: item.item_id === (picked ?? (decided === null ? last : null)) };
   });
   const bodies = lying.filter(Boolean);
   const isPlanned = decision !== null && decision.decision_id === decided?.decision_id;

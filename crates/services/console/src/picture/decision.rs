@@ -104,6 +104,8 @@ pub(super) struct Decided {
     cycle_s: Option<f64>,
     /// Its outcome, and when that was heard.
     outcome: Option<(u64, v1::Outcome)>,
+    /// Whether it is not carried out, and nothing came of it.
+    is_given_up: bool,
     /// The reasons that were explained for other items since.
     explained: Vec<v1::ItemReason>,
 }
@@ -148,6 +150,7 @@ impl Decided {
             "settling": decision.settling.as_ref().map(settling),
             "load": decision.load.as_deref().map(load_part),
             "outcome": self.outcome.as_ref().map(outcome),
+            "is_given_up": self.is_given_up,
         })
     }
 }
@@ -224,6 +227,7 @@ impl Decisions {
             decision,
             cycle_s,
             outcome: None,
+            is_given_up: false,
             explained: Vec::new(),
         });
         self.decisions.truncate(MOST_DECISIONS);
@@ -248,6 +252,14 @@ impl Decisions {
         }
         decided.outcome = Some((at_ms, outcome.clone()));
         Some(&decided.decision)
+    }
+
+    /// Notes that a decision is not carried out; gives it, where it is known and had not ended.
+    pub(super) fn give_up(&mut self, decision_id: &str) -> Option<&v1::Decision> {
+        let mut decisions = self.decisions.iter_mut();
+        let decided = decisions.find(|decided| decided.decision.decision_id == decision_id)?;
+        decided.is_given_up = decided.outcome.is_none();
+        decided.is_given_up.then_some(&decided.decision)
     }
 
     /// Takes in the reason why an item has no place.

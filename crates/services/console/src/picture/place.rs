@@ -169,10 +169,11 @@ impl Place {
         Some(content.volume_m3 / seen.volume_m3())
     }
 
-    /// Notes how full it is now.
+    /// Notes how full it is now, or that this is not known while a volume is not.
     pub(super) fn note(&mut self, at_ms: u64, content: &Content) {
         if let Some(utilisation) = self.utilisation(content) {
-            self.history.note(at_ms, utilisation);
+            let is_known = content.without_volume == 0;
+            self.history.note(at_ms, is_known.then_some(utilisation));
         }
     }
 
@@ -280,6 +281,16 @@ mod tests {
         let utilisation = figures["utilisation"].as_f64().unwrap();
         assert!((utilisation - 0.25).abs() < 1e-12);
         place.note(2, &content);
-        assert_eq!(place.figures_part(&content)["history"][0][0], 2);
+        let known = Content {
+            without_volume: 0,
+            ..content
+        };
+        place.note(3, &known);
+        let history = &place.figures_part(&content)["history"];
+        assert_eq!(
+            *history,
+            json!([[2, null], [3, 0.25]]),
+            "a gap, and no zero"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! The changes that news make in the picture, and the events among them.
 
 use ppnpack_wire::keys::Cell;
-use ppnpack_wire::v1::{self, OutcomeKind};
+use ppnpack_wire::v1::{self, ItemState, OutcomeKind};
 
 use super::log::Level;
 use super::session::{address, is_begun, object};
@@ -106,7 +106,7 @@ impl Picture {
     pub(super) fn hear_decision(&mut self, at_ms: u64, cell: &Cell, decision: v1::Decision) {
         let item = words::item(&decision.object, &decision.item_id);
         let into = address(cell, &decision.container);
-        let text = format!("Step {}: {item} goes into {into}.", decision.step);
+        let text = format!("Step {}: {item} goes into {into}.", decision.step + 1);
         let is_degraded = !decision.degraded.is_empty();
         let Some(known) = self.cell(cell) else {
             return;
@@ -141,6 +141,13 @@ impl Picture {
         for (level, kind, text) in events(cell, &before, &session) {
             known.log.note(at_ms, level, kind, text);
         }
+        let given_up = given_up(&before, &session);
+        if let Some(decision) = given_up.and_then(|id| known.decisions.give_up(id)) {
+            let item = words::item(&decision.object, &decision.item_id);
+            let step = decision.step + 1;
+            let text = format!("Step {step} was given up: {item} waits again.");
+            known.log.note(at_ms, Level::Warning, "given_up", text);
+        }
         // A decision of before this was heard of, or whose message was lost.
         let pending = session.pending.clone();
         known.session = Some(session);
@@ -155,6 +162,19 @@ impl Picture {
             }
         }
     }
+}
+
+/// Gives the id of the decision that a session has given up, so that its item waits again.
+fn given_up<'a>(before: &'a v1::Session, now: &v1::Session) -> Option<&'a str> {
+    let pending = before.pending.as_ref()?;
+    let is_pending = |it: &v1::Decision| it.decision_id == pending.decision_id;
+    let mut items = now.items.iter();
+    let item = items.find(|item| item.item_id == pending.item_id)?;
+    let waits = item.state() == ItemState::Waiting;
+    let is_given_up = before.session_id == now.session_id
+        && waits
+        && !now.pending.as_ref().is_some_and(is_pending);
+    is_given_up.then_some(&pending.decision_id)
 }
 
 /// Counts the items that lie in a container no more.

@@ -321,6 +321,31 @@ fn the_decision_that_awaits_its_outcome_is_known_from_the_session() {
 }
 
 #[test]
+fn a_decision_that_is_given_up_is_shown_so_and_one_that_came_to_something_is_not() {
+    for (has_outcome, kinds) in [
+        (false, &["session", "decided", "given_up"]),
+        (true, &["session", "decided", "not_placed"]),
+    ] {
+        let mut page = Seen::default();
+        let mut decided = session(vec![item("i-1", "mug", ItemState::Decided)]);
+        decided.pending = Some(decision("d", "i-1"));
+        page.session("c1", decided);
+        if has_outcome {
+            let outcome = v1::Outcome {
+                placement_id: "d".to_owned(),
+                kind: v1::OutcomeKind::NotPlaced.into(),
+                ..v1::Outcome::default()
+            };
+            page.hear("c1", News::Outcome(Box::new(outcome)));
+        }
+        page.session("c1", session(vec![item("i-1", "mug", ItemState::Waiting)]));
+        assert_eq!(page.kinds("c1"), kinds);
+        let shown = page.part(None, "decisions");
+        assert_eq!(shown[0]["is_given_up"], json!(!has_outcome));
+    }
+}
+
+#[test]
 fn the_times_of_steps_are_those_of_the_session() {
     let mut page = Seen::default();
     let before = v1::Decision {
