@@ -176,6 +176,11 @@ impl CameraView {
         })
     }
 
+    /// Forgets what was seen, as when the container is emptied.
+    pub fn clear(&mut self) {
+        self.memory.clear();
+    }
+
     /// Makes the scene of a cell in which this is known to lie.
     ///
     /// # Errors

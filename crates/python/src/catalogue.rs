@@ -8,8 +8,10 @@ use ppnpack_catalogue::catalogue::{self, Settings};
 use ppnpack_catalogue::mass::DEFAULT_DENSITY_KG_M3;
 use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_catalogue::unit::LengthUnit;
+use ppnpack_packing::grid::Resolution;
 use pyo3::exceptions::{PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use serde_json::Value;
 
 use crate::error::OrRaise;
@@ -24,12 +26,16 @@ use crate::item::Item;
 /// resting poses an object may be packed at most. pose: "as-given", or "most-probable". Meshes are
 /// decomposed once and kept in ~/.cache/ppnpack; with cache=False nowhere.
 ///
-/// catalogue["mug"] and catalogue[3] are items in their first pose.
+/// catalogue["mug"] and catalogue[3] are items in their first pose. Where it is pickled, its source
+/// and its settings are: another process loads it anew.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Catalogue {
     inner: catalogue::Catalogue,
     /// The poses of each object.
     poses: Vec<Vec<Py<Item>>>,
+    grid: Grid,
+    source: String,
+    settings: Settings,
 }
 
 /// An object by its name or its index.
@@ -75,13 +81,38 @@ impl Catalogue {
         };
         let resolution = grid.inner.resolution();
         let inner = py.detach(|| {
+            // A fork leaves rayon's own threads behind, so that a child would wait for ever.
+            let threads = rayon::ThreadPoolBuilder::new().build().or_runtime_error()?;
             let source = ppnpack_household::source(source);
-            catalogue::Catalogue::load(&source, &settings, resolution, &|_, _| ())
-        });
-        let inner = inner.or_value_error()?;
-        let poses = inner.objects.iter().map(|object| in_all_poses(py, object));
+            let load = || catalogue::Catalogue::load(&source, &settings, resolution, &|_, _| ());
+            threads.install(load).or_value_error()
+        })?;
+        let items = inner.objects.iter();
+        let poses = items.map(|object| in_all_poses(py, object, resolution));
         let poses = poses.collect::<PyResult<_>>()?;
-        Ok(Self { inner, poses })
+        Ok(Self {
+            inner,
+            poses,
+            grid: grid.clone(),
+            source: source.to_owned(),
+            settings,
+        })
+    }
+
+    /// Gives the arguments that make an equal one, so that it can be sent to other processes.
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((Grid, &str), Bound<'py, PyDict>)> {
+        let settings = &self.settings;
+        let pose = serde_json::to_value(settings.pose).or_runtime_error()?;
+        let named = PyDict::new(py);
+        named.set_item("unit", settings.unit.to_string())?;
+        named.set_item("poses", settings.poses)?;
+        named.set_item("pose", pose.as_str())?;
+        named.set_item("density_kg_m3", settings.density_kg_m3)?;
+        named.set_item("cache", settings.cache != CacheDir::Nowhere)?;
+        Ok(((self.grid.clone(), &self.source), named))
     }
 
     /// The names of the objects, by index.
@@ -162,8 +193,15 @@ impl Catalogue {
     }
 }
 
-fn in_all_poses(py: Python<'_>, object: &CatalogueObject) -> PyResult<Vec<Py<Item>>> {
+fn in_all_poses(
+    py: Python<'_>,
+    object: &CatalogueObject,
+    made_for: &Resolution,
+) -> PyResult<Vec<Py<Item>>> {
     let candidates = object.candidates(0).into_iter();
-    let item = |candidate| Py::new(py, Item::of(candidate, Some(Arc::clone(&object.model))));
+    let item = |candidate| {
+        let own = Some(Arc::clone(&object.model));
+        Py::new(py, Item::of(candidate, own, Some(made_for)))
+    };
     candidates.map(item).collect()
 }

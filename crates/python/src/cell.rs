@@ -87,6 +87,18 @@ pub(crate) struct Body {
 }
 
 #[pymethods]
+impl PlacedReport {
+    fn __repr__(&self) -> String {
+        let (slide_mm, tilt) = (1000.0 * self.slide_m, self.tilt_rad.to_degrees());
+        let place = if self.inside { "inside" } else { "not inside" };
+        let body = self.body;
+        format!(
+            "<ppnpack.PlacedReport body {body} {place}, slid {slide_mm:.1} mm, tilted {tilt:.1} degrees>"
+        )
+    }
+}
+
+#[pymethods]
 impl SimulatedCell {
     #[new]
     #[pyo3(signature = (grid, base = "robot", *, camera = None, **settings))]
@@ -287,6 +299,7 @@ fn planned<'a>(
     item: &'a Item,
     placement: &Placement,
 ) -> PyResult<(&'a Arc<Model>, Isometry3<f64>)> {
+    item.check(grid)?;
     let name = item.item().name();
     let model = item.own.as_ref().ok_or_else(|| {
         PyValueError::new_err(format!(

@@ -39,6 +39,16 @@ pub(crate) fn unused<'a, T>(
     }
 }
 
+/// Refuses work on threads that stayed with another process when this one was forked.
+pub(crate) fn not_forked(made_in: u32) -> PyResult<()> {
+    if made_in == std::process::id() {
+        return Ok(());
+    }
+    Err(PyRuntimeError::new_err(
+        "its threads stayed with the process that made it: make it after the fork, or with threads=1",
+    ))
+}
+
 /// Finds the exception that led to an error, where Python code that the engine called raised one.
 pub(crate) fn raised(py: Python<'_>, error: &(dyn Error + 'static)) -> Option<PyErr> {
     let mut cause = Some(error);

@@ -1,6 +1,6 @@
 //! Evaluation of one item on one container, at every offset.
 
-use numpy::PyArray3;
+use numpy::{PyArray3, PyUntypedArrayMethods};
 use ppnpack_packing::grid::{self, Units};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item;
@@ -37,6 +37,14 @@ pub(crate) struct Evaluation {
     value: Py<PyArray3<f64>>,
 }
 
+#[pymethods]
+impl Evaluation {
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let shape = self.value.bind(py).shape();
+        format!("<ppnpack.Evaluation of placements {shape:?}: [yaw, x, y]>")
+    }
+}
+
 /// The same, row-major, before it is moved into arrays.
 struct Surveys {
     resting_height: Vec<Units>,
@@ -68,9 +76,10 @@ pub(crate) fn evaluate(
         heuristic => heuristic,
     };
     let weights: Weights = settings("weights", weights, None, py)?;
-    let (grid, item) = (&grid.inner, item.item());
+    let grid = &grid.inner;
+    item.check(grid)?;
+    let item = item.item();
     let scene = SceneArgument::read(grid, scene)?;
-    item.check_yaws(grid).or_value_error()?;
     let heightmap = || scene.get().heightmap();
     let surveys = py.detach(|| Surveys::of(grid, heightmap(), item, heuristic, &weights));
     let surveys = surveys.or_value_error()?;
@@ -92,9 +101,10 @@ pub(crate) fn resting_heights<'py>(
     scene: &Bound<'_, PyAny>,
     item: &Item,
 ) -> PyResult<Bound<'py, PyArray3<i16>>> {
-    let (grid, item) = (&grid.inner, item.item());
+    let grid = &grid.inner;
+    item.check(grid)?;
+    let item = item.item();
     let scene = SceneArgument::read(grid, scene)?;
-    item.check_yaws(grid).or_value_error()?;
     let heights = py.detach(|| {
         let mut resting = RestingHeights::new(grid);
         resting.update(scene.get().heightmap(), std::iter::once(&**item));

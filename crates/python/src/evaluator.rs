@@ -10,7 +10,7 @@ use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::proposals::{CandidateProposals, Proposals};
 use ppnpack_packing::resting::RestingHeights;
 use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts, StageResult, StepInput};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::arrays::{array, values};
@@ -67,13 +67,17 @@ impl PythonEvaluator {
                 array(py, shape, fits.to_vec())?,
             );
             let answer = self.function.bind(py).call1(arguments)?;
-            let answer: PyArrayLike3<'_, f64, AllowTypeChange> = answer.extract()?;
+            let needed = format!("where {shape:?} is needed: [yaw, x, y]");
+            let answer: PyArrayLike3<'_, f64, AllowTypeChange> =
+                answer.extract().map_err(|_| {
+                    PyTypeError::new_err(format!("the evaluator gave no array of numbers {needed}"))
+                })?;
             if answer.shape() == shape {
                 return Ok(values(&answer));
             }
             let found = answer.shape();
             Err(PyValueError::new_err(format!(
-                "the evaluator gave values of shape {found:?} where {shape:?} is needed: [yaw, x, y]"
+                "the evaluator gave values of shape {found:?} {needed}"
             )))
         })
     }
@@ -83,7 +87,7 @@ impl PythonEvaluator {
         let mut known = known.iter();
         match known.find(|(shape, _)| *shape == held.item.shape()) {
             Some((_, item)) => Ok(item.clone_ref(py)),
-            None => Py::new(py, Item::of(held.clone(), None)),
+            None => Py::new(py, Item::of(held.clone(), None, None)),
         }
     }
 }

@@ -9,6 +9,7 @@ use ppnpack_catalogue::mass::DEFAULT_DENSITY_KG_M3;
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::views;
 use ppnpack_packing::candidate::Candidate;
+use ppnpack_packing::grid::{self, Resolution};
 use ppnpack_packing::item::{self, ItemView, ViewSurfaces};
 use ppnpack_packing::model::Model;
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -31,6 +32,8 @@ pub(crate) struct Item {
     pub(crate) candidate: Candidate,
     /// The object's own model, which lies in a cell.
     pub(crate) own: Option<Arc<Model>>,
+    /// What its surfaces are made for; not known of those that were given.
+    made_for: Option<Resolution>,
     /// The upper and lower surfaces per yaw, made when they are first asked for.
     surfaces: PyOnceLock<Vec<[Py<PyArray2<i16>>; 2]>>,
 }
@@ -38,10 +41,15 @@ pub(crate) struct Item {
 impl Item {
     /// Makes it of a candidate of a step, whose own model, in the pose in which the catalogue has
     /// it, is known or not.
-    pub(crate) fn of(candidate: Candidate, own: Option<Arc<Model>>) -> Self {
+    pub(crate) fn of(
+        candidate: Candidate,
+        own: Option<Arc<Model>>,
+        made_for: Option<&Resolution>,
+    ) -> Self {
         Self {
             candidate,
             own,
+            made_for: made_for.cloned(),
             surfaces: PyOnceLock::new(),
         }
     }
@@ -49,6 +57,19 @@ impl Item {
     /// Gives its heightmaps.
     pub(crate) fn item(&self) -> &Arc<item::Item> {
         &self.candidate.item
+    }
+
+    /// Refuses an item that is made for another grid.
+    pub(crate) fn check(&self, grid: &grid::Grid) -> PyResult<()> {
+        if let Some(made_for) = &self.made_for
+            && made_for != grid.resolution()
+        {
+            return Err(PyValueError::new_err(format!(
+                "item {} is made for another cell, height unit or yaws than the grid's: make it for this grid",
+                self.item().name()
+            )));
+        }
+        self.item().check_yaws(grid).or_value_error()
     }
 
     fn view(&self, yaw: usize) -> PyResult<&ItemView> {
@@ -103,7 +124,7 @@ impl Item {
             mass_kg,
             ..Candidate::new(0, Arc::new(item))
         };
-        Ok(Self::of(candidate, None))
+        Ok(Self::of(candidate, None, None))
     }
 
     /// Makes an item of a closed triangle mesh, in the pose in which it is given, z up.
@@ -138,7 +159,7 @@ impl Item {
             let item = views::item(&model, resolution).or_value_error()?;
             let model = Arc::new(model);
             let candidate = Candidate::new(0, Arc::new(item)).with_model(Arc::clone(&model));
-            Ok(Self::of(candidate, Some(model)))
+            Ok(Self::of(candidate, Some(model), Some(resolution)))
         })
     }
 

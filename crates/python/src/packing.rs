@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
+use nalgebra::Isometry3;
 use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_packing::grid::{ABSENT, Grid, Units};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item::Item;
+use ppnpack_packing::model::Model;
 use ppnpack_packing::placement::{Placement, RestingPlacement};
 use ppnpack_packing::resting::RestingHeights;
 use ppnpack_packing::stability::PublishedStability;
@@ -14,6 +16,9 @@ use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::{CameraSettings, CameraView};
+use ppnpack_picture::{
+    self as picture, Camera, Colour, Image, PictureError, Scene3d, Size, TriangleMesh, render,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -37,6 +42,8 @@ pub(crate) struct Setup {
     pub(crate) cell: Option<CellSettings>,
     /// The cameras that see it; without any it is scanned exactly.
     pub(crate) camera: Option<CameraSettings>,
+    /// The greatest height that is observed; what is higher counts as this high.
+    pub(crate) greatest: Units,
 }
 
 /// An item's surfaces as observed: padded to the grid, one after another per yaw; without material
@@ -93,6 +100,16 @@ impl Setup {
         let container = self.grid.container();
         container.x_m * container.y_m * container.z_m
     }
+
+    /// Makes the view of a packing with this seed, where cameras see it.
+    fn view(&self, seed: u64) -> Result<Option<CameraView>, PhysicsError> {
+        let camera = self.camera.filter(|_| self.cell.is_some());
+        let view = camera.map(|camera| {
+            let seed = camera.seed.wrapping_add(seed);
+            CameraView::new(&CameraSettings { seed, ..camera }, &self.grid)
+        });
+        view.transpose()
+    }
 }
 
 /// The arrays of what is observed: those of all packings, or the parts that one of them writes.
@@ -134,6 +151,8 @@ pub(crate) struct Packing {
     heightmap: Heightmap,
     cell: Option<SimulatedCell>,
     view: Option<CameraView>,
+    /// What lies there, and where, without a cell.
+    lying: Vec<(Arc<Model>, Isometry3<f64>)>,
     resting: RestingHeights,
     stability: PublishedStability,
     /// The height at which the item would come to rest, by action.
@@ -149,19 +168,14 @@ impl Packing {
     /// Makes an empty container; nothing arrives before the first reset.
     pub(crate) fn new(setup: Arc<Setup>, seed: u64) -> Result<Self, PhysicsError> {
         let cell = setup.cell.clone().map(SimulatedCell::new).transpose()?;
-        let camera = setup.camera.filter(|_| cell.is_some());
-        let camera = camera.map(|camera| CameraSettings {
-            seed: camera.seed.wrapping_add(seed),
-            ..camera
-        });
-        let view = camera.map(|camera| CameraView::new(&camera, &setup.grid));
         Ok(Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             arriving: Vec::new(),
             slots: vec![None; setup.buffer],
             heightmap: Heightmap::empty(&setup.grid),
             cell,
-            view: view.transpose()?,
+            view: setup.view(seed)?,
+            lying: Vec::new(),
             resting: RestingHeights::new(&setup.grid),
             stability: PublishedStability::default(),
             heights: vec![OUTSIDE; setup.actions()],
@@ -173,20 +187,25 @@ impl Packing {
         })
     }
 
-    /// Begins anew, with the stream of random numbers of a seed where one is given.
-    pub(crate) fn reset(&mut self, seed: Option<u64>) {
+    /// Begins anew, with the stream of random numbers of a seed where one is given, and with these
+    /// objects, in this order, in place of random ones.
+    pub(crate) fn reset(
+        &mut self,
+        seed: Option<u64>,
+        objects: Option<&[usize]>,
+    ) -> Result<(), PhysicsError> {
         if let Some(seed) = seed {
             self.random = ChaCha8Rng::seed_from_u64(seed);
+            self.view = self.setup.view(seed)?;
         }
-        let objects = self.setup.objects.len();
-        let drawn = (0..self.setup.items).map(|_| self.random.random_range(0..objects));
-        let drawn: Vec<usize> = drawn.collect();
-        self.begin(&drawn);
-    }
-
-    /// Begins anew with these objects, in this order.
-    pub(crate) fn begin(&mut self, objects: &[usize]) {
-        self.arriving = objects.iter().rev().copied().collect();
+        let known = self.setup.objects.len();
+        let mut draw = || self.random.random_range(0..known);
+        let mut arriving = match objects {
+            Some(objects) => objects.to_vec(),
+            None => (0..self.setup.items).map(|_| draw()).collect(),
+        };
+        arriving.reverse();
+        self.arriving = arriving;
         for slot in &mut self.slots {
             *slot = self.arriving.pop();
         }
@@ -194,8 +213,13 @@ impl Packing {
         if let Some(cell) = &mut self.cell {
             cell.reset();
         }
+        if let Some(view) = &mut self.view {
+            view.clear();
+        }
+        self.lying.clear();
         (self.packed_m3, self.packed) = (0.0, 0);
         self.refresh();
+        Ok(())
     }
 
     /// Says whether it is over, so that a reset is next.
@@ -248,11 +272,14 @@ impl Packing {
                 lay(&mut self.heightmap, view, &at);
                 self.packed += 1;
                 self.packed_m3 += object.model.volume_m3;
+                self.lying.push((Arc::clone(&object.model), pose));
             }
             Some(cell) => {
                 cell.place(&object.model, &pose)?;
                 let scene = scanned(cell, self.view.as_mut(), &setup.grid)?;
-                self.heightmap = scene.heightmap().clone();
+                let seen = scene.heightmap();
+                let heights = seen.heights().iter().map(|it| *it.min(&setup.greatest));
+                self.heightmap = Heightmap::from_units(seen.nx(), seen.ny(), heights.collect())?;
                 let inside = || cell.contents().into_iter().filter(|body| body.inside);
                 self.packed = inside().count();
                 self.packed_m3 = inside().map(|body| body.model.volume_m3).sum();
@@ -342,6 +369,28 @@ impl Packing {
                 }
             }
         }
+    }
+
+    /// Draws what lies there.
+    pub(crate) fn picture(&self, size: Size) -> Result<Image, PictureError> {
+        let own = self.lying.iter().cloned().enumerate();
+        let bodies = self.cell.iter().flat_map(SimulatedCell::contents);
+        let bodies = bodies.map(|it| (it.id.index(), (it.model, it.container_from_item)));
+        let lying: Vec<_> = own.chain(bodies).collect();
+        let items = lying.iter().map(|(index, (model, pose))| picture::Item {
+            mesh: TriangleMesh {
+                vertices: &model.mesh.vertices,
+                triangles: &model.mesh.triangles,
+            },
+            world_from_item: *pose,
+            colour: Colour::of_item(*index),
+        });
+        let container = self.setup.grid.container();
+        let scene = Scene3d {
+            items: items.collect(),
+            container_m: Some([container.x_m, container.y_m, container.z_m]),
+        };
+        render(&scene, &Camera::overlooking(&scene), size)
     }
 
     /// Gives the objects in the buffer, by slot; -1 where there is none.

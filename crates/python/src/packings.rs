@@ -3,10 +3,12 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use numpy::ndarray::Dim;
-use numpy::{PyArray, PyArray1, PyReadonlyArray1};
-use ppnpack_packing::grid::Units;
+use numpy::{PyArray, PyArray1, PyArray3, PyReadonlyArray1};
+use ppnpack_catalogue::object::CatalogueObject;
+use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_physics::error::PhysicsError;
-use pyo3::exceptions::PyValueError;
+use ppnpack_picture::Size;
+use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
@@ -14,8 +16,7 @@ use rayon::prelude::*;
 use crate::arrays::{array, array1, values};
 use crate::catalogue::Catalogue;
 use crate::cell::{camera_settings, cell_settings};
-use crate::error::{OrRaise, unused};
-use crate::grid::Grid;
+use crate::error::{OrRaise, not_forked, unused};
 use crate::packing::{Observed, ObservedIn, Packing, PaddedMaps, Setup, Stepped as One};
 
 /// Maximum of packings that are stepped together.
@@ -42,6 +43,8 @@ pub(crate) struct Packings {
     packings: Mutex<Vec<Packing>>,
     /// None where one thread is enough: the caller's.
     pool: Option<rayon::ThreadPool>,
+    /// The process that has its threads.
+    made_in: u32,
 }
 
 /// The observation of n packings, in arrays that are the caller's own.
@@ -92,7 +95,7 @@ impl Packings {
     )]
     fn new(
         py: Python<'_>,
-        grid: &Grid,
+        grid: &crate::grid::Grid,
         catalogue: &Catalogue,
         count: usize,
         buffer: usize,
@@ -125,6 +128,7 @@ impl Packings {
         py.detach(|| {
             let maps = objects.iter().map(|it| PaddedMaps::of(grid, &it.item));
             let setup = Arc::new(Setup {
+                greatest: greatest(grid, objects, physics),
                 grid: grid.clone(),
                 objects: objects.to_vec(),
                 maps: maps.collect(),
@@ -140,6 +144,7 @@ impl Packings {
             Ok(Self {
                 packings: Mutex::new(packings),
                 pool: pool(threads, count)?,
+                made_in: std::process::id(),
                 setup,
             })
         })
@@ -154,6 +159,33 @@ impl Packings {
     #[getter]
     fn actions(&self) -> usize {
         self.setup.actions()
+    }
+
+    /// The greatest height that is observed, in units: of what may stick out above the rim.
+    #[getter]
+    fn greatest_height(&self) -> i16 {
+        self.setup.greatest
+    }
+
+    /// Draws a packing from above, with a colour for each item: uint8 [height, width, 3], RGB.
+    #[pyo3(signature = (number = 0, *, width = 640, height = 480))]
+    fn picture<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        width: u32,
+        height: u32,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let image = py.detach(|| {
+            let size = Size::new(width, height).or_value_error()?;
+            let packings = self.lock()?;
+            let packing = packings.get(number);
+            let none = || PyIndexError::new_err(format!("there is no packing {number}"));
+            packing.ok_or_else(none)?.picture(size).or_runtime_error()
+        })?;
+        let pixels = image.pixels().iter();
+        let channels = pixels.flat_map(|pixel| [pixel.red, pixel.green, pixel.blue]);
+        array(py, [height as usize, width as usize, 3], channels.collect())
     }
 
     /// Begins all packings anew. seeds: of each packing a number, or None to go on with its random
@@ -176,11 +208,9 @@ impl Packings {
                 self.check(objects)?;
             }
             let (_, buffers) = self.all(&mut packings, |number, packing| {
-                match objects.as_ref().and_then(|all| all.get(number)) {
-                    Some(objects) => packing.begin(objects),
-                    None => packing.reset(seeds.get(number).copied().flatten()),
-                }
-                Ok(())
+                let objects = objects.as_ref().and_then(|all| all.get(number));
+                let seed = seeds.get(number).copied().flatten();
+                packing.reset(seed, objects.map(Vec::as_slice))
             })?;
             PyResult::Ok((buffers, objects_of(&packings)))
         });
@@ -208,7 +238,7 @@ impl Packings {
             }
             let (steps, buffers) = self.all(&mut packings, |number, packing| {
                 if packing.is_over() {
-                    packing.reset(None);
+                    packing.reset(None, None)?;
                     return Ok(One {
                         is_valid: true,
                         ..One::default()
@@ -266,6 +296,7 @@ impl Packings {
         let results: Result<Vec<T>, PhysicsError> = match &self.pool {
             None => all.map(one).collect(),
             Some(pool) => {
+                not_forked(self.made_in)?;
                 let all: Vec<_> = all.collect();
                 pool.install(|| all.into_par_iter().map(one).collect())
             }
@@ -343,6 +374,21 @@ fn pool(threads: Option<usize>, count: usize) -> PyResult<Option<rayon::ThreadPo
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map(Some).or_runtime_error()
+}
+
+/// Gives the greatest height of what is observed of these objects, in units. With physics an item
+/// may end on the rim, and stand on its end there.
+fn greatest(grid: &Grid, objects: &[CatalogueObject], physics: bool) -> Units {
+    let bounds = objects
+        .iter()
+        .filter_map(|object| object.model.mesh.bounds());
+    let longest_m = bounds.map(|bounds| bounds.extents_m().norm());
+    let longest_m = longest_m.fold(0.0, f64::max);
+    let longest = grid.resolution().units_above(longest_m);
+    match physics {
+        true => grid.rim().saturating_add(longest),
+        false => grid.rim().max(longest),
+    }
 }
 
 fn within(name: &str, number: usize, most: usize) -> PyResult<()> {

@@ -15,7 +15,7 @@ use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::error::{OrRaise, raised, unused};
+use crate::error::{OrRaise, not_forked, raised, unused};
 use crate::evaluator::{Known, PythonEvaluator};
 use crate::grid::Grid;
 use crate::item::Item;
@@ -44,6 +44,8 @@ pub(crate) struct Planner {
     method: Method,
     planner: Mutex<plan::Planner>,
     known: Known,
+    /// The process that has its threads, where there are any.
+    made_in: Option<u32>,
 }
 
 #[pymethods]
@@ -77,6 +79,7 @@ impl Planner {
             method,
             planner: Mutex::new(planner),
             known,
+            made_in: (threads > 1).then(std::process::id),
         })
     }
 
@@ -103,8 +106,12 @@ impl Planner {
         alternatives: usize,
         deadline_s: Option<f64>,
     ) -> PyResult<Plan> {
+        self.made_in.map_or(Ok(()), not_forked)?;
         let scene = SceneArgument::read(&self.grid, scene)?;
         let poses = poses(buffer)?;
+        for (_, _, item) in &poses {
+            item.get().check(&self.grid)?;
+        }
         let deadline = deadline_s.map(Duration::try_from_secs_f64).transpose();
         let deadline = deadline.or_value_error()?;
         let items = poses.iter();

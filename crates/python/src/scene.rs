@@ -3,6 +3,7 @@
 use numpy::{PyArray2, PyReadonlyArray2};
 use ppnpack_packing::grid;
 use ppnpack_packing::heightmap::{self, Heightmap, Surface};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 
@@ -96,9 +97,20 @@ impl SceneArgument {
     /// Reads a scene, or an int16 heightmap of the grid.
     pub(crate) fn read(grid: &grid::Grid, argument: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(scene) = argument.cast::<Scene>() {
+            let heightmap = scene.get().inner.heightmap();
+            let (found, needed) = ([heightmap.nx(), heightmap.ny()], [grid.nx(), grid.ny()]);
+            if found != needed {
+                return Err(PyValueError::new_err(format!(
+                    "the scene has cells {found:?}, and the grid {needed:?}: scan it on this grid"
+                )));
+            }
             return Ok(Self::Given(scene.clone().unbind()));
         }
-        let heightmap = read(&argument.extract()?)?;
+        let heightmap = argument.extract().map_err(|_| {
+            let needed = "an int16 array [nx, ny] in units, which grid.units(heights_m) makes";
+            PyTypeError::new_err(format!("the scene is neither a Scene nor {needed}"))
+        })?;
+        let heightmap = read(&heightmap)?;
         let scene = heightmap::Scene::new(grid, heightmap, None).or_value_error()?;
         Ok(Self::Made(Box::new(scene)))
     }

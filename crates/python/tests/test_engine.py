@@ -114,6 +114,42 @@ def test_surfaces_of_an_item_are_shared_and_cannot_be_written_to(catalogue):
         top[0, 0] = 5
 
 
+def test_items_and_scenes_of_another_grid_are_refused(grid, catalogue):
+    finer = ppnpack.Grid((0.32, 0.32, 0.30), 0.005, 0.002, [0, np.pi / 4, np.pi / 2, 3 * np.pi / 4])
+    mug, scene = catalogue["mug"], ppnpack.SimulatedCell(grid).scan()
+    for refused in (
+        lambda: ppnpack.plan(finer, finer.empty(), [mug], trial=UNTRIED),
+        lambda: ppnpack.evaluate(finer, finer.empty(), mug),
+        lambda: ppnpack.resting_heights(finer, finer.empty(), mug),
+        lambda: ppnpack.SimulatedCell(finer).place(mug, ppnpack.Placement(0, 0, 0, 0)),
+    ):
+        with pytest.raises(ValueError, match="item mug is made for another cell"):
+            refused()
+    own = ppnpack.Catalogue(finer)["mug"]
+    with pytest.raises(ValueError, match=r"cells \[32, 32\], and the grid \[64, 64\]"):
+        ppnpack.evaluate(finer, scene, own)
+
+
+def test_arrays_of_another_type_are_refused_by_the_argument_s_name(grid, catalogue):
+    mug = catalogue["mug"]
+    with pytest.raises(TypeError, match=r"the scene is neither a Scene nor an int16 array .* grid.units"):
+        ppnpack.evaluate(grid, np.zeros((32, 32)), mug)
+    with pytest.raises(TypeError, match="heightmap"):
+        ppnpack.place(np.zeros((32, 32)), mug, ppnpack.Placement(0, 0, 0, 0))
+    with pytest.raises(TypeError, match="actions"):
+        ppnpack.Packings(grid, catalogue).step(np.zeros(1))
+    planner = ppnpack.Planner(grid, evaluator=lambda *_: "low", trial=UNTRIED)
+    with pytest.raises(TypeError, match=r"the evaluator gave no array of numbers where \[4, 32, 32\]"):
+        planner.plan(grid.empty(), [mug])
+
+
+def test_a_catalogue_is_pickled_by_its_source_and_settings(grid):
+    catalogue = ppnpack.Catalogue(grid, poses=2, pose="most-probable", density_kg_m3=300.0)
+    other = pickle.loads(pickle.dumps(catalogue))
+    assert other.content_hash() == catalogue.content_hash()
+    assert copy.deepcopy(catalogue) is catalogue
+
+
 def test_any_memory_layout_is_read(grid, block):
     heightmap = np.random.default_rng(3).integers(0, 50, (32, 32), np.int16)
     expected = ppnpack.resting_heights(grid, heightmap, block)

@@ -1,5 +1,7 @@
 """The environments of Gymnasium."""
 
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -53,6 +55,72 @@ def test_the_same_seed_is_the_same_episode_and_another_is_not(grid, catalogue):
     env = gymnasium.make(ID, grid=grid, catalogue=catalogue, items=12)
     one, other, third = (play(env, first, seed=seed)[0] for seed in (1, 1, 2))
     assert one == other and one != third
+
+
+@pytest.mark.parametrize("settings", [{}, {"physics": True, "camera": {}}])
+def test_the_same_seed_is_the_same_episode_alone_and_in_vectors(grid, catalogue, settings):
+    settings = {"grid": grid, "catalogue": catalogue, "items": 4, **settings}
+    vector = gymnasium.make_vec(ID, num_envs=2, **settings)
+    sync = gymnasium.vector.SyncVectorEnv([lambda: gymnasium.make(ID, **settings)] * 2)
+    alone = [gymnasium.make(ID, **settings) for _ in range(2)]
+    for seed in (9, [9, 10], 9):
+        seen = [vector.reset(seed=seed)[0], sync.reset(seed=seed)[0]]
+        single = [env.reset(seed=9 + number)[0] for number, env in enumerate(alone)]
+        for _ in range(9):
+            for name in ("heightmap", "item_top", "action_mask"):
+                each = np.stack([observation[name] for observation in single])
+                assert np.array_equal(seen[0][name], each) and np.array_equal(seen[1][name], each)
+            actions = seen[0]["action_mask"].argmax(1)
+            seen = [envs.step(actions)[0] for envs in (vector, sync)]
+            single = [
+                env.reset()[0] if not observation["action_mask"].any() else env.step(action)[0]
+                for env, observation, action in zip(alone, single, actions, strict=True)
+            ]
+
+
+# What a test of its own process runs: a fork of this one would have the threads of other tests.
+FORKED = """
+import os, warnings
+import gymnasium, numpy as np
+import ppnpack, ppnpack.envs
+warnings.simplefilter("ignore", DeprecationWarning)
+grid = ppnpack.Grid.reference()
+pooled = ppnpack.Packings(grid, ppnpack.Catalogue(grid), 2, threads=2)
+envs = gymnasium.make_vec("ppnpack/Packing-v0", num_envs=2, vectorization_mode="async", vector_kwargs={"context": "fork"}, items=3)
+observation, _ = envs.reset(seed=1)
+envs.step(observation["action_mask"].argmax(1))
+envs.close()
+child = os.fork()
+if child == 0:
+    try:
+        pooled.reset([1, 2])
+    except RuntimeError as error:
+        os._exit(7 if "make it after the fork" in str(error) else 8)
+    os._exit(9)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+print("done")
+"""
+
+
+def test_forked_processes_work_or_say_why_not():
+    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=120)
+    assert done.stdout.strip() == "done", done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("physics", [False, True])
+def test_the_container_is_drawn_and_heights_stay_within_the_space(grid, catalogue, physics):
+    env = gymnasium.make(ID, grid=grid, catalogue=catalogue, items=3, physics=physics, render_mode="rgb_array")
+    observation, _ = env.reset(seed=1)
+    empty = env.render()
+    assert empty.shape == (480, 640, 3) and empty.dtype == np.uint8
+    env.step(first(observation["action_mask"]))
+    assert (env.render() != empty).any()
+    highest = int(env.observation_space["heightmap"].high.max())
+    assert grid.rim <= highest <= 3 * grid.rim
+    vector = ppnpack.envs.VectorPackingEnv(2, grid, catalogue, render_mode="rgb_array")
+    vector.reset(seed=1)
+    assert [picture.shape for picture in vector.render()] == [(480, 640, 3)] * 2
+    assert ppnpack.envs.PackingEnv(grid, catalogue).render() is None
 
 
 def test_actions_are_slot_yaw_x_y(grid, catalogue):
@@ -120,6 +188,8 @@ def test_an_action_that_is_not_possible_ends_the_episode(grid, catalogue):
     with pytest.raises(ValueError, match="reset it"):
         env.step(0)
     env.reset()
+    with pytest.raises(TypeError, match="whole numbers, not float64"):
+        env.step(1.5)
     assert not env.step(-1)[4]["is_valid"]
 
 
@@ -163,6 +233,10 @@ def test_wrong_settings_are_refused(grid, catalogue):
     with pytest.raises(ValueError, match="another cell, height unit or yaws"):
         ppnpack.envs.PackingEnv(ppnpack.Grid(cell_m=0.02), catalogue)
     env = ppnpack.envs.PackingEnv(grid, catalogue)
+    with pytest.raises(ValueError, match="'objects' alone, not reset_mask"):
+        env.reset(options={"reset_mask": [True]})
+    with pytest.raises(ValueError, match="'rgb_array' or none"):
+        ppnpack.envs.PackingEnv(grid, catalogue, render_mode="human")
     with pytest.raises(ValueError, match="no object 96"):
         env.reset(options={"objects": [96]})
     assert env.reset(seed=1)

@@ -26,6 +26,7 @@ Action: an index into [slot, yaw, x, y], row-major; `action_shape` is that shape
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -40,10 +41,6 @@ from ppnpack import Catalogue, Grid, Observation, Packings
 
 __all__ = ["PackingEnv", "VectorPackingEnv"]
 
-# The greatest height of the engine, in units.
-_MAX_UNITS = 8191
-_SEEDS = 2**63
-
 
 class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
     """One container.
@@ -53,11 +50,12 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
     scanned; else each stays where it comes to rest. stability: "published" has only placements possible that the paper's test accepts, "none"
     all that fit below the rim. cell: settings of the simulated cell that differ, as of ppnpack.SimulatedCell. camera: with physics, has
     depth cameras see the container in place of an exact scan, as of ppnpack.SimulatedCell; {} is one.
+    render_mode: "rgb_array" draws the container, 640 x 480.
 
     reset takes as options {"objects": [...]}: the indices in the catalogue of those that arrive, in place of random ones.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 4}
 
     def __init__(
         self,
@@ -70,9 +68,9 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         stability: Literal["none", "published"] = "none",
         cell: dict[str, Any] | None = None,
         camera: dict[str, Any] | None = None,
-        render_mode: None = None,
+        render_mode: Literal["rgb_array"] | None = None,
     ) -> None:
-        self.render_mode = render_mode
+        self.render_mode = _mode(render_mode)
         self.grid = Grid.reference() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self._packings = Packings(
@@ -84,9 +82,10 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
             stability=stability,
             cell=cell,
             camera=camera,
+            seed=_random_seed(),
         )
         self.action_shape = (buffer, *self.grid.shape)
-        self.observation_space: spaces.Space[Any] = _observation_space(self.action_shape)
+        self.observation_space: spaces.Space[Any] = _observation_space(self.action_shape, self._packings)
         self.action_space = spaces.Discrete(_size(self.action_shape))
         self._mask = np.zeros(_size(self.action_shape), np.int8)
 
@@ -94,13 +93,12 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
         super().reset(seed=seed)
-        objects = (options or {}).get("objects")
-        seeds = [int(self.np_random.integers(_SEEDS))]
-        observed = self._packings.reset(seeds, None if objects is None else [list(objects)])
+        objects = _objects(options)
+        observed = self._packings.reset([seed], None if objects is None else [list(objects)])
         return self._observation(observed), {"objects": observed.objects[0], "volume_share": 0.0, "packed": 0}
 
     def step(self, action: Any) -> tuple[dict[str, NDArray[Any]], float, bool, bool, dict[str, Any]]:
-        observed, stepped = self._packings.step(np.array([action], np.int64))
+        observed, stepped = self._packings.step(_whole([action]))
         info = {
             "objects": observed.objects[0],
             "volume_share": float(stepped.volume_share[0]),
@@ -108,6 +106,10 @@ class PackingEnv(gymnasium.Env[dict[str, NDArray[Any]], np.int64]):
             "is_valid": bool(stepped.is_valid[0]),
         }
         return self._observation(observed), float(stepped.reward[0]), bool(stepped.is_over[0]), False, info
+
+    def render(self) -> Any:
+        """The container from above, uint8 [480, 640, 3], where the render mode is "rgb_array"."""
+        return None if self.render_mode is None else self._packings.picture()
 
     def action_masks(self) -> NDArray[np.bool_]:
         """Which actions are possible: bool [actions]. Some libraries ask an environment for it by this name."""
@@ -131,7 +133,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
     The rest is as in PackingEnv. One that is over begins anew at the next step, whatever its action is.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 4, "autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -146,11 +148,11 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         cell: dict[str, Any] | None = None,
         camera: dict[str, Any] | None = None,
         threads: int | None = None,
-        render_mode: None = None,
+        render_mode: Literal["rgb_array"] | None = None,
     ) -> None:
         super().__init__()
         self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.render_mode = _mode(render_mode)
         self.grid = Grid.reference() if grid is None else grid
         self.catalogue = Catalogue(self.grid) if catalogue is None else catalogue
         self._packings = Packings(
@@ -164,9 +166,10 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
             cell=cell,
             camera=camera,
             threads=threads,
+            seed=_random_seed(),
         )
         self.action_shape = (buffer, *self.grid.shape)
-        self.single_observation_space = _observation_space(self.action_shape)
+        self.single_observation_space = _observation_space(self.action_shape, self._packings)
         self.single_action_space = spaces.Discrete(_size(self.action_shape))
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -177,12 +180,15 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-        if seed is None or isinstance(seed, int | np.integer):
-            super().reset(seed=seed)
-            seeds: list[int | None] = [int(drawn) for drawn in self.np_random.integers(_SEEDS, size=self.num_envs)]
+        # As Gymnasium's own vectors count on from one seed.
+        seeds: list[int | None]
+        if seed is None:
+            seeds = [None] * self.num_envs
+        elif isinstance(seed, int | np.integer):
+            seeds = [int(seed) + number for number in range(self.num_envs)]
         else:
             seeds = list(seed)
-        objects = (options or {}).get("objects")
+        objects = _objects(options)
         observed = self._packings.reset(seeds, None if objects is None else [list(each) for each in objects])
         infos = {
             "objects": observed.objects,
@@ -194,7 +200,7 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
     def step(
         self, actions: NDArray[np.int64]
     ) -> tuple[dict[str, NDArray[Any]], NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
-        observed, stepped = self._packings.step(np.asarray(actions, np.int64), autoreset=True)
+        observed, stepped = self._packings.step(_whole(actions), autoreset=True)
         infos = {
             "objects": observed.objects,
             "volume_share": stepped.volume_share,
@@ -204,18 +210,49 @@ class VectorPackingEnv(VectorEnv[dict[str, NDArray[Any]], NDArray[np.int64], NDA
         truncations = np.zeros(self.num_envs, np.bool_)
         return _observation(observed), stepped.reward, stepped.is_over, truncations, _of_all(infos, self.num_envs)
 
+    def render(self) -> Any:
+        """Each container as PackingEnv draws it, where the render mode is "rgb_array"."""
+        return None if self.render_mode is None else tuple(map(self._packings.picture, range(self.num_envs)))
+
 
 def _size(shape: Sequence[int]) -> int:
     return int(np.prod(shape))
 
 
-def _observation_space(action_shape: tuple[int, ...]) -> spaces.Dict:
+def _random_seed() -> int:
+    return secrets.randbits(63)
+
+
+def _mode(render_mode: Any) -> Any:
+    if render_mode not in (None, "rgb_array"):
+        raise ValueError(f"the render mode is 'rgb_array' or none, not {render_mode!r}")
+    return render_mode
+
+
+def _objects(options: dict[str, Any] | None) -> Any:
+    """The objects that options name; what else they say is refused."""
+    options = dict(options or {})
+    objects = options.pop("objects", None)
+    if options:
+        raise ValueError(f"reset takes the option 'objects' alone, not {', '.join(options)}")
+    return objects
+
+
+def _whole(actions: Any) -> NDArray[np.int64]:
+    actions = np.asarray(actions)
+    if actions.dtype.kind not in "iu":
+        raise TypeError(f"actions are whole numbers, not {actions.dtype}")
+    return actions.astype(np.int64)
+
+
+def _observation_space(action_shape: tuple[int, ...], packings: Packings) -> spaces.Dict:
+    greatest = packings.greatest_height
     return spaces.Dict(
         {
-            "heightmap": spaces.Box(0, _MAX_UNITS, action_shape[2:], np.int16),
-            "item_top": spaces.Box(0, _MAX_UNITS, action_shape, np.int16),
-            "item_bottom": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
-            "resting_height": spaces.Box(-1, _MAX_UNITS, action_shape, np.int16),
+            "heightmap": spaces.Box(0, greatest, action_shape[2:], np.int16),
+            "item_top": spaces.Box(0, greatest, action_shape, np.int16),
+            "item_bottom": spaces.Box(-1, greatest, action_shape, np.int16),
+            "resting_height": spaces.Box(-1, greatest, action_shape, np.int16),
             "action_mask": spaces.MultiBinary(_size(action_shape)),
         }
     )
