@@ -39,6 +39,7 @@ fn wrong_options_are_refused() {
         ),
         ("pack --container 32x32x-30cm", &["--container", "above 0"]),
         ("pack --container 32x32", &["three lengths"]),
+        ("pack --container 32x32x30", &["did you mean 32x32x30cm?"]),
         ("pack --cell 0", &["--cell", "above 0"]),
         ("pack --cell 1m", &["cell"]),
         ("pack --cell 1um", &["'um' is no unit"]),

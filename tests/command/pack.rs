@@ -33,6 +33,37 @@ fn pack_has_few_options() {
     let options = lines.filter(|line| line.trim_start().starts_with("--"));
     let options: Vec<&str> = options.collect();
     assert!(options.len() <= 25, "{options:#?}");
+    // What matters first comes before the headings, and two examples last.
+    let heading = help.find("\nObjects:").unwrap();
+    let (first, others) = help.split_at(heading);
+    for option in ["--catalogue", "--container", "--random", "--poses", "--out"] {
+        assert!(first.contains(option) && !others.contains(&format!("\n      {option}")));
+    }
+    let examples = others.split_once("Examples:").unwrap().1;
+    assert_eq!(examples.matches("ppnpack pack").count(), 2);
+}
+
+#[test]
+fn a_folder_that_cannot_be_made_is_refused_before_anything_is_prepared() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "x").unwrap();
+    // The catalogue would be refused, too, if it was looked at.
+    let words = format!("pack --catalogue /nowhere --out {}", file.display());
+    let output = ppnpack(&words);
+    let error = crate::support::errors(&output);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    has(&error, &["file cannot be written"]);
+}
+
+#[test]
+fn only_the_objects_that_are_named_are_prepared() {
+    let named = packed("pack --items mug,bowl,mug --cell 1cm --yaws 4").summary;
+    assert_eq!(named["settings"]["objects"], 2, "{named}");
+    assert_eq!(named["packed"]["items"], 3);
+    // By number, they are those of all.
+    let numbered = packed("pack --items mug,0 --cell 1cm --yaws 4").summary;
+    assert_eq!(numbered["settings"]["objects"], 96, "{numbered}");
 }
 
 #[test]

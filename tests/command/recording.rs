@@ -146,6 +146,7 @@ fn what_a_stack_does_is_recorded_and_decided_again() {
     assert!(replayed.status.success());
     is_told_to_people(file);
 
+    several_are_told_one_after_another(file, recorded.folder.path());
     is_found_where_it_was_changed(file, recorded.folder.path());
     is_said_to_be_damaged(file, recorded.folder.path());
 }
@@ -161,6 +162,20 @@ fn is_told_to_people(file: &Path) {
         let told = text(&ppnpack(&format!("{command} {}", file.display())));
         has(&told, parts);
     }
+}
+
+fn several_are_told_one_after_another(file: &Path, folder: &Path) {
+    let nothing = folder.join("nothing.mcap");
+    std::fs::write(&nothing, "").unwrap();
+    let files = format!("{} {}", nothing.display(), file.display());
+    let told = text(&ppnpack(&format!("replay {files}")));
+    let parts = [
+        "nothing.mcap:\nno step is recorded here",
+        "8 steps go as they were recorded, bit for bit",
+    ];
+    has(&told, &parts);
+    let inspected = text(&ppnpack(&format!("inspect --json {files}")));
+    assert_eq!(inspected.lines().count(), 2, "{inspected}");
 }
 
 fn is_found_where_it_was_changed(file: &Path, folder: &Path) {

@@ -41,7 +41,23 @@ impl Catalogue {
         resolution: &Resolution,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Self, CatalogueError> {
-        let origins = source.origins(settings)?;
+        Self::load_only(source, settings, &[], resolution, progress)
+    }
+
+    /// Loads the objects of these names alone, or all where there are none. Their indices are those
+    /// among them.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn load_only(
+        source: &Source,
+        settings: &Settings,
+        names: &[String],
+        resolution: &Resolution,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Self, CatalogueError> {
+        let mut origins = source.origins(settings)?;
+        origins.retain(|origin| names.is_empty() || names.contains(&origin.name));
         let cache = Cache::new(&settings.cache);
         let done = AtomicUsize::new(0);
         let load = |origin: &Origin<'_>| {

@@ -1,7 +1,9 @@
 //! Output of commands.
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
+use crate::failure::Outcome;
 use crate::text::{self, Template};
 use anyhow::Context;
 
@@ -16,6 +18,19 @@ pub(crate) fn print(
     } else {
         print_line(text::render(template, value)?.trim_end())
     }
+}
+
+/// Does something with each file, under its name where there are several and that is no JSON. Gives
+/// the first failure once all are done.
+pub(crate) fn of_each(files: &[PathBuf], as_json: bool, act: impl Fn(&Path) -> Outcome) -> Outcome {
+    let mut outcome = Ok(());
+    for file in files {
+        if files.len() > 1 && !as_json {
+            print_line(&format!("{}:", file.display()))?;
+        }
+        outcome = outcome.and(act(file));
+    }
+    outcome
 }
 
 /// Prints a value as JSON on standard output.

@@ -21,12 +21,18 @@ pub(crate) fn parse_distance(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Minimum length, in metres, at which a side without a unit is taken for one in centimetres.
+const LEAST_UNLIKELY_M: f64 = 10.0;
+
 /// Parses the three inner lengths of a container, such as `32x32x30cm`.
 pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
     let (digits, unit) = split_unit(text);
     let sides = digits.split(['x', 'X']);
     let sides = sides.map(|side| parse_length(&format!("{side}{unit}")));
     match sides.collect::<Result<Vec<f64>, _>>()?.as_slice() {
+        sides if unit.is_empty() && sides.iter().any(|side_m| *side_m >= LEAST_UNLIKELY_M) => Err(
+            format!("'{text}' without a unit is in metres: did you mean {text}cm?"),
+        ),
         &[x_m, y_m, z_m] => Ok(ContainerSize { x_m, y_m, z_m }),
         _ => Err(format!(
             "'{text}' must be three lengths with one unit, such as 32x32x30cm"
@@ -127,6 +133,7 @@ mod tests {
         for text in ["", "-1cm", "0", "1 furlong", "1km", "nan", "inf", "1e999"] {
             assert!(parse_length(text).is_err(), "{text}");
         }
+        assert!(parse_size("32x32x30").unwrap_err().contains("32x32x30cm?"));
         for text in ["32x32cm", "32x32x-30cm", "32", "axbxc", "1x2x3x4"] {
             assert!(parse_size(text).is_err(), "{text}");
         }

@@ -50,6 +50,14 @@ pub struct Sequence {
 }
 
 impl SequenceOptions {
+    /// Gives the names of the only objects that are needed; none where there may be others.
+    pub(crate) fn names(&self) -> &[String] {
+        match self.items.iter().any(|item| item.parse::<usize>().is_ok()) {
+            true => &[],
+            false => &self.items,
+        }
+    }
+
     pub(crate) fn sequence(&self, catalogue: &Catalogue, seed: u64) -> Outcome<Sequence> {
         if let Some((path, number)) = &self.sequence {
             return SequenceFile::read(path, catalogue)?.get(*number);

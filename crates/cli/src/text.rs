@@ -5,8 +5,8 @@
 //! header.
 
 use anyhow::Context;
-use comfy_table::Table;
 use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::{ContentArrangement, LineStyle, Table, TableStyle};
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Error, Output, State, UndefinedBehavior, Value, context};
@@ -22,6 +22,9 @@ macro_rules! template {
     };
 }
 pub(crate) use template;
+
+/// Lines of a table: around it and below its header.
+const STYLE: TableStyle = UTF8_HORIZONTAL_ONLY.row_separator(LineStyle::none());
 
 /// Separator of the cells of a row.
 pub(crate) const BAR: char = '│';
@@ -74,7 +77,14 @@ pub(crate) fn table(text: &str, has_header: bool) -> Value {
     let lines = text.lines().filter(|line| !line.trim().is_empty());
     let mut rows = lines.map(|line| line.split(BAR).map(str::trim));
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(STYLE);
+    // No wider than the terminal; in a file as wide as its content.
+    if let Ok(terminal) = rustix::termios::tcgetwinsize(std::io::stdout())
+        && terminal.ws_col > 0
+    {
+        table.set_content_arrangement(ContentArrangement::Dynamic);
+        table.set_width(terminal.ws_col);
+    }
     if has_header && let Some(header) = rows.next() {
         table.set_header(header);
     }
@@ -147,7 +157,7 @@ mod tests {
         let lines: Vec<&str> = table.lines().map(str::trim).collect();
         let cells = |line: usize| lines[line].split_whitespace().collect::<Vec<_>>();
         assert_eq!(
-            (cells(1), cells(3), cells(5)),
+            (cells(1), cells(3), cells(4)),
             (vec!["Name", "Count"], vec!["x", "1"], vec!["y", "1"])
         );
         assert_eq!(lines.last(), Some(&"End"));

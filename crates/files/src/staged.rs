@@ -33,6 +33,17 @@ impl StagedFolder {
         })
     }
 
+    /// Checks that files can be written into `target`, which need not be there yet. Leaves nothing.
+    ///
+    /// # Errors
+    /// [`WriteError`] names the folder.
+    pub fn check(target: &Path) -> Result<(), WriteError> {
+        let mut there = target.ancestors().filter(|folder| folder.exists());
+        let there = there.next().unwrap_or(Path::new("."));
+        let made = Builder::new().prefix(UNFINISHED).tempdir_in(there);
+        made.map(drop).map_err(WriteError::at(target))
+    }
+
     /// Adds a file.
     ///
     /// # Errors
@@ -65,6 +76,19 @@ impl StagedFolder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_place_where_nothing_can_be_written_is_refused_and_nothing_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, below) = (folder.path().join("file"), folder.path().join("a/b"));
+        std::fs::write(&file, b"x").unwrap();
+        StagedFolder::check(&below).unwrap();
+        for place in [file.clone(), file.join("below")] {
+            let error = StagedFolder::check(&place).unwrap_err();
+            assert_eq!(error.path, place);
+        }
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    }
 
     #[test]
     fn files_appear_only_when_published() {

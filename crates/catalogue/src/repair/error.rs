@@ -64,7 +64,7 @@ pub enum MeshError {
         volume_m3: f64,
     },
     /// The object is smaller or larger than any that makes sense.
-    #[error("is {size_m:.3e} m long, outside {MIN_SIZE_M} to {MAX_SIZE_M} m{}", suggestion(.unit))]
+    #[error("is {} m long, outside {MIN_SIZE_M} to {MAX_SIZE_M} m{}", (.size_m * 1e6).round() / 1e6, suggestion(.unit))]
     Size {
         /// The greatest extent, in metres.
         size_m: f64,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_files::StagedFolder;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::method::Method;
@@ -75,9 +76,10 @@ impl CellOptions {
         })
     }
 
-    /// Loads the objects, on the cell's grid.
-    pub(super) fn load(&self, cell: &CellSetUp) -> Outcome<Arc<Catalogue>> {
-        Ok(Arc::new(self.catalogue.load(cell.grid.resolution())?))
+    /// Loads the objects of these names, or all where there are none, on the cell's grid.
+    pub(super) fn load(&self, cell: &CellSetUp, names: &[String]) -> Outcome<Arc<Catalogue>> {
+        let resolution = cell.grid.resolution();
+        Ok(Arc::new(self.catalogue.load_only(names, resolution)?))
     }
 }
 
@@ -98,6 +100,13 @@ pub(super) struct JobOptions {
 }
 
 impl JobOptions {
+    /// Checks that the results can be written, before anything is packed; gives the names of the
+    /// only objects that are needed, where they are known.
+    pub(super) fn begin(&self) -> Outcome<&[String]> {
+        StagedFolder::check(&self.results.out)?;
+        Ok(self.sequence.names())
+    }
+
     /// Gives everything that the packing depends on, and the arm's part in it: what the arm cannot
     /// hold or lift is no longer in the sequence.
     pub(super) fn settings(

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Arg, Args};
 use indicatif::ProgressBar;
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step, play};
@@ -18,9 +18,26 @@ use crate::network::Backend;
 use crate::progress;
 use crate::report::{ArmAsked, EndingSummary, Packing, Settled, Unplaceable};
 
+/// Options that matter first: they come before the others' headings.
+const FIRST: [&str; 8] = [
+    "catalogue",
+    "container",
+    "cell",
+    "yaws",
+    "poses",
+    "items",
+    "random",
+    "out",
+];
+
+const EXAMPLES: &str = "Examples:
+  ppnpack pack --random 30
+  ppnpack pack --catalogue parts --unit mm --container 60x40x30cm --poses 4 --out out/parts";
+
 /// Packs one sequence of objects in the simulated cell, prints a summary and writes a report with
 /// pictures.
 #[derive(Debug, Args)]
+#[command(mut_args(first), after_help = EXAMPLES)]
 pub(crate) struct PackArguments {
     #[command(flatten)]
     cell: CellOptions,
@@ -35,7 +52,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         return Ok(());
     }
     let cell = options.set_up(backend, true)?;
-    let catalogue = options.load(&cell)?;
+    let catalogue = options.load(&cell, arguments.job.begin()?)?;
     let (settings, mut arm) = arguments.job.settings(options, &cell, &catalogue)?;
     let (grid, method, simulated) = (&cell.grid, &cell.method, &cell.simulated);
     let items = settings.sequence.items(&catalogue);
@@ -82,6 +99,14 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
         took: started.elapsed(),
         arm,
     })
+}
+
+/// Takes an option that matters first out of its heading.
+fn first(option: Arg) -> Arg {
+    match FIRST.contains(&option.get_id().as_str()) {
+        true => option.help_heading(None),
+        false => option,
+    }
 }
 
 fn settled(placed: &Placed) -> Settled {

@@ -16,18 +16,19 @@ use crate::failure::{OrInput, OrRun, Outcome};
 use crate::output;
 use crate::text::template;
 
-/// Plans each step of a recording again, and compares bit for bit with what was decided. Ends with
-/// 1 where a step goes otherwise.
+/// Plans each step of recordings again, and compares bit for bit with what was decided. Ends with 1
+/// where a step goes otherwise.
 #[derive(Debug, Args)]
 pub(crate) struct ReplayArguments {
-    /// An MCAP file of `ppnpack record`
-    file: PathBuf,
+    /// MCAP files of `ppnpack record`
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
 
     /// Plan again also what another release of the software has planned
     #[arg(long)]
     any_version: bool,
 
-    /// Print JSON instead of text
+    /// Print JSON instead of text, a line for each file
     #[arg(long)]
     json: bool,
 }
@@ -60,7 +61,13 @@ struct Other {
 }
 
 pub(crate) fn run(arguments: &ReplayArguments) -> Outcome {
-    let replayed = replay(&arguments.file, arguments.any_version)?;
+    output::of_each(&arguments.files, arguments.json, |file| {
+        again(file, arguments)
+    })
+}
+
+fn again(file: &Path, arguments: &ReplayArguments) -> Outcome {
+    let replayed = replay(file, arguments.any_version)?;
     output::print(&replayed, arguments.json, template!("replay.txt"))?;
     if let Some(first) = replayed.different.first() {
         let Other {

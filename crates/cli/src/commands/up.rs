@@ -148,7 +148,10 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--view middles is for `ppnpack pack`; the services see every cell exactly",
         ));
     }
-    let catalogue = options.load(&cell)?;
+    if packing.pack {
+        packing.job.begin()?;
+    }
+    let catalogue = options.load(&cell, &[])?;
     let pack = |controller: &Controller| -> Outcome<Packing> {
         let (settings, arm) = packing.job.settings(options, &cell, &catalogue)?;
         packed(controller, &catalogue, settings, arm)

@@ -143,10 +143,12 @@ impl Spread {
         let mut seconds: Vec<f64> = durations.map(|duration| duration.as_secs_f64()).collect();
         seconds.sort_by(f64::total_cmp);
         let count = seconds.len().max(1) as f64;
+        let at = |index: usize| seconds.get(index).copied().unwrap_or(0.0);
+        let (half, other) = (seconds.len() / 2, seconds.len().saturating_sub(1) / 2);
         Self {
             // The sum of nothing is -0.0.
             mean: (0.0 + seconds.iter().sum::<f64>()) / count,
-            median: seconds.get(seconds.len() / 2).copied().unwrap_or(0.0),
+            median: (at(half) + at(other)) / 2.0,
             max: seconds.last().copied().unwrap_or(0.0),
         }
     }
