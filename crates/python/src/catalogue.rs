@@ -112,7 +112,7 @@ impl Catalogue {
         named.set_item("pose", pose.as_str())?;
         named.set_item("density_kg_m3", settings.density_kg_m3)?;
         named.set_item("cache", settings.cache != CacheDir::Nowhere)?;
-        Ok(((self.grid.clone(), &self.source), named))
+        Ok(((self.grid.clone(), self.source.as_str()), named))
     }
 
     /// The names of the objects, by index.

@@ -106,7 +106,7 @@ impl SceneArgument {
             }
             return Ok(Self::Given(scene.clone().unbind()));
         }
-        let heightmap = argument.extract().map_err(|_| {
+        let heightmap: PyReadonlyArray2<'_, i16> = argument.extract().map_err(|_| {
             let needed = "an int16 array [nx, ny] in units, which grid.units(heights_m) makes";
             PyTypeError::new_err(format!("the scene is neither a Scene nor {needed}"))
         })?;

@@ -92,12 +92,16 @@ impl CatalogueOptions {
         names: &[String],
         resolution: &Resolution,
     ) -> Outcome<Catalogue> {
-        load(&self.source(), &self.settings(), names, resolution)
+        load_only(&self.source(), &self.settings(), names, resolution)
     }
 }
 
-/// Loads a catalogue, of these names alone where there are some, with a progress bar.
-pub fn load(
+/// Loads a catalogue, with a progress bar.
+pub fn load(source: &Source, settings: &Settings, resolution: &Resolution) -> Outcome<Catalogue> {
+    load_only(source, settings, &[], resolution)
+}
+
+fn load_only(
     source: &Source,
     settings: &Settings,
     names: &[String],

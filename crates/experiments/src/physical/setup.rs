@@ -67,7 +67,7 @@ pub(super) fn catalogue(
         cache: CacheDir::User,
         ..catalogue::Settings::default()
     };
-    let load = |source: &Source| options::load(source, &settings, &[], resolution);
+    let load = |source: &Source| options::load(source, &settings, resolution);
     let mut all = load(&Source::Folder(arguments.unseen.clone()))?;
     let unseen = all.len();
     let known = load(&ppnpack_household::source(&arguments.known))?;

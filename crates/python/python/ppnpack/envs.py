@@ -239,10 +239,10 @@ def _objects(options: dict[str, Any] | None) -> Any:
 
 
 def _whole(actions: Any) -> NDArray[np.int64]:
-    actions = np.asarray(actions)
-    if actions.dtype.kind not in "iu":
-        raise TypeError(f"actions are whole numbers, not {actions.dtype}")
-    return actions.astype(np.int64)
+    given: NDArray[Any] = np.asarray(actions)
+    if given.dtype.kind not in "iu":
+        raise TypeError(f"actions are whole numbers, not {given.dtype}")
+    return given.astype(np.int64)
 
 
 def _observation_space(action_shape: tuple[int, ...], packings: Packings) -> spaces.Dict:
