@@ -86,6 +86,9 @@ fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let rest = bytes
         .strip_prefix(b"glTF")
         .ok_or("it does not begin with 'glTF'")?;
+    if rest.starts_with(&[1, 0, 0, 0]) {
+        return Err("it is of version 1 of the format: export it in version 2".to_owned());
+    }
     let (json, rest) = chunk(rest.get(8..).unwrap_or_default(), b"JSON")
         .ok_or("its part of JSON is missing or cut")?;
     let (data, _) = chunk(rest, b"BIN\0").ok_or("its part of numbers is missing or cut")?;

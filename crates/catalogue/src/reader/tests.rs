@@ -370,6 +370,7 @@ fn what_is_no_mesh_is_named_with_the_way_out() {
             "'x' is no vertex",
         ),
         ("a.3mf", "PK", "3MF"),
+        ("a.glb", "glTF\x01\0\0\0\x14\0\0\0", "version 1"),
     ];
     for (name, content, reason) in refused {
         let error = parsed(name, content.as_bytes()).unwrap_err().to_string();

@@ -230,6 +230,8 @@ fn checked_thickness(mesh: &Mesh) -> Result<(), MeshError> {
     if volume_m3 * 2.0 > MIN_THICKNESS_M * area_m2 {
         Ok(())
     } else {
+        // The sum of no triangles is -0.
+        let volume_m3 = volume_m3 + 0.0;
         Err(MeshError::NoThickness { volume_m3 })
     }
 }

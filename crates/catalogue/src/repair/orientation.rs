@@ -5,6 +5,8 @@
     reason = "sides hold triangle numbers of the mesh they were taken from"
 )]
 
+use std::collections::BTreeMap;
+
 use nalgebra::Point3;
 
 use super::error::MeshError;
@@ -175,16 +177,51 @@ fn turn(mesh: &mut Mesh, marked: impl Iterator<Item = bool>) -> usize {
     count
 }
 
+/// For each triangle of a closed surface its shell, and how many shells there are.
+///
+/// Components that are open at an edge which others have too close each other there, so that only
+/// together they have an inside.
+fn closed_shells(mesh: &Mesh) -> (Vec<usize>, usize) {
+    let found = components(mesh);
+    let mut shells: Vec<usize> = (0..found.count).collect();
+    for edge in edges(&sides(mesh)).filter(|edge| edge.len() > 2) {
+        let mut balances = BTreeMap::new();
+        for side in edge {
+            let component = found.of_triangle[side.triangle];
+            *balances.entry(component).or_insert(0) += if side.forward { 1 } else { -1 };
+        }
+        balances.retain(|_, balance| *balance != 0);
+        let mut open = balances.into_keys();
+        let Some(first) = open.next() else { continue };
+        for other in open {
+            let other = shell_of(&mut shells, other);
+            shells[other] = shell_of(&mut shells, first);
+        }
+    }
+    let of_triangle = found.of_triangle.iter();
+    let of_triangle = of_triangle.map(|component| shell_of(&mut shells, *component));
+    (of_triangle.collect(), found.count)
+}
+
+/// Gives the component that stands for all of a shell, and shortens the way to it.
+fn shell_of(shells: &mut [usize], mut component: usize) -> usize {
+    while shells[component] != component {
+        shells[component] = shells[shells[component]];
+        component = shells[component];
+    }
+    component
+}
+
 /// Turns the shells of a closed surface that face inwards, unless they lie inside another, where
 /// they are the wall of a cavity. Leaves out those that face outwards inside another, which would
 /// count its space twice.
 ///
 /// Returns how many triangles were turned, and how many shells left out.
 pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
-    let found = components(mesh);
-    let mut shells = vec![Mesh::default(); found.count];
-    for (corners, component) in mesh.corners().zip(&found.of_triangle) {
-        let shell = &mut shells[*component];
+    let (of_triangle, count) = closed_shells(mesh);
+    let mut shells = vec![Mesh::default(); count];
+    for (corners, shell) in mesh.corners().zip(&of_triangle) {
+        let shell = &mut shells[*shell];
         let first = shell.vertices.len() as u32;
         shell.vertices.extend(corners);
         shell.triangles.push([first, first + 1, first + 2]);
@@ -198,11 +235,11 @@ pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
         })
     };
     // Outer ones first, since it depends on them which way inner ones face.
-    let mut order: Vec<usize> = (0..found.count).collect();
+    let mut order: Vec<usize> = (0..count).collect();
     let size = |shell: &usize| bounds[*shell].map_or(0.0, |bounds| bounds.extents_m().norm());
     order.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    let mut turned = vec![false; found.count];
-    let mut left_out = vec![false; found.count];
+    let mut turned = vec![false; count];
+    let mut left_out = vec![false; count];
     for (rank, shell) in order.iter().copied().enumerate() {
         let Some(inner) = bounds[shell] else { continue };
         let around = order[..rank].iter().copied().filter(|outer| {
@@ -236,9 +273,9 @@ pub(super) fn face_outwards(mesh: &mut Mesh) -> (usize, usize) {
         };
         left_out[shell] = is_inside && !faces_inwards;
     }
-    let marked = found.of_triangle.iter().map(|shell| turned[*shell]);
+    let marked = of_triangle.iter().map(|shell| turned[*shell]);
     let count = turn(mesh, marked);
-    let mut of_triangle = found.of_triangle.iter();
+    let mut of_triangle = of_triangle.iter();
     mesh.triangles
         .retain(|_| of_triangle.next().is_some_and(|shell| !left_out[*shell]));
     (count, left_out.iter().filter(|out| **out).count())

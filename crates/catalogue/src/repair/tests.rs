@@ -65,6 +65,21 @@ fn a_cavity_stays_a_cavity_and_a_neighbour_is_turned() {
 }
 
 #[test]
+fn blocks_against_each_other_keep_their_volume_wherever_they_are() {
+    for at in [-3.0, 0.0, 3.0] {
+        let mut both = Mesh::cuboid([at, 0.0, 0.0], [at + 0.25, 0.25, 0.25]);
+        // Its mirror image has the other diagonal on the side that they share.
+        let mut other = Mesh::cuboid([at + 0.25, 0.0, 0.0], [at + 0.5, 0.25, 0.25]);
+        let vertices = other.vertices.iter_mut();
+        vertices.for_each(|vertex| vertex.y = 0.25 - vertex.y);
+        both.append(&inside_out(other));
+        let (both, repairs) = repaired_m(both).unwrap();
+        assert_eq!(repairs, vec![Repair::Welded(4)]);
+        assert!((both.signed_volume_m3() - 0.031_25).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn a_part_in_the_opening_of_another_is_no_cavity() {
     // Mirrored, so that it winds inwards; its box lies within that of the ring.
     let mut ring = tube(0.1, 0.06, 0.05, 24);
