@@ -177,7 +177,7 @@ fn turn(mesh: &mut Mesh, marked: impl Iterator<Item = bool>) -> usize {
     count
 }
 
-/// For each triangle of a closed surface its shell, and how many shells there are.
+/// Gives for each triangle of a closed surface its shell, and a number above those of all shells.
 ///
 /// Components that are open at an edge which others have too close each other there, so that only
 /// together they have an inside.
