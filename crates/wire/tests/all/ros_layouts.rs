@@ -192,8 +192,11 @@ proptest! {
         let index = |name: &str| made.fields.iter().position(|field| field.name == name).unwrap();
         let axes = [index("x"), index("y"), index("z")];
         for (point, values) in cloud.points().zip(&made.values) {
-            for (found, axis) in point.iter().zip(axes) {
-                prop_assert_eq!(bits(*found), bits(coordinate(&values[axis])));
+            let made = axes.map(|axis| coordinate(&values[axis]));
+            // What is at the lens is a hole.
+            let made = if made == [0.0; 3] { [f32::NAN; 3] } else { made };
+            for (found, made) in point.iter().zip(made) {
+                prop_assert_eq!(bits(*found), bits(made));
             }
         }
         for (index, field) in made.fields.iter().enumerate() {
