@@ -30,7 +30,7 @@ pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
     let sides = digits.split(['x', 'X']);
     let sides = sides.map(|side| parse_length(&format!("{side}{unit}")));
     match sides.collect::<Result<Vec<f64>, _>>()?.as_slice() {
-        sides if unit.is_empty() && sides.iter().any(|side_m| *side_m >= LEAST_UNLIKELY_M) => Err(
+        &[x_m, y_m, z_m] if unit.is_empty() && x_m.max(y_m).max(z_m) >= LEAST_UNLIKELY_M => Err(
             format!("'{text}' without a unit is in metres: did you mean {text}cm?"),
         ),
         &[x_m, y_m, z_m] => Ok(ContainerSize { x_m, y_m, z_m }),
