@@ -136,10 +136,7 @@ fn any_cloud() -> impl Strategy<Value = Cloud> {
     })
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
-    #[test]
+#[test]
 fn points_at_the_lens_are_holes_and_units_are_converted() {
     let points = vec![Point3::new(-0.0, 0.0, 0.0), Point3::new(0.0, 500.0, 1250.0)];
     let cloud = Cloud::unorganised(points).unwrap().in_units_of(0.001);
@@ -151,14 +148,18 @@ fn points_at_the_lens_are_holes_and_units_are_converted() {
 #[test]
 fn comments_of_any_bytes_are_passed_over() {
     let pcd: &[u8] = b"# caf\xe9 \x00\xff\nVERSION 0.7\n# \xfe\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nDATA ascii\n1 2 3\n";
-    let ply: &[u8] = b"ply\nformat ascii 1.0\ncomment caf\xe9 \x00\xff\nobj_info \xfe\nelement vertex 1\n\
+    let ply: &[u8] =
+        b"ply\nformat ascii 1.0\ncomment caf\xe9 \x00\xff\nobj_info \xfe\nelement vertex 1\n\
         property float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n";
     for file in [pcd, ply] {
         assert_eq!(parse(file).unwrap().points_m(), [[1.0, 2.0, 3.0].into()]);
     }
 }
 
-#[test]
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
     fn what_is_written_comes_back(cloud in any_cloud()) {
         prop_assert_eq!(parse(&to_pcd(&cloud)).unwrap(), cloud);
     }
