@@ -265,6 +265,7 @@ impl World<'_> {
                     seed: seeds.faults,
                     ..settings.faults
                 },
+                remote: None,
                 motion_speed: 0.0,
                 inspect: Some(true),
                 tray: Some(tray::settings()),
