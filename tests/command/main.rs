@@ -7,6 +7,7 @@
     reason = "a panic in a test is a failing test"
 )]
 
+mod carton;
 mod cube;
 mod inputs;
 mod pack;

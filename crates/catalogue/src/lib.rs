@@ -26,6 +26,7 @@
 
 pub mod build;
 pub mod cache;
+pub mod cartons;
 pub mod catalogue;
 pub mod convex;
 mod error;
@@ -39,7 +40,7 @@ pub mod reader;
 pub mod repair;
 pub mod report;
 pub mod resting;
-mod rows;
+pub mod rows;
 pub mod seen;
 pub mod shape_class;
 #[cfg(test)]

@@ -1,7 +1,6 @@
 //! Orders of a table: which objects belong together, and what is known of each beside its shape.
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use ppnpack_packing::leaving::Stop;
@@ -9,7 +8,7 @@ use ppnpack_packing::orders::OrderItem;
 use serde::Deserialize;
 
 use crate::catalogue::Catalogue;
-use crate::rows::rows;
+use crate::rows::{self, TableError};
 
 /// The most items of a table.
 const MOST_ITEMS: usize = 100_000;
@@ -18,7 +17,9 @@ const MOST_ITEMS: usize = 100_000;
 const COLUMNS: &[&str] = &[
     "order",
     "item",
+    "object",
     "quantity",
+    "count",
     "group",
     "mass",
     "mass_kg",
@@ -30,8 +31,11 @@ const COLUMNS: &[&str] = &[
 /// A line of the table. Other columns are ignored, and what is empty is as if it were not there.
 #[derive(Debug, Deserialize)]
 struct Row {
+    #[serde(default = "only_order")]
     order: String,
+    #[serde(alias = "object")]
     item: String,
+    #[serde(alias = "count")]
     quantity: Option<u32>,
     group: Option<String>,
     #[serde(alias = "mass_kg")]
@@ -41,31 +45,9 @@ struct Row {
     order_items: Option<usize>,
 }
 
-/// Why a table of orders cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OrdersError {
-    /// There is no such file, or it cannot be read.
-    #[error("the orders {path} cannot be read")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A line is wrong.
-    #[error("{path}, line {line}: {reason}")]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// Reason, and how to mend it.
-        reason: String,
-    },
-    /// It has no line.
-    #[error("{0} has no orders")]
-    Empty(PathBuf),
+/// Name of the order in a table that has one only.
+fn only_order() -> String {
+    "1".to_owned()
 }
 
 /// An item of an order.
@@ -118,35 +100,23 @@ impl Order {
     }
 }
 
-/// Reads orders: CSV with the columns `order` and `item` (name of an object of the catalogue), and,
-/// where they are wanted, `quantity` (1), `group`, `mass` (kg, of one piece), `priority` (0; the
-/// highest of its lines is that of an order), `stop` (from 1) and `order_items` (how many items the
-/// order has altogether, also those that the table does not have). Lines of an order need not be
-/// together. Orders come by falling priority, equal ones as they begin in the table.
+/// Reads orders: CSV with the column `item` (name of an object of the catalogue; or `object`) and,
+/// where they are wanted, `order` (without it all lines are one), `quantity` (1; or `count`),
+/// `group`, `mass` (kg, of one piece), `priority` (0; the highest of its lines is that of an
+/// order), `stop` (from 1) and `order_items` (how many items the order has altogether, also those
+/// that the table does not have). Lines of an order need not be together. Orders come by falling
+/// priority, equal ones as they begin in the table.
 ///
 /// # Errors
-/// [`OrdersError`] names the line, what is wrong and what would be right.
-pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, OrdersError> {
-    let wrong = |line: u64, reason: String| OrdersError::Line {
-        path: path.to_owned(),
-        line,
-        reason,
-    };
-    let file = File::open(path).map_err(|source| OrdersError::File {
-        path: path.to_owned(),
-        source,
-    })?;
+/// [`TableError`] names the line, what is wrong and what would be right.
+pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, TableError> {
     let mut orders: Vec<Order> = Vec::new();
-    let mut items = 0;
-    for row in rows::<Row>(file, COLUMNS, "the columns 'order' and 'item' are needed") {
-        let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
-        let room = MOST_ITEMS - items;
-        let added = add(&mut orders, catalogue, &row, room);
-        items += added.map_err(|reason| wrong(line, reason))?;
-    }
-    if orders.is_empty() {
-        return Err(OrdersError::Empty(path.to_owned()));
-    }
+    let mut room = MOST_ITEMS;
+    let needed = "the column 'item' is needed, and 'order' where there are several";
+    rows::read(path, COLUMNS, needed, |row: Row| {
+        room -= add(&mut orders, catalogue, &row, room)?;
+        Ok(())
+    })?;
     // Equal ones stay as they are.
     orders.sort_by(|a, b| b.priority.total_cmp(&a.priority));
     Ok(orders)
@@ -232,7 +202,7 @@ mod tests {
     use crate::catalogue::{NamedMesh, Settings, Source};
     use crate::shapes;
 
-    fn orders(table: &str) -> Result<Vec<Order>, OrdersError> {
+    fn orders(table: &str) -> Result<Vec<Order>, TableError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("orders.csv");
         fs::write(&path, table).unwrap();
@@ -274,6 +244,16 @@ mod tests {
     }
 
     #[test]
+    fn a_table_without_orders_is_one() {
+        let read = orders("Object;Count\ncube;2\nbrick;\n").unwrap();
+        let [order] = &read[..] else {
+            panic!("{read:?}");
+        };
+        let objects: Vec<usize> = order.items.iter().map(|item| item.object).collect();
+        assert_eq!(objects, [0, 0, 1]);
+    }
+
+    #[test]
     fn what_leaves_when_is_read() {
         let read = orders("stop,order,item,order_items\n2,a,cube,\n,a,brick,4\n");
         let order = &read.unwrap()[0];
@@ -304,13 +284,17 @@ mod tests {
             ("order,item\n,cube\n", "an order and an item are needed"),
             (
                 "order,thing\na,cube\n",
-                "the columns 'order' and 'item' are needed",
+                "the column 'item' is needed, and 'order'",
+            ),
+            (
+                "order,item,quantity\na,cube,two\n",
+                "line 2: the column 'quantity' has 'two'",
             ),
             (
                 "order,item,quantity\na,cube,200000\n",
                 "more than 100000 items",
             ),
-            ("order,item\n", "has no orders"),
+            ("order,item\n", "has no line below its header"),
         ];
         for (table, reason) in wrong {
             let error = orders(table).unwrap_err().to_string();

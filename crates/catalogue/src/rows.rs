@@ -2,9 +2,65 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 use serde::de::DeserializeOwned;
+
+/// Why a table cannot be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// There is no such file, or it cannot be read.
+    #[error("the table {path} cannot be read")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A line is wrong.
+    #[error("{path}, line {line}: {reason}")]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// Reason, and how to mend it.
+        reason: String,
+    },
+    /// It has no line.
+    #[error("{0} has no line below its header")]
+    Empty(PathBuf),
+}
+
+/// Reads a table that has at least one row, and gives each to `take`, which says what is wrong
+/// with it; for the rest as [`rows`].
+pub(crate) fn read<Row: DeserializeOwned>(
+    path: &Path,
+    known: &[&str],
+    needed: &str,
+    mut take: impl FnMut(Row) -> Result<(), String>,
+) -> Result<(), TableError> {
+    let wrong = |(line, reason)| TableError::Line {
+        path: path.to_owned(),
+        line,
+        reason,
+    };
+    let file = File::open(path).map_err(|source| TableError::File {
+        path: path.to_owned(),
+        source,
+    })?;
+    let mut rows = rows::<Row>(file, known, needed).peekable();
+    if rows.peek().is_none() {
+        return Err(TableError::Empty(path.to_owned()));
+    }
+    for row in rows {
+        let (line, row) = row.map_err(wrong)?;
+        take(row).map_err(|reason| wrong((line, reason)))?;
+    }
+    Ok(())
+}
 
 /// Reads the rows of a table, each with its line, from 1. An error has the line and what is wrong
 /// there; where a row lacks a column, also what is `needed`.
@@ -45,10 +101,31 @@ pub(crate) fn rows<Row: DeserializeOwned>(
         let row = record.deserialize(Some(&headers));
         Some(match row {
             Ok(row) => Ok((line, row)),
-            Err(error) => Err((line, format!("{error}; {needed}"))),
+            Err(error) => Err((line, fault(&error, &headers, &record, needed))),
         })
     });
     unreadable.into_iter().chain(rows)
+}
+
+/// Says what is wrong with a record: the value of a column, or that it lacks one that is `needed`.
+fn fault(
+    error: &csv::Error,
+    headers: &StringRecord,
+    record: &StringRecord,
+    needed: &str,
+) -> String {
+    let value = || {
+        let csv::ErrorKind::Deserialize { err, .. } = error.kind() else {
+            return None;
+        };
+        let field = usize::try_from(err.field()?).ok()?;
+        let (column, value) = (headers.get(field)?, record.get(field)?);
+        Some(format!(
+            "the column '{column}' has '{value}': {}",
+            err.kind()
+        ))
+    };
+    value().unwrap_or_else(|| format!("{error}; {needed}"))
 }
 
 /// Finds what the columns of a header are apart by.

@@ -45,6 +45,8 @@ struct Arguments<More: Commands> {
 enum Command<More: Commands> {
     /// Pack one sequence of objects in the simulated cell and report on it
     Pack(Box<commands::pack::PackArguments>),
+    /// Find the smallest carton that takes an order whole
+    Carton(Box<commands::carton::CartonArguments>),
     /// Run all services in one process, over Zenoh
     Up(Box<commands::up::UpArguments>),
     /// Show which services are alive, and whether they are ready
@@ -96,6 +98,7 @@ pub fn main<More: Commands>(backend: &dyn Backend) -> ExitCode {
 fn run<More: Commands>(command: &Command<More>, backend: &dyn Backend) -> Outcome {
     match command {
         Command::Pack(arguments) => commands::pack::run(arguments, backend),
+        Command::Carton(arguments) => commands::carton::run(arguments),
         Command::Up(arguments) => commands::up::run(arguments, backend),
         Command::Status(arguments) => commands::status::run(arguments),
         Command::Watch(arguments) => commands::watch::run(arguments),

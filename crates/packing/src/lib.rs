@@ -33,6 +33,7 @@
 pub mod blocked;
 pub mod buffer;
 pub mod candidate;
+pub mod carton;
 pub mod check;
 pub mod closing;
 pub mod coarse;

@@ -6,7 +6,7 @@ use ppnpack_numbers::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance above the rim, in metres: bodies of a simulation are not quite where they touch.
-const RIM_TOLERANCE_M: f64 = 0.001;
+pub const RIM_TOLERANCE_M: f64 = 0.001;
 
 /// Settings of tries. The check itself is the simulation's
 /// ([`Cost::Simulation`](crate::check::Cost)).

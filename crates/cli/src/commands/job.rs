@@ -140,7 +140,7 @@ impl JobOptions {
     pub(super) fn publish(&self, packing: &Packing) -> Outcome {
         let ResultOptions { out, json } = &self.results;
         let summary = packing.summary();
-        report::write(packing, &summary, out)?;
+        report::write(packing, &summary, out, None)?;
         if *json {
             return Ok(print_json(&summary)?);
         }

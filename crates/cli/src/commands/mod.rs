@@ -2,6 +2,7 @@
 
 pub(crate) mod calibrate;
 pub(crate) mod call;
+pub(crate) mod carton;
 pub(crate) mod catalogue;
 pub(crate) mod inspect;
 mod job;

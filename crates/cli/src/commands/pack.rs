@@ -8,7 +8,6 @@ use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::episode::{Observer, Play, Step, play};
 use ppnpack_packing::method::OpenNetwork;
 use ppnpack_packing::step::StepInput;
-use ppnpack_physics::packing_cell::Placed;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 
@@ -16,7 +15,7 @@ use super::job::{ALTERNATIVES, CellOptions, JobOptions};
 use crate::failure::{OrInput, OrRun, Outcome};
 use crate::network::Backend;
 use crate::progress;
-use crate::report::{ArmAsked, EndingSummary, Packing, Settled, Unplaceable};
+use crate::report::{ArmAsked, Packing};
 
 /// Options that matter first: they come before the others' headings.
 const FIRST: [&str; 8] = [
@@ -83,21 +82,9 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     if let Some(arm) = &mut arm {
         arm.asked = Some(ArmAsked::of(&episode));
     }
-    let placed = done.placed().iter();
-    let contents = done.contents().into_iter();
-    let contents = contents.map(|(arrival, body)| (arrival, body.into()));
     arguments.job.publish(&Packing {
-        settings,
-        ending: EndingSummary::new(&episode.ending),
-        set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
-        steps: episode.steps,
-        scene: episode.scene,
-        metrics: episode.metrics,
-        settled: placed.clone().map(settled).collect(),
-        moves: placed.map(|placed| placed.moves.clone()).collect(),
-        contents: contents.collect(),
-        took: started.elapsed(),
         arm,
+        ..Packing::of(settings, episode, &done, started.elapsed())
     })
 }
 
@@ -106,15 +93,6 @@ fn first(option: Arg) -> Arg {
     match FIRST.contains(&option.get_id().as_str()) {
         true => option.help_heading(None),
         false => option,
-    }
-}
-
-fn settled(placed: &Placed) -> Settled {
-    Settled {
-        slide_m: placed.report.slide_m,
-        tilt_rad: placed.report.tilt_rad,
-        toppled: placed.report.toppled,
-        inside: placed.report.inside,
     }
 }
 

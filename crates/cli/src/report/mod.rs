@@ -16,13 +16,14 @@ use anyhow::Context;
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
 use ppnpack_files::StagedFolder;
-use ppnpack_packing::episode::Step;
+use ppnpack_packing::episode::{Episode, Step};
 use ppnpack_packing::grid::Grid;
 use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::method::Method;
 use ppnpack_packing::metrics::Metrics;
 use ppnpack_physics::moves::Moves;
 use ppnpack_physics::outcome::{self, BodyState};
+use ppnpack_physics::packing_cell::{Placed, SimulatedPackingCell};
 use ppnpack_picture::Size;
 use ppnpack_robot::station::StationSettings;
 use serde::Serialize;
@@ -103,7 +104,7 @@ impl Settled {
     }
 
     /// Says how it did not stay, where it did not.
-    fn unsteadiness(&self) -> Option<String> {
+    pub(crate) fn unsteadiness(&self) -> Option<String> {
         Some(match self.kind_of_unsteadiness()? {
             SLID => format!("slid by {:.1} cm", self.slide_m * 100.0),
             other => other.to_owned(),
@@ -142,7 +143,43 @@ impl From<BodyState> for Content {
     }
 }
 
+impl From<&Placed> for Settled {
+    fn from(placed: &Placed) -> Self {
+        Self {
+            slide_m: placed.report.slide_m,
+            tilt_rad: placed.report.tilt_rad,
+            toppled: placed.report.toppled,
+            inside: placed.report.inside,
+        }
+    }
+}
+
 impl Packing {
+    /// Makes it of an episode and the simulated cell that was packed.
+    pub(crate) fn of(
+        settings: Settings,
+        episode: Episode,
+        cell: &SimulatedPackingCell,
+        took: Duration,
+    ) -> Self {
+        let placed = cell.placed().iter();
+        let contents = cell.contents().into_iter();
+        let contents = contents.map(|(arrival, body)| (arrival, body.into()));
+        Self {
+            settings,
+            ending: EndingSummary::new(&episode.ending),
+            set_aside: episode.set_aside.iter().map(Unplaceable::from).collect(),
+            steps: episode.steps,
+            scene: episode.scene,
+            metrics: episode.metrics,
+            settled: placed.clone().map(Settled::from).collect(),
+            moves: placed.map(|placed| placed.moves.clone()).collect(),
+            contents: contents.collect(),
+            took,
+            arm: None,
+        }
+    }
+
     /// Gives the item of an arrival as it lies at the end, where it lies in or on the container.
     fn lies(&self, arrival: usize) -> Option<&Content> {
         let mut contents = self.contents.iter();
@@ -167,8 +204,13 @@ impl Packing {
     }
 }
 
-/// Writes all files of the report, or none.
-pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyhow::Result<()> {
+/// Writes all files of the report, and a further one, or none.
+pub(crate) fn write(
+    packing: &Packing,
+    summary: &Summary,
+    folder: &Path,
+    further: Option<(&str, &[u8])>,
+) -> anyhow::Result<()> {
     let grid = &packing.settings.grid;
     let packed = drawing::packed(grid, packing.contents.iter(), Size::new(1600, 1200)?);
     let packed = packed.and_then(|image| image.to_png());
@@ -183,6 +225,9 @@ pub(crate) fn write(packing: &Packing, summary: &Summary, folder: &Path) -> anyh
     let page = html::page(packing, summary, [&packed, &heights])?;
     files.add(PAGE_FILE, page.as_bytes())?;
     files.add("summary.json", &serde_json::to_vec_pretty(summary)?)?;
+    if let Some((name, content)) = further {
+        files.add(name, content)?;
+    }
     Ok(files.publish()?)
 }
 
