@@ -115,26 +115,30 @@ impl Bench<'_> {
 
     /// Gives the items that do not lie in the carton as they should, each with what is wrong.
     fn faults(&self, steps: &[Step], cell: &SimulatedPackingCell) -> Vec<Unplaceable> {
-        let contents: BTreeMap<usize, BodyState> = cell.contents().into_iter().collect();
+        // What still rocks may take a moment longer.
+        let mut at_rest = cell.cell().clone();
+        at_rest.settle();
         let rim_m = self.grid.container().z_m + RIM_TOLERANCE_M;
-        let fault = |step: &Step| match contents.get(&step.candidate.arrival) {
-            None => Some("it fell out".to_owned()),
-            Some(body) if !body.inside => Some("it fell out".to_owned()),
-            Some(body) if top_m(body) > rim_m => Some("it sticks out above the rim".to_owned()),
-            Some(_) => None,
+        let lies = |number: usize| {
+            let mut contents = at_rest.contents().into_iter();
+            contents.find(|body| body.id.index() == number)
         };
-        let of = |(step, settled): (&Step, Settled)| {
-            let why = fault(step).or_else(|| Some(format!("it {}", settled.unsteadiness()?)));
-            why.map(|why| Unplaceable::new(&step.candidate, why))
+        let fault = |number: usize| match lies(number) {
+            Some(body) if body.inside && top_m(&body) <= rim_m => None,
+            Some(body) if body.inside => Some("it sticks out above the rim".to_owned()),
+            _ => Some("it fell out".to_owned()),
         };
         let settled = cell.placed().iter().map(Settled::from);
-        let mut faults: Vec<Unplaceable> = steps.iter().zip(settled).filter_map(of).collect();
-        if faults.is_empty() && !cell.cell().is_still() {
-            let why = "not all is at rest when it is placed".to_owned();
-            let last = steps.last();
-            faults.extend(last.map(|step| Unplaceable::new(&step.candidate, why)));
-        }
-        faults
+        let of = |(number, (step, settled)): (usize, (&Step, Settled))| {
+            let why = fault(number).or_else(|| Some(format!("it {}", settled.unsteadiness()?)));
+            why.map(|why| Unplaceable::new(&step.candidate, why))
+        };
+        steps
+            .iter()
+            .zip(settled)
+            .enumerate()
+            .filter_map(of)
+            .collect()
     }
 }
 
