@@ -113,11 +113,7 @@ fn golden() -> Vec<(String, Vec<u8>)> {
 fn small_grid() -> Grid {
     let yaws = Yaws::half_turn(2).expect("a number of yaws");
     let resolution = Resolution::new(0.01, 0.002, yaws).expect("a resolution");
-    let size = ContainerSize {
-        x_m: 0.08,
-        y_m: 0.06,
-        z_m: 0.1,
-    };
+    let size = ContainerSize::cuboid(0.08, 0.06, 0.1);
     Grid::new(size, resolution).expect("a grid")
 }
 

@@ -67,11 +67,11 @@ impl Carton {
             ));
         }
         Ok(Self {
-            size: ContainerSize {
-                x_m: metres("x", row.x)?,
-                y_m: metres("y", row.y)?,
-                z_m: metres("z", row.z)?,
-            },
+            size: ContainerSize::cuboid(
+                metres("x", row.x)?,
+                metres("y", row.y)?,
+                metres("z", row.z)?,
+            ),
             name: row.name,
             max_kg: row.max_kg,
         })

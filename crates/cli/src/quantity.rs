@@ -1,4 +1,4 @@
-//! Lengths, times and sizes on the command line: a number with a unit; lengths without one are in
+//! Lengths, angles, times and sizes on the command line: a number with a unit; lengths without one are in
 //! metres.
 
 use std::time::Duration;
@@ -33,11 +33,24 @@ pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
         &[x_m, y_m, z_m] if unit.is_empty() && x_m.max(y_m).max(z_m) >= LEAST_UNLIKELY_M => Err(
             format!("'{text}' without a unit is in metres: did you mean {text}cm?"),
         ),
-        &[x_m, y_m, z_m] => Ok(ContainerSize { x_m, y_m, z_m }),
+        &[x_m, y_m, z_m] => Ok(ContainerSize::cuboid(x_m, y_m, z_m)),
         _ => Err(format!(
             "'{text}' must be three lengths with one unit, such as 32x32x30cm"
         )),
     }
+}
+
+/// Parses an angle such as `3deg` or `0.05rad`; gives radians.
+pub(crate) fn parse_angle(text: &str) -> Result<f64, String> {
+    let (number, unit) = split_unit(text);
+    let number: Option<f64> = number.parse().ok();
+    let angle = match unit {
+        "deg" => number.map(f64::to_radians),
+        "rad" => number,
+        _ => None,
+    };
+    let none = || format!("'{text}' is no angle: write it like 3deg or 0.05rad");
+    angle.filter(|angle| angle.is_finite()).ok_or_else(none)
 }
 
 /// Writes three lengths for people.
@@ -126,6 +139,15 @@ mod tests {
         assert_eq!(parse_size("32x32x30cm"), Ok(ContainerSize::REFERENCE));
         let unitless = parse_size("0.3x0.3x0.16").unwrap();
         assert_eq!([unitless.x_m, unitless.y_m, unitless.z_m], [0.3, 0.3, 0.16]);
+    }
+
+    #[test]
+    fn angles_have_units() {
+        assert_eq!(parse_angle("3deg"), Ok(3.0_f64.to_radians()));
+        assert_eq!(parse_angle("0.05rad"), Ok(0.05));
+        for text in ["3", "deg", "nandeg", "3cm", ""] {
+            assert!(parse_angle(text).is_err(), "{text}");
+        }
     }
 
     #[test]

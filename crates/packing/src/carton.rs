@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::candidate::Candidate;
-use crate::grid::{ContainerSize, Grid};
+use crate::grid::Grid;
 use crate::item::ItemView;
 use crate::random;
 
@@ -54,8 +54,7 @@ pub fn ruled_out(grid: &Grid, items: &[Candidate], max_kg: Option<f64>) -> Optio
         return Some(RuledOut::Size { arrivals });
     }
     let items_cm3 = 1e6 * first().map(|held| held.item.mesh_volume_m3()).sum::<f64>();
-    let ContainerSize { x_m, y_m, z_m } = grid.container();
-    let carton_cm3 = 1e6 * x_m * y_m * z_m;
+    let carton_cm3 = 1e6 * grid.container().volume_m3();
     (items_cm3 > carton_cm3).then_some(RuledOut::Volume {
         items_cm3,
         carton_cm3,

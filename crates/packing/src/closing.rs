@@ -74,7 +74,7 @@ impl Fill {
     pub fn of(items_m3: f64, size: ContainerSize) -> Self {
         Self {
             items_m3,
-            container_m3: size.x_m * size.y_m * size.z_m,
+            container_m3: size.volume_m3(),
         }
     }
 

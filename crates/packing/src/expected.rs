@@ -235,7 +235,13 @@ impl Top {
 
 impl<'a> Comparison<'a> {
     fn new(tops: &[Top], picture: &'a Surface, grid: &Grid) -> Self {
-        let mut shown = vec![Shown::default(); picture.heights_m().len()];
+        let empty_m = grid.inside_m(picture.pitch_m(), [picture.nx(), picture.ny()]);
+        let empty = empty_m.map(|height_m| Shown {
+            highest_m: height_m,
+            second_m: height_m,
+            ..Shown::default()
+        });
+        let mut shown: Vec<Shown> = empty.collect();
         for (solid, top) in tops.iter().enumerate() {
             for (sample, height_m) in top.samples(picture.ny()) {
                 match shown.get_mut(sample) {

@@ -2,7 +2,10 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
+use ppnpack_numbers::SettingError;
 use serde::{Deserialize, Serialize};
+
+use crate::heightmap::Heightmap;
 
 /// A height in units of the grid ([`Resolution::height_unit_m`]).
 pub type Units = i16;
@@ -63,6 +66,9 @@ pub enum GridError {
         /// The height unit, in metres.
         unit_m: f64,
     },
+    /// The walls cannot lean so far, or the corners not be so round.
+    #[error(transparent)]
+    Shape(#[from] SettingError),
     /// There is no yaw, or one is not finite.
     #[error("yaws must be between 1 and {MAX_YAWS} finite angles")]
     Yaws,
@@ -195,24 +201,28 @@ impl Resolution {
     }
 }
 
-/// The inner size of a container, in metres.
+/// The inner size of a container: the box around its opening, from the floor to the rim, and how its
+/// walls stand in it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ContainerSize {
-    /// Inner length along x, in metres.
+    /// Inner length along x at the rim, in metres.
     pub x_m: f64,
-    /// Inner length along y, in metres.
+    /// Inner length along y at the rim, in metres.
     pub y_m: f64,
     /// Inner height from the floor to the rim, in metres.
     pub z_m: f64,
+    /// Angle by which each wall leans outwards from the vertical, in radians.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub draft_rad: f64,
+    /// Radius of the vertical edges between the walls, at every height, in metres.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub corner_radius_m: f64,
 }
 
 impl ContainerSize {
     /// The paper's container: 32 x 32 x 30 cm.
-    pub const REFERENCE: Self = Self {
-        x_m: 0.32,
-        y_m: 0.32,
-        z_m: 0.30,
-    };
+    pub const REFERENCE: Self = Self::cuboid(0.32, 0.32, 0.30);
 }
 
 /// A container seen as a grid of cells with heights in units.
@@ -232,11 +242,13 @@ impl Grid {
     /// The grid of a container at a resolution.
     ///
     /// # Errors
-    /// [`GridError`] where a length is not positive, or a side has no cell or more than the engine represents.
+    /// [`GridError`] where a length is not positive, a shape is impossible, or a side has no cell or
+    /// more than the engine represents.
     pub fn new(container: ContainerSize, resolution: Resolution) -> Result<Self, GridError> {
         positive("the container's x side", container.x_m)?;
         positive("the container's y side", container.y_m)?;
         positive("the container's height", container.z_m)?;
+        container.validate_shape()?;
         let cell_m = resolution.cell_m;
         let cells = |side: &'static str, length_m: f64| {
             let cells = (length_m / cell_m + DIVISION_SLACK).floor();
@@ -301,9 +313,14 @@ impl Grid {
         self.rim
     }
 
-    /// How many voxels (cell times unit) the container has.
+    /// How many voxels (cell times unit) are inside the container.
     pub fn voxel_count(&self) -> f64 {
-        self.nx as f64 * self.ny as f64 * f64::from(self.rim)
+        if self.container.is_box() {
+            return self.nx as f64 * self.ny as f64 * f64::from(self.rim);
+        }
+        let empty = Heightmap::empty(self);
+        let columns = empty.heights().iter();
+        columns.map(|lowest| f64::from(self.rim - lowest)).sum()
     }
 }
 
@@ -363,6 +380,10 @@ impl From<&Grid> for GridSettings {
     }
 }
 
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
 fn whole_units(units: f64) -> Units {
     units.clamp(0.0, f64::from(MAX_UNITS)) as Units
 }
@@ -406,7 +427,7 @@ mod tests {
     #[test]
     fn impossible_grids_are_refused() {
         let refusal = |x_m, z_m| {
-            let size = ContainerSize { x_m, y_m: 0.3, z_m };
+            let size = ContainerSize::cuboid(x_m, 0.3, z_m);
             Grid::new(size, Resolution::reference()).unwrap_err()
         };
         for x_m in [-0.3, f64::NAN] {
@@ -419,6 +440,12 @@ mod tests {
             ));
         }
         assert!(matches!(refusal(0.3, 100.0), GridError::HeightUnits { .. }));
+        let leaning = ContainerSize {
+            draft_rad: f64::NAN,
+            ..ContainerSize::REFERENCE
+        };
+        let refused = Grid::new(leaning, Resolution::reference()).unwrap_err();
+        assert!(refused.to_string().contains("container.draft_rad"));
         assert!(Yaws::half_turn(0).is_err());
         assert!(Yaws::half_turn(usize::MAX).is_err());
         for radians in [vec![], vec![0.0, f64::NAN], vec![0.0; MAX_YAWS + 1]] {

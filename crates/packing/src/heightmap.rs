@@ -59,8 +59,20 @@ pub struct Heightmap {
 }
 
 impl Heightmap {
-    /// An empty container.
+    /// An empty container: in each cell the greatest height of its inside surface, 0 of a box.
     pub fn empty(grid: &Grid) -> Self {
+        let mut heightmap = Self::flat(grid);
+        if !grid.container().is_box() {
+            let resolution = grid.resolution();
+            let inside_m = grid.inside_m(resolution.cell_m(), [grid.nx(), grid.ny()]);
+            let units = inside_m.map(|height_m| resolution.units_above(f64::from(height_m)));
+            heightmap.heights = units.collect();
+        }
+        heightmap
+    }
+
+    /// A heightmap at the height of the floor.
+    pub(crate) fn flat(grid: &Grid) -> Self {
         Self {
             nx: grid.nx(),
             ny: grid.ny(),
@@ -153,10 +165,21 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The surface of an empty container, sampled [`Resolution::samples_per_cell`] times per cell.
+    /// The inside surface of an empty container, sampled [`Resolution::samples_per_cell`] times per
+    /// cell; 0 of a box.
     ///
     /// [`Resolution::samples_per_cell`]: crate::grid::Resolution::samples_per_cell
     pub fn empty(grid: &Grid) -> Self {
+        let mut surface = Self::flat(grid);
+        if !grid.container().is_box() {
+            let inside_m = grid.inside_m(surface.pitch_m, [surface.nx, surface.ny]);
+            surface.heights_m = inside_m.collect();
+        }
+        surface
+    }
+
+    /// A surface at the height of the floor, with the samples of [`Self::empty`].
+    pub fn flat(grid: &Grid) -> Self {
         let samples = grid.resolution().samples_per_cell();
         let (nx, ny) = (grid.nx() * samples, grid.ny() * samples);
         Self {
@@ -421,7 +444,8 @@ impl Scene {
         self
     }
 
-    /// A scene from its fine surface: each cell takes its greatest sample, rounded up to a unit.
+    /// A scene from its fine surface: each cell takes its greatest sample, rounded up to a unit,
+    /// and the inside surface at least.
     ///
     /// # Errors
     /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.

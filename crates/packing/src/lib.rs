@@ -46,6 +46,7 @@ pub mod expected;
 pub mod grid;
 pub mod heightmap;
 pub mod hidden;
+mod inside;
 pub mod item;
 mod kernel;
 mod layout;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grid::Grid;
+use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 
 /// The volume of the items that ended inside the container.
@@ -37,30 +37,50 @@ pub struct Metrics {
 
 impl Metrics {
     /// Gives `V / (X Y h)`, `V / (x y h)` and `V / (X Y Z)`: `V` the packed volume, `X Y Z` the
-    /// container, `h` the greatest height, `x y` the rectangle around the content.
+    /// container, `h` the greatest height, `x y` the rectangle around the content. Where walls lean
+    /// or corners are round, `X Y h` and `X Y Z` are the volumes between them.
     pub fn new(grid: &Grid, heightmap: &Heightmap, packed: PackedVolume) -> Self {
         let container = grid.container();
-        let floor_m2 = container.x_m * container.y_m;
-        let height_m = f64::from(heightmap.max()) * grid.resolution().height_unit_m();
+        let content = Content {
+            heightmap,
+            empty: &Heightmap::empty(grid),
+        };
+        let height_m = f64::from(content.highest()) * grid.resolution().height_unit_m();
+        let below_m3 = container.volume_below_m3(height_m);
         let share = |volume_m3: f64, of_m3: f64| if of_m3 > 0.0 { volume_m3 / of_m3 } else { 0.0 };
         Self {
             packed,
-            floor_compactness: share(packed.voxels_m3, floor_m2 * height_m),
-            box_compactness: share(packed.voxels_m3, covered_m2(grid, heightmap) * height_m),
-            mesh_floor_compactness: share(packed.meshes_m3, floor_m2 * height_m),
-            utilisation: share(packed.meshes_m3, floor_m2 * container.z_m),
+            floor_compactness: share(packed.voxels_m3, below_m3),
+            box_compactness: share(packed.voxels_m3, content.covered_m2(grid) * height_m),
+            mesh_floor_compactness: share(packed.meshes_m3, below_m3),
+            utilisation: share(packed.meshes_m3, container.volume_m3()),
         }
     }
 }
 
-/// The area of the smallest rectangle along the walls with all covered cells, in square metres.
-fn covered_m2(grid: &Grid, heightmap: &Heightmap) -> f64 {
-    let is_covered = |x: usize, y: usize| heightmap.get(x, y).is_some_and(|height| height > 0);
-    let (nx, ny) = (heightmap.nx(), heightmap.ny());
-    let rows = extent(nx, |x| (0..ny).any(|y| is_covered(x, y)));
-    let columns = extent(ny, |y| (0..nx).any(|x| is_covered(x, y)));
-    let cell_m = grid.resolution().cell_m();
-    (rows * columns) as f64 * cell_m * cell_m
+/// What stands above the inside surface of a container.
+struct Content<'a> {
+    heightmap: &'a Heightmap,
+    empty: &'a Heightmap,
+}
+
+impl Content<'_> {
+    /// The greatest height, in units; 0 where there is none.
+    fn highest(&self) -> Units {
+        let both = self.heightmap.heights().iter().zip(self.empty.heights());
+        let content = both.filter_map(|(height, lowest)| (height > lowest).then_some(*height));
+        content.max().unwrap_or(0)
+    }
+
+    /// The area of the smallest rectangle along the walls with all covered cells, in square metres.
+    fn covered_m2(&self, grid: &Grid) -> f64 {
+        let is_covered = |x: usize, y: usize| self.heightmap.get(x, y) > self.empty.get(x, y);
+        let (nx, ny) = (self.heightmap.nx(), self.heightmap.ny());
+        let rows = extent(nx, |x| (0..ny).any(|y| is_covered(x, y)));
+        let columns = extent(ny, |y| (0..nx).any(|x| is_covered(x, y)));
+        let cell_m = grid.resolution().cell_m();
+        (rows * columns) as f64 * cell_m * cell_m
+    }
 }
 
 /// How many of the first `count` numbers there are from the first that is covered to the last.

@@ -41,6 +41,8 @@ pub mod extrinsics;
 mod holes;
 mod layers;
 pub mod mapper;
+mod raster;
 pub mod settings;
 mod sight;
 pub mod still;
+mod walls;

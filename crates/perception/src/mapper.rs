@@ -1,6 +1,6 @@
 //! Points to heights.
 
-use nalgebra::{Isometry3, Point2, Point3};
+use nalgebra::{Isometry3, Point3};
 use ppnpack_numbers::SettingError;
 use ppnpack_packing::grid::{Grid, Units};
 use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
@@ -8,9 +8,11 @@ use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
 use crate::doubts::{Doubt, Watch};
 use crate::holes::Holes;
 use crate::layers::{NO_POINT, TopLayers, by_cell, is_known, neighbours};
+use crate::raster::Raster;
 use crate::settings::MapperSettings;
 use crate::sight::{Sight, bound_m};
 use crate::still::{History, Stillness};
+use crate::walls::LeaningWalls;
 
 /// Maximum height of points, in metres; higher ones count as this high: all the same to a
 /// container, and still a number in every format.
@@ -46,6 +48,8 @@ pub struct Mapper {
     tally: Tally,
     watch: Watch,
     history: History,
+    /// Of a container that is no box.
+    walls: Option<LeaningWalls>,
 }
 
 /// Counts of points by what became of them.
@@ -98,6 +102,7 @@ impl Mapper {
             layers: TopLayers::new(samples, raster.ny, pitch_m, noise_m, least_points),
             watch: Watch::new(grid.container(), settings.doubts.clone()),
             history: History::new(grid, settings.noise_m, settings.still.clone()),
+            walls: LeaningWalls::of(grid, settings.wall_margin_m),
             settings,
             points: vec![0; samples],
             samples_m: vec![NO_POINT; samples],
@@ -181,7 +186,9 @@ impl Mapper {
             if let Some(points) = seen.and_then(|sample| self.points.get_mut(sample)) {
                 *points = points.saturating_add(1);
             }
+            let wall = self.walls.as_ref().filter(|walls| walls.show_at(&point));
             for sample in raster.samples_near(point.x, point.y) {
+                let height_m = wall.map_or(height_m, |wall| wall.height_m(sample));
                 if noise_m > 0.0 {
                     self.layers.add(sample, height_m);
                 } else if let Some(sample_m) = self.samples_m.get_mut(sample) {
@@ -223,6 +230,9 @@ impl Mapper {
         self.fill_margins();
         self.fill_holes();
         self.bound_unseen();
+        if let Some(walls) = &self.walls {
+            walls.fill_margins(&mut self.samples_m, self.raster);
+        }
         let cells = self.raise_cells();
         self.fill_samples();
         Ok(Mapped {
@@ -384,14 +394,19 @@ impl Mapper {
     }
 
     fn scene(&self) -> Result<Scene, HeightmapError> {
-        let (Raster { nx, ny, .. }, samples_m) = (self.raster, self.samples_m.clone());
+        let (Raster { nx, ny, .. }, mut samples_m) = (self.raster, self.samples_m.clone());
+        let support = samples_m.iter().zip(&self.is_bound);
+        let support = support.map(|(sample_m, is_bound)| if *is_bound { 0.0 } else { *sample_m });
+        let mut support_m: Vec<f32> = support.collect();
+        let heights = self.cells_m.iter().map(|cell_m| self.units(*cell_m));
+        let mut heights: Vec<Units> = heights.collect();
+        if let Some(walls) = &self.walls {
+            walls.raise([&mut samples_m, &mut support_m], &mut heights);
+        }
         let pitch_m = self.grid.resolution().surface_pitch_m();
         let surface = Surface::from_metres(nx, ny, pitch_m, samples_m)?;
-        let support = self.samples_m.iter().zip(&self.is_bound);
-        let support = support.map(|(sample_m, is_bound)| if *is_bound { 0.0 } else { *sample_m });
-        let surface = surface.with_support(support.collect())?;
-        let heights = self.cells_m.iter().map(|cell_m| self.units(*cell_m));
-        let heightmap = Heightmap::from_units(self.grid.nx(), self.grid.ny(), heights.collect())?;
+        let surface = surface.with_support(support_m)?;
+        let heightmap = Heightmap::from_units(self.grid.nx(), self.grid.ny(), heights)?;
         Scene::new(&self.grid, heightmap, Some(surface))
     }
 
@@ -414,72 +429,6 @@ struct Cells {
     above_rim: usize,
     /// Cells of which some sample may be higher than the rim.
     unknown: usize,
-}
-
-/// The samples of a grid's surface, numbered row by row, seen from above.
-///
-/// A container that is no multiple of the cell has a strip beside the grid, which is in no sample.
-#[derive(Debug, Clone, Copy)]
-struct Raster {
-    nx: usize,
-    ny: usize,
-    samples_per_m: f64,
-    /// Distance along x and y of what a point stands for.
-    radius_m: f64,
-    /// The first and the last sample along x and y that lie wholly beyond the margin at both walls;
-    /// the middle one where there are none.
-    inner: [(usize, usize); 2],
-}
-
-impl Raster {
-    fn new(grid: &Grid, settings: &MapperSettings) -> Self {
-        let per_cell = grid.resolution().samples_per_cell();
-        let (nx, ny) = (grid.nx() * per_cell, grid.ny() * per_cell);
-        let samples_per_m = 1.0 / grid.resolution().surface_pitch_m();
-        let (container, margin_m) = (grid.container(), settings.wall_margin_m);
-        let inner = |(count, side_m): (usize, f64)| {
-            let middle = count / 2;
-            let first = (margin_m * samples_per_m - 1e-6).ceil() as usize;
-            let end = ((side_m - margin_m) * samples_per_m + 1e-6) as usize;
-            let last = end.min(count).saturating_sub(1);
-            (first.min(middle), last.max(middle))
-        };
-        Self {
-            nx,
-            ny,
-            samples_per_m,
-            radius_m: settings.point_radius_m,
-            inner: [(nx, container.x_m), (ny, container.y_m)].map(inner),
-        }
-    }
-
-    /// Gives the sample that a place with positive coordinates is in.
-    fn sample_at(&self, x_m: f64, y_m: f64) -> Option<usize> {
-        let [x, y] = [x_m, y_m].map(|side_m| (side_m * self.samples_per_m) as usize);
-        (x < self.nx && y < self.ny).then_some(x * self.ny + y)
-    }
-
-    fn middle(&self, sample: usize) -> Point2<f64> {
-        let (x, y) = (sample / self.ny, sample % self.ny);
-        Point2::new(x as f64 + 0.5, y as f64 + 0.5) / self.samples_per_m
-    }
-
-    /// Gives the nearest sample that lies beyond the margin at all walls.
-    fn beyond_margin(&self, sample: usize) -> usize {
-        let [(first_x, last_x), (first_y, last_y)] = self.inner;
-        let (x, y) = (sample / self.ny, sample % self.ny);
-        x.clamp(first_x, last_x) * self.ny + y.clamp(first_y, last_y)
-    }
-
-    /// Gives the samples that a point at this place stands for.
-    fn samples_near(self, x_m: f64, y_m: f64) -> impl Iterator<Item = usize> {
-        // Casts saturate: what lies before the first sample belongs to it.
-        let first = |side_m: f64| ((side_m - self.radius_m) * self.samples_per_m) as usize;
-        let end = |side_m: f64| ((side_m + self.radius_m) * self.samples_per_m) as usize + 1;
-        let xs = first(x_m)..end(x_m).min(self.nx);
-        let ys = first(y_m)..end(y_m).min(self.ny);
-        xs.flat_map(move |x| ys.clone().map(move |y| x * self.ny + y))
-    }
 }
 
 /// Gives a height above the rim that is the first unit above it.

@@ -118,7 +118,7 @@ impl Sight {
         if !(x >= 0.0 && y >= 0.0 && x < self.nx as f64 && y < self.ny as f64) {
             return;
         }
-        let height_m = if self.is_content(point) {
+        let height_m = if self.container.holds(point, self.wall_margin_m) {
             point.z.max(0.0)
         } else if point.z < self.container.z_m - WALL_TOP_M {
             // The inner face of a wall: all of the ray within the container is free.
@@ -132,12 +132,6 @@ impl Sight {
         if let Some(hit_m) = self.hits_m.get_mut(x as usize * self.ny + y as usize) {
             *hit_m = hit_m.max(height_m as f32);
         }
-    }
-
-    fn is_content(&self, point: &Point3<f64>) -> bool {
-        let margin_m = self.wall_margin_m;
-        let is_within = |at: f64, side_m: f64| (margin_m..=side_m - margin_m).contains(&at);
-        is_within(point.x, self.container.x_m) && is_within(point.y, self.container.y_m)
     }
 
     /// Ends the rays of a cloud: from here on columns can be asked for.

@@ -130,7 +130,7 @@ fn is_sane(point: &Point3<f64>) -> bool {
 /// Makes the hull of a piece.
 ///
 /// The engine's own constructor panics on points without volume; this one says what is wrong.
-fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
+pub(crate) fn hull(piece: &ConvexPiece) -> Result<SharedShape, String> {
     if !piece.vertices.iter().all(is_sane) {
         return Err(format!(
             "a vertex is further than {MAX_COORDINATE_M} m away or not finite"

@@ -230,10 +230,10 @@ impl SimulatedCell {
     /// # Errors
     /// [`PhysicsError::Grid`] where the grid is of a container of another size.
     pub fn scan_surface(&mut self, grid: &Grid) -> Result<Surface, PhysicsError> {
-        let sides = |size: ContainerSize| [size.x_m, size.y_m, size.z_m];
-        let (grid_m, cell_m) = (sides(grid.container()), sides(self.settings.container));
-        if grid_m != cell_m {
-            return Err(PhysicsError::Grid { grid_m, cell_m });
+        let (of_grid, cell) = (grid.container(), self.settings.container);
+        if of_grid != cell {
+            let grid = of_grid;
+            return Err(PhysicsError::Grid { grid, cell });
         }
         let contents = self.contents();
         Ok(self.surfaces.scan(grid, &contents))

@@ -2,6 +2,7 @@
 
 use ppnpack_camera::CameraError;
 use ppnpack_numbers::SettingError;
+use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::heightmap::HeightmapError;
 
 /// Refusal of the simulated cell.
@@ -28,12 +29,12 @@ pub enum PhysicsError {
         reason: String,
     },
     /// The grid of a scan is not that of the cell's container.
-    #[error("the grid is made for a container of {grid_m:?} m, but the cell's is {cell_m:?} m")]
+    #[error("the grid is made for a container of {grid}, but the cell's is {cell}")]
     Grid {
-        /// The inner sides of the grid's container, in metres.
-        grid_m: [f64; 3],
-        /// The inner sides of the cell's container, in metres.
-        cell_m: [f64; 3],
+        /// The grid's container.
+        grid: ContainerSize,
+        /// The cell's container.
+        cell: ContainerSize,
     },
     /// The threads of the simulated check cannot be had.
     #[error("the threads that try placements cannot be had: {0}")]

@@ -95,7 +95,7 @@ pub struct PlacedReport {
 pub(crate) fn is_inside(container: ContainerSize, point: &Point3<f64>) -> bool {
     (0.0..=container.x_m).contains(&point.x)
         && (0.0..=container.y_m).contains(&point.y)
-        && (0.0..=container.z_m).contains(&point.z)
+        && (container.lowest_m(point.x, point.y)..=container.z_m).contains(&point.z)
 }
 
 /// Gives the angle between the vertical and what was vertical before `after * before^-1`, in
@@ -140,5 +140,11 @@ mod tests {
         assert!(is_inside(container, &Point3::new(0.16, 0.0, 0.3)));
         assert!(!is_inside(container, &Point3::new(0.16, 0.16, 0.301)));
         assert!(!is_inside(container, &Point3::new(-0.001, 0.16, 0.1)));
+        let tote = ContainerSize {
+            draft_rad: 0.1_f64.atan(),
+            ..container
+        };
+        assert!(is_inside(tote, &Point3::new(0.01, 0.16, 0.21)));
+        assert!(!is_inside(tote, &Point3::new(0.01, 0.16, 0.19)));
     }
 }

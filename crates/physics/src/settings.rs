@@ -156,6 +156,7 @@ impl CellSettings {
         side("the container's x side", self.container.x_m)?;
         side("the container's y side", self.container.y_m)?;
         side("the container's height", self.container.z_m)?;
+        self.container.validate_shape()?;
         self.walls.validate()?;
         self.contact.validate()?;
         self.release.validate()?;
@@ -219,6 +220,7 @@ mod tests {
         };
         assert!(refused(|s| s.container.x_m = -0.3).contains("x side"));
         assert!(refused(|s| s.container.z_m = f64::NAN).contains("height"));
+        assert!(refused(|s| s.container.draft_rad = 1.0).contains("draft"));
         assert!(refused(|s| s.contact.item_friction = -1.0).contains("friction"));
         assert!(refused(|s| s.solver.timestep_s = 0.0).contains("timestep_s"));
         assert!(refused(|s| s.solver.substeps = 0).contains("substeps"));

@@ -32,7 +32,7 @@ struct Scanned {
 type Patch = Vec<(usize, usize, f32)>;
 
 impl SurfaceCache {
-    /// Gives the surface of the bodies together.
+    /// Gives the surface of the bodies together, in the container.
     pub(crate) fn scan(&mut self, grid: &Grid, bodies: &[BodyState]) -> Surface {
         if self.scanned.as_ref() != Some(grid) {
             self.scanned = Some(grid.clone());
@@ -78,7 +78,7 @@ impl Scanned {
 
     fn patch(&self, grid: &Grid) -> Arc<Patch> {
         self.patch.clone().unwrap_or_else(|| {
-            let mut alone = Surface::empty(grid);
+            let mut alone = Surface::flat(grid);
             raise_surface(&self.model.mesh, &self.container_from_item, &mut alone);
             let samples = alone.heights_m().iter().copied().enumerate();
             let covered = samples.filter(|(_, height_m)| *height_m > 0.0);

@@ -104,6 +104,7 @@ impl Terrain<'_> {
 
 #[cfg(test)]
 mod tests {
+    use ppnpack_packing::grid::{ContainerSize, Resolution};
     use ppnpack_packing::heightmap::Heightmap;
 
     use super::*;
@@ -156,6 +157,24 @@ mod tests {
         // All is explained.
         let solid = Mesh::cuboid([0.0; 3], [0.1, 0.1, 0.05]);
         assert!(of(&solid, 0.0).is_empty());
+    }
+
+    #[test]
+    fn leaning_walls_are_explained_and_what_lies_between_them_is_not() {
+        let size = ContainerSize {
+            draft_rad: 3.0_f64.to_radians(),
+            corner_radius_m: 0.03,
+            ..ContainerSize::REFERENCE
+        };
+        let grid = Grid::new(size, Resolution::reference()).unwrap();
+        let empty = Scene::from_surface(&grid, Surface::empty(&grid)).unwrap();
+        assert_eq!(
+            unexplained(&grid, &empty, std::iter::empty()),
+            Ok(Vec::new())
+        );
+        let boxes = unexplained(&grid, &scene(&grid), std::iter::empty()).unwrap();
+        assert!(is_in(&boxes, Point3::new(0.05, 0.05, 0.025)));
+        assert!(!is_in(&boxes, Point3::new(0.005, 0.05, 0.1)));
     }
 
     #[test]

@@ -4,6 +4,7 @@ mod forces;
 
 use nalgebra::Isometry3;
 use ppnpack_catalogue::mesh::Bounds;
+use ppnpack_catalogue::object::ConvexPiece;
 use rapier3d::dynamics::{
     CCDSolver, CoefficientCombineRule, ImpulseJointSet, IntegrationParameters, IslandManager,
     MultibodyJointSet, RigidBody, RigidBodyBuilder, RigidBodyHandle, RigidBodySet, RigidBodyType,
@@ -13,7 +14,8 @@ use rapier3d::geometry::{BroadPhaseBvh, ColliderBuilder, ColliderSet, ContactPai
 use rapier3d::math::Vector;
 use rapier3d::pipeline::PhysicsPipeline;
 
-use crate::body::BodyTemplate;
+use crate::body::{BodyTemplate, hull};
+use crate::container::{boxes, leaning_walls};
 use crate::convert::{engine_length, engine_pose, engine_vector, isometry, metres};
 use crate::overlap::{Solid, deepest_m};
 use crate::settings::{CellSettings, Combine, ContactSettings, SolverSettings};
@@ -83,8 +85,16 @@ impl World {
             ccd_solver: CCDSolver::new(),
             pipeline: Pipeline(PhysicsPipeline::new()),
         };
-        for bounds in crate::container::boxes(settings) {
+        for bounds in boxes(settings) {
             world.insert_box(&bounds, settings.contact.wall_friction);
+        }
+        for wall in leaning_walls(settings) {
+            let vertices = wall.vertices;
+            // A piece without a hull is a part of an edge whose radius is nearly nothing.
+            if let Ok(hull) = hull(&ConvexPiece { vertices }) {
+                let collider = ColliderBuilder::new(hull);
+                world.insert_still(collider, settings.contact.wall_friction);
+            }
         }
         world
     }
@@ -98,7 +108,12 @@ impl World {
         let half = (highest - lowest) * 0.5;
         let [x, y, z] = [half.x, half.y, half.z].map(engine_length);
         let collider = ColliderBuilder::cuboid(x, y, z)
-            .translation(engine_vector(&nalgebra::center(lowest, highest).coords))
+            .translation(engine_vector(&nalgebra::center(lowest, highest).coords));
+        self.insert_still(collider, friction);
+    }
+
+    fn insert_still(&mut self, collider: ColliderBuilder, friction: f64) {
+        let collider = collider
             .friction(friction as f32)
             .friction_combine_rule(combine(self.contact.friction_combine))
             .restitution(self.contact.restitution as f32);

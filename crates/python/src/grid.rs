@@ -2,6 +2,7 @@
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use ppnpack_packing::grid::{self, ContainerSize, GridSettings, Resolution, Yaws};
+use ppnpack_packing::heightmap::Heightmap;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, array1, values};
@@ -11,11 +12,12 @@ use crate::error::OrRaise;
 ///
 /// Grid() is that of `ppnpack pack`: 128 x 128 cells of 2.5 mm, 150 units of 2 mm, 16 yaws. Cell
 /// (x, y) covers [x, x + 1) x [y, y + 1) cells of the container frame: right-handed, z up, the
-/// origin at an inner bottom corner.
+/// origin at an inner bottom corner of the box around the opening.
 ///
-/// container_m: inner sides along x, y and z, in metres. cell_m: the edge of a cell. height_unit_m:
-/// one unit of height. yaws: how many, evenly over half a turn, or angles in radians,
-/// counter-clockwise seen from above.
+/// container_m: inner sides at the rim along x and y, and the height, in metres. cell_m: the edge of
+/// a cell. height_unit_m: one unit of height. yaws: how many, evenly over half a turn, or angles in
+/// radians, counter-clockwise seen from above. draft_rad: the angle by which each wall leans
+/// outwards. corner_radius_m: the radius of the vertical edges.
 #[pyclass(frozen, eq, module = "ppnpack")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct Grid {
@@ -32,12 +34,16 @@ enum YawsArgument {
 #[pymethods]
 impl Grid {
     #[new]
-    #[pyo3(signature = (container_m = None, cell_m = None, height_unit_m = None, yaws = None))]
+    #[pyo3(signature = (
+        container_m = None, cell_m = None, height_unit_m = None, yaws = None, draft_rad = 0.0, corner_radius_m = 0.0
+    ))]
     fn new(
         container_m: Option<(f64, f64, f64)>,
         cell_m: Option<f64>,
         height_unit_m: Option<f64>,
         yaws: Option<YawsArgument>,
+        draft_rad: f64,
+        corner_radius_m: f64,
     ) -> PyResult<Self> {
         let usual = GridSettings::default();
         let yaws = match yaws {
@@ -45,8 +51,12 @@ impl Grid {
             Some(YawsArgument::Count(count)) => Yaws::half_turn(count),
             Some(YawsArgument::Radians(radians)) => Yaws::from_radians(radians),
         };
-        let size = |(x_m, y_m, z_m)| ContainerSize { x_m, y_m, z_m };
-        let container = container_m.map_or(usual.container, size);
+        let size = |(x_m, y_m, z_m)| ContainerSize::cuboid(x_m, y_m, z_m);
+        let container = ContainerSize {
+            draft_rad,
+            corner_radius_m,
+            ..container_m.map_or(usual.container, size)
+        };
         let cell_m = cell_m.unwrap_or(usual.cell_m);
         let height_unit_m = height_unit_m.unwrap_or(usual.height_unit_m);
         let yaws = yaws.or_value_error()?;
@@ -81,18 +91,29 @@ impl Grid {
         self.inner.rim()
     }
 
-    /// The container's inner sides along x, y and z, in metres.
+    /// The container's inner sides along x, y and z, at the rim, in metres.
     #[getter]
     fn container_m(&self) -> (f64, f64, f64) {
-        let ContainerSize { x_m, y_m, z_m } = self.inner.container();
+        let ContainerSize { x_m, y_m, z_m, .. } = self.inner.container();
         (x_m, y_m, z_m)
+    }
+
+    /// The angle by which each wall leans outwards from the vertical, in radians.
+    #[getter]
+    fn draft_rad(&self) -> f64 {
+        self.inner.container().draft_rad
+    }
+
+    /// The radius of the vertical edges between the walls, in metres.
+    #[getter]
+    fn corner_radius_m(&self) -> f64 {
+        self.inner.container().corner_radius_m
     }
 
     /// The container's inner volume, in cubic metres.
     #[getter]
     fn volume_m3(&self) -> f64 {
-        let (x_m, y_m, z_m) = self.container_m();
-        x_m * y_m * z_m
+        self.inner.container().volume_m3()
     }
 
     /// The edge of a cell, in metres.
@@ -120,9 +141,11 @@ impl Grid {
         (yaws, self.inner.nx(), self.inner.ny())
     }
 
-    /// Gives the heightmap of an empty container: int16 [nx, ny], zeros.
-    fn empty<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i16>> {
-        PyArray2::zeros(py, [self.inner.nx(), self.inner.ny()], false)
+    /// Gives the heightmap of an empty container: int16 [nx, ny], zeros where no wall leans in.
+    fn empty<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
+        let empty = Heightmap::empty(&self.inner);
+        let shape = (self.inner.nx(), self.inner.ny());
+        array(py, shape.into(), empty.heights().to_vec())
     }
 
     /// Converts heights in metres, float64 of any two dimensions, to units, rounded up: int16 of
@@ -155,17 +178,26 @@ impl Grid {
 
     /// Gives the arguments that make an equal one, so that it can be copied and sent to other
     /// processes.
-    fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>) {
+    fn __getnewargs__(&self) -> ((f64, f64, f64), f64, f64, Vec<f64>, f64, f64) {
         let yaws_rad = self.inner.resolution().yaws().radians().to_vec();
         let (cell_m, height_unit_m) = (self.cell_m(), self.height_unit_m());
-        (self.container_m(), cell_m, height_unit_m, yaws_rad)
+        let (draft_rad, corner_radius_m) = (self.draft_rad(), self.corner_radius_m());
+        let size = self.container_m();
+        (
+            size,
+            cell_m,
+            height_unit_m,
+            yaws_rad,
+            draft_rad,
+            corner_radius_m,
+        )
     }
 
     fn __repr__(&self) -> String {
-        let (x_m, y_m, z_m) = self.container_m();
+        let container = self.inner.container();
         let (yaws, nx, ny) = self.shape();
         format!(
-            "<ppnpack.Grid {x_m} x {y_m} x {z_m} m: {nx} x {ny} cells, {} units, {yaws} yaws>",
+            "<ppnpack.Grid {container}: {nx} x {ny} cells, {} units, {yaws} yaws>",
             self.inner.rim()
         )
     }

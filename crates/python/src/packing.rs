@@ -97,8 +97,7 @@ impl Setup {
     }
 
     fn volume_m3(&self) -> f64 {
-        let container = self.grid.container();
-        container.x_m * container.y_m * container.z_m
+        self.grid.container().volume_m3()
     }
 
     /// Makes the view of a packing with this seed, where cameras see it.

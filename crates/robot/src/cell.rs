@@ -84,7 +84,8 @@ impl CellSettings {
         self.pick.validate()
     }
 
-    /// Gives the container's walls, up to the rim.
+    /// Gives the walls of the box around the container's opening, up to the rim. What leans into
+    /// that box is in every heightmap, and so among the content's columns.
     pub(crate) fn walls(&self, container: &ContainerSize) -> [AxisBox; 4] {
         let thick = self.wall_thickness_m;
         let (x, y, rim) = (container.x_m, container.y_m, container.z_m);

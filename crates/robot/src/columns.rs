@@ -213,11 +213,7 @@ mod tests {
 
     /// A grid of 7 x 5 cells of 2 cm.
     fn grid() -> Grid {
-        let size = ContainerSize {
-            x_m: 0.14,
-            y_m: 0.10,
-            z_m: 0.2,
-        };
+        let size = ContainerSize::cuboid(0.14, 0.10, 0.2);
         let resolution = Resolution::new(0.02, 0.002, Yaws::half_turn(1).unwrap());
         Grid::new(size, resolution.unwrap()).unwrap()
     }

@@ -154,25 +154,28 @@ pub(crate) fn text(
     }
 }
 
-/// Draws the twelve edges of the container.
+/// Draws the edges of the container: around the floor, around the rim and between them.
 pub(crate) fn edges(size: ContainerSize) -> LinePrimitive {
-    let corner = |index: u32| Point3 {
-        x: f64::from(index & 1) * size.x_m,
-        y: f64::from((index >> 1) & 1) * size.y_m,
-        z: f64::from((index >> 2) & 1) * size.z_m,
+    let ring = |z: f64| {
+        let corners = size.outline_m(size.setback_m(z));
+        corners.map(move |at| Point3 {
+            x: at.x,
+            y: at.y,
+            z,
+        })
     };
-    // Two corners share an edge where their indices differ in one bit.
-    let edges = (0..8_u32).flat_map(|from| {
-        let others = [1, 2, 4].map(|bit| from | bit).into_iter();
-        let others = others.filter(move |to| *to != from);
-        others.flat_map(move |to| [from, to])
+    let points: Vec<Point3> = ring(0.0).chain(ring(size.z_m)).collect();
+    let count = points.len() as u32 / 2;
+    let edges = (0..count).flat_map(|at| {
+        let next = (at + 1) % count;
+        [at, next, count + at, count + next, at, count + at]
     });
     LinePrimitive {
         r#type: line_primitive::Type::LineList.into(),
         pose: Some(pose(&Isometry3::identity())),
         thickness: 1.5,
         scale_invariant: true,
-        points: (0..8).map(corner).collect(),
+        points,
         color: Some(CONTAINER),
         indices: edges.collect(),
         ..LinePrimitive::default()

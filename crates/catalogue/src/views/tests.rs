@@ -103,7 +103,7 @@ proptest! {
         let turns = (0..5).map(|yaw| std::f64::consts::TAU * f64::from(yaw) / 5.0);
         let yaws = Yaws::from_radians(turns.collect()).unwrap();
         let resolution = Resolution::new(0.007, 0.0013, yaws).unwrap();
-        let container = ContainerSize { x_m: 0.5, y_m: 0.5, z_m: 0.5 };
+        let container = ContainerSize::cuboid(0.5, 0.5, 0.5);
         let grid = Grid::new(container, resolution.clone()).unwrap();
         let [roll, pitch, yaw] = angles;
         let tilt = UnitQuaternion::from_euler_angles(roll, pitch, yaw);

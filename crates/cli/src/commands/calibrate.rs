@@ -11,9 +11,9 @@ use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 
 use crate::failure::{Failure, OrInput, Outcome};
+use crate::options::container::parse_container;
 use crate::options::{calibration_file, file, read_cloud};
 use crate::output::{print_json, print_line};
-use crate::quantity::parse_size;
 
 /// Finds the container in a cloud of it empty, seen from above: its pose before the sensor and its
 /// inner size.
@@ -31,9 +31,9 @@ pub(crate) struct CalibrateArguments {
     #[arg(long, value_name = "UNIT", default_value = "m")]
     unit: LengthUnit,
 
-    /// The container's inner size where it is known: the cloud is checked against it, and gives
-    /// only the pose
-    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
+    /// The container's inner size where it is known, or a TOML file with its size, draft and
+    /// corner_radius: the cloud is checked against the size, and gives only the pose
+    #[arg(long, value_name = "XxYxZ|FILE", allow_hyphen_values = true, value_parser = parse_container)]
     container: Option<ContainerSize>,
 
     /// Turn the x axis from the side nearest to the sensor's by so many quarter turns,
@@ -99,5 +99,5 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
 fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
     let [x_m, y_m, z_m] =
         [size.x_m, size.y_m, size.z_m].map(|side_m| (1000.0 * side_m).round() / 1000.0);
-    ContainerSize { x_m, y_m, z_m }
+    ContainerSize::cuboid(x_m, y_m, z_m)
 }

@@ -1,6 +1,7 @@
 //! Options that several commands share.
 
 mod cloud;
+pub(crate) mod container;
 pub(crate) mod file;
 mod method;
 mod physics;
@@ -16,8 +17,9 @@ use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
 
 use crate::failure::{OrInput, Outcome};
+use crate::options::container::parse_container;
 use crate::progress;
-use crate::quantity::{parse_length, parse_size};
+use crate::quantity::parse_length;
 pub(crate) use cloud::read_cloud;
 pub(crate) use method::MethodOptions;
 pub use physics::{Conditions, PhysicsOptions, Simulated};
@@ -120,8 +122,8 @@ fn load_only(
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Container and grid")]
 pub struct GridOptions {
-    /// The container's inner size
-    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_size)]
+    /// The container's inner size, or a TOML file with its size, draft and corner_radius
+    #[arg(long, value_name = "XxYxZ|FILE", allow_hyphen_values = true, default_value = "32x32x30cm", value_parser = parse_container)]
     pub(crate) container: ContainerSize,
 
     /// The edge of a grid cell [default: 2.5mm under robot conditions, 1cm under the reference's]

@@ -59,14 +59,24 @@ pub(crate) fn calibration_file(source: &Path, calibration: &Calibration) -> anyh
         position_m: [x, y, z],
         orientation_xyzw: [qx, qy, qz, qw],
     } = Extrinsics::from(&calibration.container_from_sensor);
-    let ContainerSize { x_m, y_m, z_m } = calibration.size;
+    let ContainerSize {
+        x_m,
+        y_m,
+        z_m,
+        draft_rad,
+        corner_radius_m,
+    } = calibration.size;
+    let shape = match calibration.size.is_box() {
+        true => String::new(),
+        false => format!(", draft_rad = {draft_rad:?}, corner_radius_m = {corner_radius_m:?}"),
+    };
     let measured = calibration.measured_size;
     let measured = centimetres([measured.x_m, measured.y_m, measured.z_m]);
     let source = source.display().to_string().replace(char::is_control, " ");
     let residuals = toml::to_string(&calibration.residuals)?;
     Ok(format!(
         "# Calibrated on {source}. Metres and radians; the quaternion's real part is last. Measured: {measured}.
-container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?} }}
+container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?}{shape} }}
 container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw = [{qx:?}, {qy:?}, {qz:?}, {qw:?}] }}
 
 [residuals]

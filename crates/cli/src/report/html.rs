@@ -86,8 +86,7 @@ fn rows(packing: &Packing) -> impl Iterator<Item = Row<'_>> {
 }
 
 fn filled(packing: &Packing) -> Vec<f64> {
-    let container = packing.settings.grid.container();
-    let volume_m3 = container.x_m * container.y_m * container.z_m;
+    let volume_m3 = packing.settings.grid.container().volume_m3();
     let mut filled = vec![0.0];
     let mut inside_m3 = 0.0;
     for (step, settled) in packing.steps.iter().zip(&packing.settled) {

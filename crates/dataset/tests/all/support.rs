@@ -23,11 +23,7 @@ use ppnpack_packing::step::{Candidate, StepInput};
 
 pub(crate) fn grid() -> Grid {
     let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap()).unwrap();
-    let container = ContainerSize {
-        x_m: 0.12,
-        y_m: 0.10,
-        z_m: 0.08,
-    };
+    let container = ContainerSize::cuboid(0.12, 0.10, 0.08);
     Grid::new(container, resolution).unwrap()
 }
 

@@ -36,11 +36,7 @@ impl Engine {
     /// poses of a box compete with one another.
     pub(super) fn new(setting: Setting, heuristic: Heuristic) -> Outcome<Self> {
         let side_m = f64::from(SIDE) * CELL_M;
-        let container = ContainerSize {
-            x_m: side_m,
-            y_m: side_m,
-            z_m: side_m,
-        };
+        let container = ContainerSize::cuboid(side_m, side_m, side_m);
         let yaws = Yaws::half_turn(YAWS).or_run()?;
         let resolution = Resolution::new(CELL_M, CELL_M, yaws).or_run()?;
         let grid = Grid::new(container, resolution).or_run()?;

@@ -290,7 +290,7 @@ impl World<'_> {
         let surface = cell.scan_surface(self.grid).or_run()?;
         let highest_m = surface.heights_m().iter().copied().fold(0.0, f32::max);
         let container = self.grid.container();
-        let below_m3 = container.x_m * container.y_m * f64::from(highest_m);
+        let below_m3 = container.volume_below_m3(f64::from(highest_m));
         let inside = contents.iter().filter(|(_, body)| body.inside);
         let record = &mut done.record;
         record.volume_m3 = inside.map(|(_, body)| body.model.volume_m3).sum();

@@ -17,11 +17,7 @@ use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options;
 
 /// The container of the paper's robot cell.
-const CONTAINER: ContainerSize = ContainerSize {
-    x_m: 0.30,
-    y_m: 0.30,
-    z_m: 0.16,
-};
+const CONTAINER: ContainerSize = ContainerSize::cuboid(0.30, 0.30, 0.16);
 
 pub(super) const KNOWN_COUNT: u32 = 1;
 

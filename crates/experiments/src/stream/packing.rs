@@ -6,7 +6,6 @@ use std::sync::Arc;
 use ppnpack_cli::failure::{OrRun, Outcome};
 use ppnpack_packing::closing::Closing;
 use ppnpack_packing::episode::steps_widened;
-use ppnpack_packing::grid::ContainerSize;
 use ppnpack_packing::orders::{ContainerRules, Orders};
 use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
@@ -111,12 +110,11 @@ fn orders_in<'a, C: 'a>(
 impl Container {
     fn of(filled: &Filled<SimulatedPackingCell>) -> Self {
         let packed = filled.packed();
-        let ContainerSize { x_m, y_m, z_m } = filled.grid.container();
         Self {
             items: packed.items,
             placed: filled.cell.placed().len(),
             meshes_m3: packed.meshes_m3,
-            volume_m3: x_m * y_m * z_m,
+            volume_m3: filled.grid.container().volume_m3(),
             unsteady: unsteady(&filled.cell),
             steps_widened: steps_widened(&filled.steps),
             closed_by: filled

@@ -12,7 +12,7 @@ impl CoarseGrid {
     /// The median height of each coarse cell, the lower of two; the last takes what is left over.
     pub fn pool(&self, heightmap: &Heightmap) -> Heightmap {
         let (nx, ny) = (self.coarse().nx(), self.coarse().ny());
-        let mut pooled = Heightmap::empty(self.coarse());
+        let mut pooled = Heightmap::flat(self.coarse());
         let mut heights = Vec::new();
         for x in 0..nx {
             for y in 0..ny {

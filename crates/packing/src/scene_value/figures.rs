@@ -254,8 +254,7 @@ fn walls(squares: &Squares) -> f64 {
 /// and volume, and their number in tens.
 fn waiting(input: &StepInput<'_>, chosen: usize, figures: &mut Vec<f64>) {
     let resolution = input.grid.resolution();
-    let size = input.grid.container();
-    let container_m3 = size.x_m * size.y_m * size.z_m;
+    let container_m3 = input.grid.container().volume_m3();
     let voxel_m3 = resolution.cell_m() * resolution.cell_m() * resolution.height_unit_m();
     let arrival = |held: &Candidate| held.arrival;
     let taken = input.candidates.get(chosen).map(arrival);

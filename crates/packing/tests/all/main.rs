@@ -24,3 +24,4 @@ mod search;
 mod setting_aside;
 mod streams;
 mod support;
+mod tapered;

@@ -77,11 +77,11 @@ impl Sides {
             x_m,
             y_m,
             floor_m: found.surfaces.floor.mean.z,
-            measured_size: ContainerSize {
-                x_m: x_m[1] - x_m[0],
-                y_m: y_m[1] - y_m[0],
-                z_m: found.surfaces.depth_m(),
-            },
+            measured_size: ContainerSize::cuboid(
+                x_m[1] - x_m[0],
+                y_m[1] - y_m[0],
+                found.surfaces.depth_m(),
+            ),
         })
     }
 

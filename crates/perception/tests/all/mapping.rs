@@ -10,7 +10,7 @@ use proptest::prelude::*;
 fn grid(container: [f64; 3], cell_m: f64, unit_m: f64) -> Grid {
     let [x_m, y_m, z_m] = container;
     let resolution = Resolution::new(cell_m, unit_m, Yaws::half_turn(4).unwrap()).unwrap();
-    Grid::new(ContainerSize { x_m, y_m, z_m }, resolution).unwrap()
+    Grid::new(ContainerSize::cuboid(x_m, y_m, z_m), resolution).unwrap()
 }
 
 fn mapper(grid: &Grid) -> Mapper {

@@ -19,6 +19,7 @@ mod seen;
 mod shapes;
 #[path = "../../../../tests/shared.rs"]
 mod shared;
+mod tapered;
 mod trial;
 mod trial_loads;
 mod twin;

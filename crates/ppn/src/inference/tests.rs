@@ -69,7 +69,7 @@ fn a_batch_gives_what_single_runs_give_and_caches_change_nothing() {
 
 fn grid([x_m, y_m, z_m]: [f64; 3]) -> Grid {
     let resolution = Grid::reference().resolution().clone();
-    Grid::new(ContainerSize { x_m, y_m, z_m }, resolution).unwrap()
+    Grid::new(ContainerSize::cuboid(x_m, y_m, z_m), resolution).unwrap()
 }
 
 fn a_batch_gives_what_single_runs_give(grid: &Grid) {

@@ -122,7 +122,7 @@ impl<'settings> Changes<'settings> {
             if !self.is_around(point) {
                 continue;
             }
-            let is_within = self.is_within_walls(point.x, point.y);
+            let is_within = self.is_within_walls(point);
             let square = self.squares.at(point.x, point.y).filter(|_| is_within);
             let blurred_m = square.and_then(|square| self.blurred_m.get(square));
             let rise_m = blurred_m.map(|height_m| point.z - f64::from(*height_m));
@@ -158,15 +158,14 @@ impl<'settings> Changes<'settings> {
         is_near(point.x, size.x_m) && is_near(point.y, size.y_m) && point.z.abs() < FARTHEST_M
     }
 
-    fn is_within_walls(&self, x_m: f64, y_m: f64) -> bool {
-        let margin_m = self.settings.wall_margin_m;
-        let is_within = |value: f64, side_m: f64| (margin_m..=side_m - margin_m).contains(&value);
-        is_within(x_m, self.container.x_m) && is_within(y_m, self.container.y_m)
+    fn is_within_walls(&self, point: &Point3<f64>) -> bool {
+        self.container.holds(point, self.settings.wall_margin_m)
     }
 
+    /// Says whether a square lies beside a wall, or over one that leans.
     fn is_margin(&self, square: usize) -> bool {
         let middle = self.squares.middle(square);
-        !self.is_within_walls(middle.x, middle.y)
+        !self.is_within_walls(&Point3::new(middle.x, middle.y, 0.0))
     }
 
     fn is_seen(&self, square: usize) -> bool {
@@ -248,10 +247,7 @@ impl<'settings> Changes<'settings> {
         let (mut sunk, mut gap_m) = (0_u32, f64::INFINITY);
         for point in &object.points {
             let place = rotation * point.point + shift;
-            let beyond_m = (-place.x)
-                .max(-place.y)
-                .max(place.x - container.x_m)
-                .max(place.y - container.y_m);
+            let beyond_m = container.beyond_walls_m(&place);
             let is_in_wall = beyond_m > SUNK_M && place.z < container.z_m - SUNK_M;
             let content_m = self.known(&self.certain_m, place.x, place.y).unwrap_or(0.0);
             sunk += u32::from(is_in_wall || place.z < content_m - SUNK_M);

@@ -74,9 +74,7 @@ impl Lying {
 }
 
 fn is_inside(point: &Point3<f64>, container: ContainerSize) -> bool {
-    (0.0..=container.x_m).contains(&point.x)
-        && (0.0..=container.y_m).contains(&point.y)
-        && point.z <= container.z_m
+    container.holds(point, 0.0) && point.z <= container.z_m
 }
 
 /// Gives the least angle between the vertical and the direction that is upright in the planned

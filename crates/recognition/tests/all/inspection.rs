@@ -18,11 +18,7 @@ use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use crate::common::{at_rest, body, cuboid, models, object_of};
 use crate::shapes::ball;
 
-const CONTAINER: ContainerSize = ContainerSize {
-    x_m: 0.32,
-    y_m: 0.32,
-    z_m: 0.2,
-};
+const CONTAINER: ContainerSize = ContainerSize::cuboid(0.32, 0.32, 0.2);
 const PITCH_M: f64 = 0.0025;
 const SIDE: usize = 128;
 const EYE: Point3<f64> = Point3::new(0.13, 0.2, 0.9);

@@ -89,11 +89,7 @@ fn a_service_of_named_cells_is_there_for_no_other() {
 fn grid(cells: usize, yaws: usize) -> Grid {
     let side_m = cells as f64 * 0.001;
     let resolution = Resolution::new(0.001, 0.002, Yaws::half_turn(yaws).unwrap());
-    let container = ContainerSize {
-        x_m: side_m,
-        y_m: side_m,
-        z_m: 0.3,
-    };
+    let container = ContainerSize::cuboid(side_m, side_m, 0.3);
     Grid::new(container, resolution.unwrap()).unwrap()
 }
 

@@ -97,11 +97,7 @@ impl Rig {
 fn request(cells: usize, yaws: usize, candidates: usize) -> v1::ProposeRequest {
     let side_m = cells as f64 * 0.001;
     let resolution = Resolution::new(0.001, 0.002, Yaws::half_turn(yaws).unwrap());
-    let container = ContainerSize {
-        x_m: side_m,
-        y_m: side_m,
-        z_m: 0.3,
-    };
+    let container = ContainerSize::cuboid(side_m, side_m, 0.3);
     let grid = Grid::new(container, resolution.unwrap()).unwrap();
     let scene = Scene::from_heightmap(Heightmap::empty(&grid));
     let view = ViewSurfaces::of_cells(2, 2, vec![10; 4], vec![0; 4]);

@@ -17,6 +17,8 @@ pub fn read(message: &v1::Grid) -> Result<Grid, WireError> {
         x_m: length_m("grid.container.x_m", container.x_m)?,
         y_m: length_m("grid.container.y_m", container.y_m)?,
         z_m: length_m("grid.container.z_m", container.z_m)?,
+        draft_rad: message.draft_rad,
+        corner_radius_m: message.corner_radius_m,
     };
     let cell_m = length_m("grid.cell_m", message.cell_m)?;
     let height_unit_m = length_m("grid.height_unit_m", message.height_unit_m)?;
@@ -37,12 +39,20 @@ fn field_of(error: &GridError) -> &'static str {
 
 /// Writes a grid.
 pub fn write(grid: &Grid) -> v1::Grid {
-    let ContainerSize { x_m, y_m, z_m } = grid.container();
+    let ContainerSize {
+        x_m,
+        y_m,
+        z_m,
+        draft_rad,
+        corner_radius_m,
+    } = grid.container();
     let resolution = grid.resolution();
     v1::Grid {
         container: Some(v1::BoxSize { x_m, y_m, z_m }),
         cell_m: resolution.cell_m(),
         height_unit_m: resolution.height_unit_m(),
         yaws_rad: resolution.yaws().radians().to_vec(),
+        draft_rad,
+        corner_radius_m,
     }
 }

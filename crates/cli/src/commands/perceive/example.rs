@@ -63,7 +63,7 @@ pub(super) fn write(folder: &Path) -> Outcome {
 
 /// Measures meshes in the container's frame with the camera.
 fn seen(meshes: &[Mesh], seed: u64) -> Outcome<Cloud> {
-    let ContainerSize { x_m, y_m, z_m } = ContainerSize::REFERENCE;
+    let ContainerSize { x_m, y_m, z_m, .. } = ContainerSize::REFERENCE;
     let middle = Point3::new(x_m / 2.0, y_m / 2.0, z_m / 2.0);
     let intrinsics = Intrinsics::centred(640, 480, 570.0).or_run()?;
     let at = middle + Vector3::new(0.08, -0.15, 0.85);
@@ -80,7 +80,7 @@ fn seen(meshes: &[Mesh], seed: u64) -> Outcome<Cloud> {
 
 /// Makes a container on a table.
 fn container(size: ContainerSize) -> Vec<Mesh> {
-    let ContainerSize { x_m, y_m, z_m } = size;
+    let ContainerSize { x_m, y_m, z_m, .. } = size;
     let (low, x, y) = (-WALL_M, x_m + WALL_M, y_m + WALL_M);
     [
         ([-2.0, -2.0, low - 0.01], [2.0, 2.0, low]),

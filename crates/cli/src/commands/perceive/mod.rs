@@ -18,9 +18,10 @@ use serde::Serialize;
 
 use crate::drawing;
 use crate::failure::{Failure, OrInput, OrRun, Outcome};
+use crate::options::container::parse_container;
 use crate::options::{Sensor, file, parse_sensor, read_cloud};
 use crate::output::{self, print_line};
-use crate::quantity::{parse_length, parse_size};
+use crate::quantity::parse_length;
 use crate::text::template;
 
 /// Maximum difference of the container's size between sensors, in metres.
@@ -50,8 +51,9 @@ pub(crate) struct PerceiveArguments {
     #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW|FILE", value_parser = parse_sensor, allow_hyphen_values = true)]
     container_from_sensor: Vec<Sensor>,
 
-    /// The container's inner size (default: that of the calibration, else 32x32x30cm)
-    #[arg(long, value_name = "XxYxZ", allow_hyphen_values = true, value_parser = parse_size)]
+    /// The container's inner size, or a TOML file with its size, draft and corner_radius (default:
+    /// that of the calibration, else 32x32x30cm)
+    #[arg(long, value_name = "XxYxZ|FILE", allow_hyphen_values = true, value_parser = parse_container)]
     container: Option<ContainerSize>,
 
     /// The edge of a grid cell

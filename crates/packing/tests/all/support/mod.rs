@@ -42,7 +42,7 @@ pub(crate) fn grid_of(cells: [usize; 2], cell_m: f64, rim: Units, yaws: usize) -
     let resolution = Resolution::new(cell_m, 0.002, Yaws::half_turn(yaws).unwrap());
     let [x_m, y_m] = cells.map(|count| count as f64 * cell_m);
     let z_m = f64::from(rim) * 0.002;
-    Grid::new(ContainerSize { x_m, y_m, z_m }, resolution.unwrap()).unwrap()
+    Grid::new(ContainerSize::cuboid(x_m, y_m, z_m), resolution.unwrap()).unwrap()
 }
 
 pub(crate) fn empty(grid: &Grid) -> Scene {
@@ -162,6 +162,16 @@ pub(crate) fn lies(model: Model, at_m: [f64; 3]) -> LyingSolid {
     LyingSolid::new(Arc::new(model), Isometry3::translation(x_m, y_m, z_m))
 }
 
+/// Of a container that is no box the floor's setback and the corners' radius, in shares of what is
+/// possible.
+fn shapes() -> impl Strategy<Value = [f64; 2]> {
+    prop_oneof![
+        Just([0.0, 0.0]),
+        Just([0.0, 1.0]),
+        [0.0..0.9_f64, 0.0..1.0_f64]
+    ]
+}
+
 /// A grid of up to 14 x 14 cells with odd cell sizes and height units among them.
 pub(crate) fn grids() -> impl Strategy<Value = Grid> {
     let cells = prop_oneof![Just(0.01), Just(0.005), Just(0.02), 0.004..0.03];
@@ -173,13 +183,19 @@ pub(crate) fn grids() -> impl Strategy<Value = Grid> {
         cells,
         units,
         1_usize..4,
+        shapes(),
     )
-        .prop_map(|(nx, ny, rim, cell_m, unit_m, yaws)| {
+        .prop_map(|(nx, ny, rim, cell_m, unit_m, yaws, [draft, radius])| {
             let resolution = Resolution::new(cell_m, unit_m, Yaws::half_turn(yaws).unwrap());
+            let [x_m, y_m] = [nx, ny].map(|cells| cells as f64 * cell_m);
+            let size = ContainerSize::cuboid(x_m, y_m, f64::from(rim) * unit_m);
+            let half_m = 0.5 * x_m.min(y_m);
+            let draft_rad = (draft * half_m / size.z_m).atan().min(0.7);
+            let leaning = ContainerSize { draft_rad, ..size };
+            let corner_radius_m = radius * (half_m - leaning.setback_m(0.0));
             let container = ContainerSize {
-                x_m: nx as f64 * cell_m,
-                y_m: ny as f64 * cell_m,
-                z_m: f64::from(rim) * unit_m,
+                corner_radius_m,
+                ..leaning
             };
             Grid::new(container, resolution.unwrap()).unwrap()
         })

@@ -92,7 +92,7 @@ impl Case {
 
     pub(crate) fn size(&self) -> ContainerSize {
         let [x_m, y_m, z_m] = self.size_m;
-        ContainerSize { x_m, y_m, z_m }
+        ContainerSize::cuboid(x_m, y_m, z_m)
     }
 
     /// What the camera sees, in metres in its frame.
@@ -131,7 +131,7 @@ impl Case {
             let corner = Translation3::new(corner_x_m, corner_y_m, 0.0);
             let sensor_from_truth = self.world_from_camera.inverse() * (corner * turned);
             let off = found.container_from_sensor * sensor_from_truth;
-            let ContainerSize { x_m, y_m, z_m } = found.measured_size;
+            let ContainerSize { x_m, y_m, z_m, .. } = found.measured_size;
             Errors {
                 position_m: off.translation.vector.norm(),
                 angle_rad: off.rotation.angle(),

@@ -24,15 +24,15 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x15ppnpack/v1/grid.proto\x12\nppnpack.v1\"g\n\x04Grid\x12&\n\tcontainer\x18\x01 \x01(\x0b\x32\x13.ppnpack.v1.BoxSize\x12\x0e\n\x06\x63\x65ll_m\x18\x02 \x01(\x01\x12\x15\n\rheight_unit_m\x18\x03 \x01(\x01\x12\x10\n\x08yaws_rad\x18\x04 \x03(\x01\"0\n\x07\x42oxSize\x12\x0b\n\x03x_m\x18\x01 \x01(\x01\x12\x0b\n\x03y_m\x18\x02 \x01(\x01\x12\x0b\n\x03z_m\x18\x03 \x01(\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x15ppnpack/v1/grid.proto\x12\nppnpack.v1\"\x93\x01\n\x04Grid\x12&\n\tcontainer\x18\x01 \x01(\x0b\x32\x13.ppnpack.v1.BoxSize\x12\x0e\n\x06\x63\x65ll_m\x18\x02 \x01(\x01\x12\x15\n\rheight_unit_m\x18\x03 \x01(\x01\x12\x10\n\x08yaws_rad\x18\x04 \x03(\x01\x12\x11\n\tdraft_rad\x18\x05 \x01(\x01\x12\x17\n\x0f\x63orner_radius_m\x18\x06 \x01(\x01\"0\n\x07\x42oxSize\x12\x0b\n\x03x_m\x18\x01 \x01(\x01\x12\x0b\n\x03y_m\x18\x02 \x01(\x01\x12\x0b\n\x03z_m\x18\x03 \x01(\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'ppnpack.v1.grid_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_GRID']._serialized_start=37
-  _globals['_GRID']._serialized_end=140
-  _globals['_BOXSIZE']._serialized_start=142
-  _globals['_BOXSIZE']._serialized_end=190
+  _globals['_GRID']._serialized_start=38
+  _globals['_GRID']._serialized_end=185
+  _globals['_BOXSIZE']._serialized_start=187
+  _globals['_BOXSIZE']._serialized_end=235
 # @@protoc_insertion_point(module_scope)

@@ -48,11 +48,7 @@ impl Case {
 /// The paper's simulated and physical containers.
 const CONTAINERS: [ContainerSize; 2] = [
     ContainerSize::REFERENCE,
-    ContainerSize {
-        x_m: 0.30,
-        y_m: 0.30,
-        z_m: 0.16,
-    },
+    ContainerSize::cuboid(0.30, 0.30, 0.16),
 ];
 
 /// A grid of one of the containers at 1 cm or 5 mm, with yaws of 0 and a quarter turn.

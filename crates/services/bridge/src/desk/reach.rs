@@ -64,7 +64,7 @@ impl Reach {
         point: &Point3<f64>,
         margin_m: f64,
     ) -> Result<(), Refusal> {
-        let ContainerSize { x_m, y_m, z_m } = self.container;
+        let ContainerSize { x_m, y_m, z_m, .. } = self.container;
         let at = (container_from_item * point).coords;
         let nearest = at.sup(&Vector3::zeros()).inf(&Vector3::new(x_m, y_m, z_m));
         let outside_m = (at - nearest).norm();

@@ -82,11 +82,7 @@ fn an_exact_scan_gives_the_heightmap_and_the_surface_of_the_cell() {
     let catalogue = catalogue();
     let reference = ContainerSize::REFERENCE;
     // No multiple of the cell along x, and none of the unit in height.
-    let uneven = ContainerSize {
-        x_m: 0.327,
-        y_m: 0.29,
-        z_m: 0.3013,
-    };
+    let uneven = ContainerSize::cuboid(0.327, 0.29, 0.3013);
     for (container, cell_m, unit_m, pitch_m) in [
         (reference, 0.01, 0.002, 0.0025),
         (reference, 0.005, 0.002, 0.0025),

@@ -42,8 +42,7 @@ impl SeenContainer {
     }
 
     pub(super) fn volume_m3(&self) -> f64 {
-        let size = self.grid.container();
-        size.x_m * size.y_m * size.z_m
+        self.grid.container().volume_m3()
     }
 
     /// Gives the share of the volume that lies below the surface; unknown cells count as empty.

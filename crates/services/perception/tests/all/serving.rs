@@ -273,11 +273,7 @@ fn what_no_point_shows_is_higher_than_the_rim() {
 #[test]
 fn cells_have_the_grids_that_are_set() {
     let fine = GridSettings {
-        container: ContainerSize {
-            x_m: 0.2,
-            y_m: 0.1,
-            z_m: 0.15,
-        },
+        container: ContainerSize::cuboid(0.2, 0.1, 0.15),
         cell_m: 0.005,
         height_unit_m: 0.001,
         yaws: 8,

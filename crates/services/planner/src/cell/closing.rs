@@ -196,9 +196,11 @@ fn closed(name: &str, sequence: u64, why: &Closing) -> v1::ClosedContainer {
     }
 }
 
-/// Says whether a container is no larger than another one, along any axis.
+/// Says whether a container is no larger than another one, along any axis, and of its shape.
 fn is_within(size: &ContainerSize, other: &ContainerSize) -> bool {
-    size.x_m <= other.x_m && size.y_m <= other.y_m && size.z_m <= other.z_m
+    let is_smaller = size.x_m <= other.x_m && size.y_m <= other.y_m && size.z_m <= other.z_m;
+    let shape = |size: &ContainerSize| [size.draft_rad, size.corner_radius_m];
+    is_smaller && shape(size) == shape(other)
 }
 
 /// Reads a container that is opened, the first that stands there.

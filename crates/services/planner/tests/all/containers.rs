@@ -171,11 +171,7 @@ fn assert_packed(packed: &[(String, String)], expected: &[(&str, &str)]) {
 fn a_container_that_is_full_is_closed_though_a_smaller_one_is_empty() {
     let rig = with(|settings| {
         let left = settings.containers.get_mut("left").unwrap();
-        left.container = Some(ContainerSize {
-            x_m: 0.12,
-            y_m: 0.12,
-            z_m: 0.1,
-        });
+        left.container = Some(ContainerSize::cuboid(0.12, 0.12, 0.1));
         settings.rules.most_kg = Some(2.0);
         settings.closing.renews = true;
     });

@@ -16,13 +16,18 @@ fn lengths_m() -> impl Strategy<Value = f64> {
 pub(crate) fn grids() -> impl Strategy<Value = Grid> {
     let yaws = proptest::collection::vec(-10.0_f64..10.0, 1..9);
     let sides = (1.0_f64..12.0, 1.0_f64..12.0, 1.0_f64..300.0);
-    (lengths_m(), lengths_m(), yaws, sides).prop_map(|(cell_m, unit_m, yaws, (x, y, z))| {
+    let shapes = prop_oneof![Just((0.0, 0.0)), (0.0..0.4_f64, 0.0..0.9_f64)];
+    let numbers = (lengths_m(), lengths_m(), yaws, sides, shapes);
+    numbers.prop_map(|(cell_m, unit_m, yaws, (x, y, z), (setback, radius))| {
         let yaws = Yaws::from_radians(yaws).unwrap();
         let resolution = Resolution::new(cell_m, unit_m, yaws).unwrap();
+        let size = ContainerSize::cuboid(x * cell_m, y * cell_m, z * unit_m);
+        let side_m = size.x_m.min(size.y_m);
+        let draft_rad = (setback * side_m / size.z_m).atan().min(0.7);
+        let leaning = ContainerSize { draft_rad, ..size };
         let container = ContainerSize {
-            x_m: x * cell_m,
-            y_m: y * cell_m,
-            z_m: z * unit_m,
+            corner_radius_m: radius * (0.5 * side_m - leaning.setback_m(0.0)),
+            ..leaning
         };
         Grid::new(container, resolution).unwrap()
     })
