@@ -198,7 +198,7 @@ impl Run {
             total.as_secs_f64() / steps.len().max(1) as f64
         };
         let decisions = steps.iter().map(|step| step.timings.total().as_secs_f64());
-        let height = episode.scene.heightmap().max();
+        let height = episode.scene.heightmap().highest_content(grid);
         Self {
             objects: sequence.objects.clone(),
             items: metrics.packed.items,

@@ -313,14 +313,15 @@ impl Grid {
         self.rim
     }
 
-    /// How many voxels (cell times unit) are inside the container.
+    /// How many voxels (cell times unit) are inside the container; at least one.
     pub fn voxel_count(&self) -> f64 {
         if self.container.is_box() {
             return self.nx as f64 * self.ny as f64 * f64::from(self.rim);
         }
         let empty = Heightmap::empty(self);
         let columns = empty.heights().iter();
-        columns.map(|lowest| f64::from(self.rim - lowest)).sum()
+        let inside: f64 = columns.map(|lowest| f64::from(self.rim - lowest)).sum();
+        inside.max(1.0)
     }
 }
 

@@ -147,6 +147,18 @@ impl Heightmap {
     pub fn max(&self) -> Units {
         self.heights.iter().copied().max().unwrap_or(0)
     }
+
+    /// Gives the greatest height of what lies in the container, in units. Leaning walls do not
+    /// count: a cell of theirs may be seen a unit higher than it is.
+    pub fn highest_content(&self, grid: &Grid) -> Units {
+        if grid.container().is_box() {
+            return self.max();
+        }
+        let empty = Self::empty(grid);
+        let cells = self.heights.iter().zip(&empty.heights);
+        let content = cells.filter(|(height, empty)| **height > **empty + 1);
+        content.map(|(height, _)| *height).max().unwrap_or(0)
+    }
 }
 
 /// The surface of a container's content in metres, sampled more finely than the cells of its grid.
@@ -523,6 +535,20 @@ mod tests {
         let scene = Scene::from_surface_at_middles(&grid, surface).unwrap();
         assert_eq!(scene.heightmap().get(3, 5), Some(5));
         assert_eq!(scene.heightmap().get(8, 5), Some(0));
+    }
+
+    #[test]
+    fn the_walls_of_a_tote_are_no_content() {
+        let tote = crate::grid::ContainerSize {
+            draft_rad: 0.1,
+            ..crate::grid::ContainerSize::REFERENCE
+        };
+        let grid = Grid::new(tote, crate::grid::Resolution::reference()).unwrap();
+        let mut heightmap = Heightmap::empty(&grid);
+        assert_eq!(heightmap.max(), grid.rim());
+        assert_eq!(heightmap.highest_content(&grid), 0);
+        heightmap.raise(16, 16, 20);
+        assert_eq!(heightmap.highest_content(&grid), 20);
     }
 
     #[test]

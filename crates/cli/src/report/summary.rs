@@ -187,7 +187,8 @@ impl Packing {
             items_in_other_pose: turned,
             nearest_limit: self.nearest_limit(),
             metrics: self.metrics,
-            height_m: f64::from(self.scene.heightmap().max()) * unit_m,
+            height_m: f64::from(self.scene.heightmap().highest_content(&self.settings.grid))
+                * unit_m,
             decision_s: Spread::of(steps.iter().map(|step| step.timings.total())),
             stages_s: Stages {
                 propose: mean(|timings| timings.propose),

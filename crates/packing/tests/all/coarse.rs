@@ -87,7 +87,9 @@ proptest! {
         let Ok(grids) = CoarseGrid::new(&grid, Coarsening { cells, yaws }) else {
             return Ok(());
         };
-        let scene = empty(&grid);
+        let floor = vec![0; grid.nx() * grid.ny()];
+        let floor = Heightmap::from_units(grid.nx(), grid.ny(), floor).unwrap();
+        let scene = Scene::from_heightmap(floor);
         let held = Candidate::sequence(items);
         let input = StepInput::new(&grid, &scene, &held);
         let coarse: Vec<Item> = held.iter().map(|held| grids.item(&held.item).unwrap()).collect();

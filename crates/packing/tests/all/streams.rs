@@ -30,7 +30,7 @@ type Told = (Vec<(usize, Vec<usize>, Option<Closing>)>, Vec<usize>);
 /// Packs a stream without orders, and looks at everything anew in each step.
 fn slowly(grid: &Grid, mut waiting: Vec<Candidate>, how: StreamPlay) -> Told {
     let size = grid.container();
-    let percent = |slow: &Slow| 100.0 * slow.items_m3 / (size.x_m * size.y_m * size.z_m);
+    let percent = |slow: &Slow| 100.0 * slow.items_m3 / size.volume_m3();
     let opened = |number: usize| Slow {
         number,
         cell: IdealCell::new(grid),
