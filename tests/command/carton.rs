@@ -166,7 +166,7 @@ fn a_plan_that_is_done_again_has_all_items_inside() {
     let resolution = Resolution::reference();
     let catalogue = Catalogue::load(&source, &settings, &resolution, &|_, _| {}).unwrap();
     let mut cell = SimulatedCell::new(CellSettings {
-        container: ContainerSize { x_m, y_m, z_m },
+        container: ContainerSize::cuboid(x_m, y_m, z_m),
         ..CellSettings::robot()
     })
     .unwrap();
