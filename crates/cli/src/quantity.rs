@@ -29,11 +29,11 @@ pub(crate) fn parse_size(text: &str) -> Result<ContainerSize, String> {
     let (digits, unit) = split_unit(text);
     let sides = digits.split(['x', 'X']);
     let sides = sides.map(|side| parse_length(&format!("{side}{unit}")));
-    match sides.collect::<Result<Vec<f64>, _>>()?.as_slice() {
-        &[x_m, y_m, z_m] if unit.is_empty() && x_m.max(y_m).max(z_m) >= LEAST_UNLIKELY_M => Err(
+    match *sides.collect::<Result<Vec<f64>, _>>()? {
+        [x_m, y_m, z_m] if unit.is_empty() && x_m.max(y_m).max(z_m) >= LEAST_UNLIKELY_M => Err(
             format!("'{text}' without a unit is in metres: did you mean {text}cm?"),
         ),
-        &[x_m, y_m, z_m] => Ok(ContainerSize::cuboid(x_m, y_m, z_m)),
+        [x_m, y_m, z_m] => Ok(ContainerSize::cuboid(x_m, y_m, z_m)),
         _ => Err(format!(
             "'{text}' must be three lengths with one unit, such as 32x32x30cm"
         )),

@@ -123,8 +123,11 @@ fn targets(cell: &CellClient) -> Vec<Target> {
         harmless(cell, v1::HeightmapRequest::default()),
         harmless(cell, v1::ItemsRequest::default()),
         harmless(cell, v1::InspectRequest::default()),
-        // Nobody answers it here.
+        // Nobody answers these here.
         harmless(cell, v1::ProposeRequest::default()),
+        harmless(cell, v1::TakeOverRequest::default()),
+        harmless(cell, v1::CarryOutRequest::default()),
+        harmless(cell, v1::BringEmptyRequest::default()),
         harmless(cell, evaluate),
         harmless(cell, place),
         harmless(cell, v1::OutcomeRequest::default()),
