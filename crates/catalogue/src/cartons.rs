@@ -37,11 +37,6 @@ pub struct Carton {
 }
 
 impl Carton {
-    /// Gives its inner volume, in cubic metres.
-    pub fn volume_m3(&self) -> f64 {
-        self.size.x_m * self.size.y_m * self.size.z_m
-    }
-
     fn of(row: Row) -> Result<Self, String> {
         if row.name.is_empty() {
             return Err("the column 'name' is empty: give each carton a name".to_owned());
@@ -98,7 +93,7 @@ pub fn read(path: &Path) -> Result<Vec<Carton>, TableError> {
         cartons.push(carton);
         Ok(())
     })?;
-    cartons.sort_by(|a, b| a.volume_m3().total_cmp(&b.volume_m3()));
+    cartons.sort_by(|a, b| a.size.volume_m3().total_cmp(&b.size.volume_m3()));
     Ok(cartons)
 }
 
@@ -120,7 +115,7 @@ mod tests {
             panic!("two cartons");
         };
         assert_eq!((&*small.name, small.max_kg), ("S", Some(2.5)));
-        assert!((small.volume_m3() - 0.003).abs() < 1e-12);
+        assert!((small.size.volume_m3() - 0.003).abs() < 1e-12);
         assert_eq!((&*large.name, large.max_kg), ("L", None));
         assert!((large.size.z_m - 0.205).abs() < 1e-12);
     }

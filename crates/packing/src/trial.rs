@@ -38,9 +38,6 @@ pub struct TrialLimits {
     pub slide_m: f64,
     /// The most that any other item may move, in metres.
     pub disturbance_m: f64,
-    /// Room below the rim that stays free, in metres: for a lid, and as items come to rest some
-    /// millimetres higher than a try says.
-    pub lid_m: f64,
 }
 
 impl Default for TrialSettings {
@@ -62,7 +59,6 @@ impl Default for TrialLimits {
             rolling_tilt_rad: 18.0_f64.to_radians(),
             slide_m: 0.018,
             disturbance_m: 0.02,
-            lid_m: 0.0,
         }
     }
 }
@@ -106,7 +102,6 @@ impl TrialSettings {
         let length = within("between 0 and 1 m", 0.0..=1.0);
         length("the trial's slide limit", self.limits.slide_m)?;
         length("the trial's disturbance limit", self.limits.disturbance_m)?;
-        length("the trial's room for a lid", self.limits.lid_m)?;
         length("the distance of the trial's neighbours", self.neighbour_m)?;
         length("the trial's reach above the rim", self.above_rim_m)
     }
@@ -121,8 +116,7 @@ pub struct Settling {
     pub slide_m: f64,
     /// How far the other item that moved most moved, in metres.
     pub disturbance_m: f64,
-    /// How far it, or an item that it has lifted, sticks out above the rim or into the room of the
-    /// lid, in metres.
+    /// How far it, or an item that it has lifted, sticks out above the rim, in metres.
     pub above_rim_m: f64,
     /// Whether the item was at rest at the end.
     pub is_still: bool,
@@ -176,7 +170,6 @@ mod tests {
         rolling_tilt_rad: 0.1,
         slide_m: 0.02,
         disturbance_m: 0.03,
-        lid_m: 0.0,
     };
 
     fn settling(tilt_rad: f64, slide_m: f64, disturbance_m: f64) -> Settling {

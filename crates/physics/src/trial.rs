@@ -303,12 +303,12 @@ impl TrialCheck {
         resting: &RestingPlacement,
     ) -> Result<Verdict, PhysicsError> {
         if input.scene.content().is_none() {
-            return Ok(self.untried(input, candidate, resting, Vec::new()));
+            return Ok(untried(input, candidate, resting, Vec::new()));
         }
         let place = Place::of(candidate, resting);
         let Some(tried) = self.tried(input, candidate, &place)? else {
             let degraded = vec![UNTRIED_ITEM.to_owned()];
-            return Ok(self.untried(input, candidate, resting, degraded));
+            return Ok(untried(input, candidate, resting, degraded));
         };
         *self.tries.entry(place.arrival).or_default() += 1;
         let load = self.load(candidate, &tried)?;
@@ -326,29 +326,23 @@ impl TrialCheck {
         self.refused.push(refused);
         Ok(Verdict::Refused(refusal))
     }
+}
 
-    /// Judges a placement that cannot be tried: it is made as planned if that is not above the rim.
-    fn untried(
-        &self,
-        input: &StepInput<'_>,
-        candidate: &Candidate,
-        resting: &RestingPlacement,
-        degraded: Vec<String>,
-    ) -> Verdict {
-        let view = candidate.item.views().get(resting.placement.yaw);
-        let lid = input
-            .grid
-            .resolution()
-            .units_above(self.settings.limits.lid_m);
-        let height = resting.resting_height.saturating_add(lid);
-        if !view.is_some_and(|view| view.fits_at(input.grid, height)) {
-            return Verdict::Refused(Cause::AboveRim.into());
-        }
-        Verdict::Accepted(Evidence {
-            degraded,
-            ..Evidence::default()
-        })
+/// Judges a placement that cannot be tried: it is made as planned if that is not above the rim.
+fn untried(
+    input: &StepInput<'_>,
+    candidate: &Candidate,
+    resting: &RestingPlacement,
+    degraded: Vec<String>,
+) -> Verdict {
+    let view = candidate.item.views().get(resting.placement.yaw);
+    if !view.is_some_and(|view| view.fits_at(input.grid, resting.resting_height)) {
+        return Verdict::Refused(Cause::AboveRim.into());
     }
+    Verdict::Accepted(Evidence {
+        degraded,
+        ..Evidence::default()
+    })
 }
 
 /// The outcome for a solid at a place.

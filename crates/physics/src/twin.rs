@@ -383,7 +383,7 @@ impl Twin {
             }
         }
         Ok(Settling {
-            above_rim_m: attempt.above_m(cell.container.z_m - limits.lid_m),
+            above_rim_m: attempt.above_rim_m(cell.container.z_m),
             ..settling
         })
     }
@@ -430,15 +430,15 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// Measures how far the item, or one that it has lifted, reaches above a height now.
-    fn above_m(&self, height_m: f64) -> f64 {
+    /// Measures how far the item, or one that it has lifted, sticks out above the rim now.
+    fn above_rim_m(&self, rim_m: f64) -> f64 {
         let pose = self.world.pose(self.handle).unwrap_or(self.planned);
         let lifted_tops = self.movable.iter().filter_map(|Movable { handle, lying }| {
             let top_m = lying.template.bounds(&self.world.pose(*handle)?).highest.z;
             (top_m > lying.bounds.highest.z + LIFTED_M).then_some(top_m)
         });
         let top_m = lifted_tops.fold(self.template.bounds(&pose).highest.z, f64::max);
-        (top_m - height_m).max(0.0)
+        (top_m - rim_m).max(0.0)
     }
 
     fn settling(&self, still_speed_m_s: f64) -> Settling {

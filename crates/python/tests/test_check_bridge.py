@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip("zenoh", reason="eclipse-zenoh is not installed")
 
 from ppnpack import check_bridge, robot
-from ppnpack.client import Connection, Decision, Refused, Unreachable
+from ppnpack.client import Connection, Decision, Status, Unreachable
 from ppnpack.client.requests import attempt
 from ppnpack.v1 import bridge_pb2 as bridge
 
@@ -134,8 +134,11 @@ def test_what_a_robot_raises_is_unknown_and_it_goes_on(program, tmp_path):
                 cell.place(decision)
                 outcome = cell.wait_for_outcome(decision)
                 assert outcome.kind == bridge.OUTCOME_KIND_UNKNOWN and "the gripper does not answer" in outcome.failure
-            with pytest.raises(Refused):
-                cell.renew()
+            request = bridge.RenewRequest(state_number=cell.state().state_number)
+            request.header.request_id, request.header.time_limit_us = "renewal", 20_000_000
+            key = "ppnpack/v1/cell-1/rpc/bridge/renew"
+            header = attempt(connection.session, key, request, bridge.RenewReply, 30.0).header
+            assert header.status == Status.FAILED and "NotImplementedError" in header.message
 
 
 class Liar:

@@ -146,7 +146,7 @@ impl Answer {
             name: open.carton.name.clone(),
             size_m: [size.x_m, size.y_m, size.z_m],
             max_kg: open.carton.max_kg,
-            fill: self.items_m3 / open.carton.volume_m3(),
+            fill: self.items_m3 / size.volume_m3(),
             sequences,
         }
     }
