@@ -154,10 +154,8 @@ pub trait ValidityCheck: Send {
         false
     }
 
-    /// Looks into more placements in the step's next search, as none was valid; whether there are.
-    fn widen(&mut self) -> bool {
-        false
-    }
+    /// Looks anew into candidates that it was done with, as more is proposed in the next search.
+    fn widen(&mut self) {}
 
     /// Whether it refuses all further placements of a candidate in this step unasked.
     fn is_done_with(&self, _candidate: &Candidate) -> bool {

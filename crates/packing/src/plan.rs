@@ -1,6 +1,7 @@
 //! Algorithm 1: planning one step over whoever proposes, evaluates and checks.
 
 use std::cmp::Reverse;
+use std::sync::Arc;
 use std::time::Instant;
 
 use rand::SeedableRng;
@@ -9,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::check::{BoxedCheck, Evidence};
 pub use crate::evaluator::Evaluator;
+use crate::heightmap::Scene;
 use crate::item::YawsMismatch;
 use crate::objective::Order;
 use crate::proposals::{Proposals, Proposer};
@@ -167,7 +169,38 @@ pub struct Planner {
     sequence: Vec<usize>,
     /// Per candidate of the input: why all of its placements are refused.
     ruled_out: Vec<Option<Refusal>>,
+    /// Candidates of the last call, where none of them had a valid placement.
+    unplaced: Option<Unplaced>,
     plan: Plan,
+}
+
+/// Candidates that have no valid placement in a scene. As long as nothing has changed there, such
+/// as while items are set aside, they are not searched again.
+struct Unplaced {
+    step: u64,
+    scene: Scene,
+    reports: Vec<(Candidate, CandidateReport)>,
+}
+
+impl Unplaced {
+    fn is_of(&self, input: &StepInput<'_>) -> bool {
+        self.step == input.step && self.scene == *input.scene
+    }
+
+    fn report(&self, candidate: &Candidate) -> Option<&CandidateReport> {
+        let mut reports = self.reports.iter();
+        let known = reports.find(|(known, _)| is_same(known, candidate));
+        known.map(|(_, report)| report)
+    }
+}
+
+/// Says whether two candidates are one, with the same rules.
+fn is_same(one: &Candidate, other: &Candidate) -> bool {
+    let model = |candidate: &Candidate| candidate.model.as_ref().map(Arc::as_ptr);
+    Arc::ptr_eq(&one.item, &other.item)
+        && (one.arrival, one.pose, one.stop) == (other.arrival, other.pose, other.stop)
+        && (one.mass_kg, one.lying, one.rules) == (other.mass_kg, other.lying, other.rules)
+        && model(one) == model(other)
 }
 
 impl Planner {
@@ -187,6 +220,7 @@ impl Planner {
             proposals: Proposals::default(),
             sequence: Vec::new(),
             ruled_out: Vec::new(),
+            unplaced: None,
             plan: Plan::default(),
         }
     }
@@ -256,15 +290,24 @@ impl Planner {
         self.plan.timings.propose = started.elapsed();
 
         self.arrange(input);
+        let unplaced = self.unplaced.take().filter(|it| it.is_of(input));
+        let report = |index: &usize| {
+            let candidate = input.candidates.get(*index)?;
+            unplaced.as_ref()?.report(candidate)
+        };
+        self.sequence.retain(|index| report(index).is_none());
+        for (index, entry) in self.plan.candidates.iter_mut().enumerate() {
+            if let Some(report) = report(&index) {
+                entry.clone_from(report);
+            }
+        }
         self.search_all(input)?;
         if self.plan.choice().is_none() && !self.plan.is_cut() {
             // Better late than not at all: an item is given up only where no placement is valid.
-            let are_checks_wider = self.search.widen();
             self.plan.is_widened = self.proposals.may_be_widened();
             if self.plan.is_widened {
                 self.proposals.widen();
-            }
-            if self.plan.is_widened || are_checks_wider {
+                self.search.widen();
                 self.search_all(input)?;
             }
             if self.plan.choice().is_none() {
@@ -273,6 +316,17 @@ impl Planner {
         }
         if self.plan.choice().is_none() && self.plan.is_cut() && input.takes_untried {
             self.plan.ranked.extend(self.search.take_untried());
+        }
+        // Only where all placements were looked at.
+        if self.plan.choice().is_none() && !self.plan.is_cut() && !self.proposals.is_final() {
+            let reports = input.candidates.iter().zip(&self.plan.candidates);
+            self.unplaced = Some(Unplaced {
+                step: input.step,
+                scene: input.scene.clone(),
+                reports: reports
+                    .map(|(candidate, report)| (candidate.clone(), report.clone()))
+                    .collect(),
+            });
         }
         if let Some(reason) = self.proposals.degraded() {
             self.plan.shortfall.degrade(reason.to_owned());

@@ -103,13 +103,9 @@ impl ValidSearch {
         begun.map_err(SearchError::Check)
     }
 
-    /// Has the checks look into more placements in the next search; says whether one does.
-    pub fn widen(&mut self) -> bool {
-        let mut is_wider = false;
-        for check in &mut self.checks {
-            is_wider |= check.widen();
-        }
-        is_wider
+    /// Has the checks look anew into candidates that they were done with.
+    pub fn widen(&mut self) {
+        self.checks.iter_mut().for_each(|check| check.widen());
     }
 
     /// Starts a search among the proposals of `group`, indices into the input's candidates.
@@ -145,6 +141,8 @@ impl ValidSearch {
         &mut self,
         input: &StepInput<'_>,
     ) -> Result<Option<ValidPlacement>, SearchError> {
+        // Of what was looked into together, what comes after a valid one may not be known yet.
+        self.foresee(input)?;
         loop {
             self.refill(input)?;
             let Some((placement, mut evidence)) = self.upcoming.pop_front() else {
@@ -190,19 +188,25 @@ impl ValidSearch {
                 None => break,
             }
         }
-        if let Some(last) = self.checks.last_mut().filter(|_| foresight > 1)
-            && !self.shortfall.is_cut
-        {
-            let started = Instant::now();
-            let next = self.upcoming.iter().filter_map(|(placement, _)| {
-                let candidate = input.candidates.get(placement.candidate)?;
-                Some((candidate, placement.resting))
-            });
-            let foreseen = last.foresee(input, &next.collect::<Vec<_>>());
-            self.timings.check += started.elapsed();
-            foreseen.map_err(SearchError::Check)?;
-        }
-        Ok(())
+        self.foresee(input)
+    }
+
+    /// Tells the last check of the placements that it will be asked about next, where it wants to
+    /// know of several.
+    fn foresee(&mut self, input: &StepInput<'_>) -> Result<(), SearchError> {
+        let last = self.checks.last_mut().filter(|last| last.foresight() > 1);
+        let Some(last) = last.filter(|_| !self.upcoming.is_empty() && !self.shortfall.is_cut)
+        else {
+            return Ok(());
+        };
+        let started = Instant::now();
+        let next = self.upcoming.iter().filter_map(|(placement, _)| {
+            let candidate = input.candidates.get(placement.candidate)?;
+            Some((candidate, placement.resting))
+        });
+        let foreseen = last.foresee(input, &next.collect::<Vec<_>>());
+        self.timings.check += started.elapsed();
+        foreseen.map_err(SearchError::Check)
     }
 
     /// Keeps a placement that a simulation refused: one of these few may be the last resort.

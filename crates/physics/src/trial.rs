@@ -1,6 +1,7 @@
 //! The simulated check: a placement is tried in the twin of the cell before it is made.
 
 mod loads;
+mod tried;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,26 +12,24 @@ use ppnpack_catalogue::seen::SeenSolids;
 use ppnpack_packing::candidate::Candidate;
 use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict};
 use ppnpack_packing::content::Content;
-use ppnpack_packing::item::ShapeId;
 use ppnpack_packing::loads::{Load, LoadSettings};
 use ppnpack_packing::placement::RestingPlacement;
 use ppnpack_packing::refusal::{Cause, Refusal};
 use ppnpack_packing::step::{StageResult, StepInput};
-use ppnpack_packing::trial::{Settling, TrialLimits, TrialSettings};
-use rayon::prelude::*;
+use ppnpack_packing::trial::TrialSettings;
 
 use loads::LoadTries;
+use tried::{Place, Refused, Tried};
 
 use crate::error::PhysicsError;
-use crate::twin::{Solid, Twin, TwinSettings};
+use crate::twin::{Placed, Solid, Twin, TwinSettings};
 
 /// Divisor of the tries of an item that has a last resort: what rolls seldom stays at the next
 /// places, either, and all of them are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
-/// Factor of the distance between tries in a widened search, in which it holds at any yaw and in
-/// any pose.
-const WIDE: f64 = 4.0;
+/// Maximum number of times that the placements looked into together are doubled.
+const MOST_DOUBLED: u32 = 2;
 
 /// Maximum of tries that are kept from one step to the next.
 const TRIES_KEPT: usize = 10_000;
@@ -74,9 +73,8 @@ pub struct TrialCheck {
     loads: LoadTries,
     /// Tries of this step that counted, by arrival.
     tries: HashMap<usize, usize>,
-    /// Whether tries are far from each other in this search, so that they reach other places than
-    /// those before.
-    is_wide: bool,
+    /// How often it was told of placements in this step.
+    batches: u32,
 }
 
 /// Makes the check of a method that tries placements, in a twin, on the threads of a pool; `None`
@@ -111,30 +109,6 @@ pub fn pool(threads: usize) -> Result<Option<Arc<rayon::ThreadPool>>, PhysicsErr
     Ok(Some(Arc::new(pool)))
 }
 
-/// An item at a place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-struct Place {
-    arrival: usize,
-    shape: ShapeId,
-    /// Whether no more is known of the item than the shape that was seen.
-    is_seen: bool,
-    resting: RestingPlacement,
-}
-
-/// A placement that was refused, and why.
-struct Refused {
-    place: Place,
-    tried: Tried,
-    why: &'static str,
-}
-
-impl Refused {
-    /// Refuses it, or one like it.
-    fn refusal(&self) -> Refusal {
-        Refusal::because(Cause::Unsteady, self.why)
-    }
-}
-
 impl TrialCheck {
     /// Makes a check by these settings, in the twin of a cell.
     ///
@@ -152,7 +126,7 @@ impl TrialCheck {
             refused: Vec::new(),
             loads: LoadTries::new(LoadSettings::default().tried_margin),
             tries: HashMap::new(),
-            is_wide: false,
+            batches: 0,
         })
     }
 
@@ -191,14 +165,12 @@ impl TrialCheck {
     fn is_near(&self, input: &StepInput<'_>, place: &Place, other: &Place) -> bool {
         let (at, near) = (place.resting.placement, other.resting.placement);
         let is_turned = place.shape != other.shape || at.yaw != near.yaw;
-        let factor = if self.is_wide { WIDE } else { 1.0 };
-        let near_m = factor * self.settings.neighbour_m;
         let cell_m = input.grid.resolution().cell_m();
         let apart_m = |a: usize, b: usize| a.abs_diff(b) as f64 * cell_m;
         let (x_m, y_m) = (apart_m(at.x, near.x), apart_m(at.y, near.y));
         place.arrival == other.arrival
-            && (self.is_wide || !is_turned)
-            && x_m.max(y_m) <= near_m + 1e-9
+            && !is_turned
+            && x_m.max(y_m) <= self.settings.neighbour_m + 1e-9
     }
 
     /// Takes over what lies in the container.
@@ -221,7 +193,7 @@ impl TrialCheck {
         input: &StepInput<'_>,
         candidate: &Candidate,
         resting: &RestingPlacement,
-    ) -> Result<Option<(Solid, Isometry3<f64>)>, PhysicsError> {
+    ) -> Result<Option<Placed>, PhysicsError> {
         let Some(pose) = candidate.item.container_from_item(input.grid, resting) else {
             return Ok(None);
         };
@@ -345,47 +317,6 @@ fn untried(
     })
 }
 
-/// The outcome for a solid at a place.
-#[derive(Clone)]
-struct Tried {
-    solid: Solid,
-    container_from_item: Isometry3<f64>,
-    settling: Settling,
-}
-
-impl Tried {
-    fn now(
-        twin: &Twin,
-        solid: Solid,
-        container_from_item: Isometry3<f64>,
-        limits: &TrialLimits,
-    ) -> Result<Self, PhysicsError> {
-        let settling = twin.try_placement(&solid, &container_from_item, limits)?;
-        Ok(Self {
-            solid,
-            container_from_item,
-            settling,
-        })
-    }
-
-    /// Says what keeps it from being accepted as long as another placement is valid.
-    fn beyond(&self, limits: &TrialLimits) -> Option<&'static str> {
-        let rolling = self.solid.can_roll().then(|| limits.of_rolling());
-        self.settling.beyond(&rolling.unwrap_or(*limits))
-    }
-}
-
-impl Place {
-    fn of(candidate: &Candidate, resting: &RestingPlacement) -> Self {
-        Self {
-            arrival: candidate.arrival,
-            shape: candidate.item.shape(),
-            is_seen: candidate.model.is_none(),
-            resting: *resting,
-        }
-    }
-}
-
 impl ValidityCheck for TrialCheck {
     fn cost(&self) -> Cost {
         Cost::Simulation
@@ -395,7 +326,7 @@ impl ValidityCheck for TrialCheck {
         self.refused.clear();
         self.loads.begin();
         self.tries.clear();
-        self.is_wide = false;
+        self.batches = 0;
         self.lacks.clear();
         self.twin.end_by(input.deadline);
         let Some(content) = input.scene.content() else {
@@ -442,8 +373,11 @@ impl ValidityCheck for TrialCheck {
     }
 
     fn foresight(&self) -> usize {
-        let threads = self.pool.as_ref().map(|pool| pool.current_num_threads());
-        threads.unwrap_or(1)
+        let Some(pool) = &self.pool else {
+            return 1;
+        };
+        // Half of the steps end with one of the first few; longer ones keep all threads busy.
+        pool.current_num_threads() << self.batches.min(MOST_DOUBLED)
     }
 
     fn is_known(&self, candidate: &Candidate, resting: &RestingPlacement) -> bool {
@@ -459,36 +393,41 @@ impl ValidityCheck for TrialCheck {
         let (Some(pool), Some(_)) = (self.pool.clone(), input.scene.content()) else {
             return Ok(());
         };
-        let mut tries: Vec<(Place, Solid, Isometry3<f64>)> = Vec::new();
+        self.batches += 1;
+        let mut tries: Vec<(Place, Placed)> = Vec::new();
         for (candidate, resting) in next {
             let place = Place::of(candidate, resting);
             let mut others = tries.iter();
             let is_covered = self.is_done_with(candidate)
                 || self.refused_near(input, &place).is_some()
-                || others.any(|(other, ..)| self.is_near(input, &place, other));
+                || others.any(|(other, _)| self.is_near(input, &place, other));
             if is_covered || self.known.contains_key(&place) {
                 continue;
             }
             // What cannot be tried is said where it is asked about.
-            if let Ok(Some((solid, pose))) = self.solid_at(input, candidate, resting) {
-                tries.push((place, solid, pose));
+            if let Ok(Some(placed)) = self.solid_at(input, candidate, resting) {
+                tries.push((place, placed));
             }
         }
-        let (twin, limits) = (&self.twin, self.settings.limits);
-        let tried = |(place, solid, pose): (Place, Solid, Isometry3<f64>)| {
-            let tried = Tried::now(twin, solid, pose, &limits);
-            tried.ok().map(|tried| (place, tried))
-        };
-        let tried: Vec<_> = pool.install(|| tries.into_par_iter().filter_map(tried).collect());
+        let (places, placed): (Vec<Place>, Vec<Placed>) = tries.into_iter().unzip();
+        let outcomes = self
+            .twin
+            .try_together(&placed, &self.settings.limits, &pool);
+        let outcomes = places.into_iter().zip(placed).zip(outcomes);
+        let tried = outcomes.filter_map(|((place, (solid, container_from_item)), settling)| {
+            let tried = Tried {
+                solid,
+                container_from_item,
+                settling: settling?,
+            };
+            Some((place, tried))
+        });
         self.known.extend(tried);
         Ok(())
     }
 
-    fn widen(&mut self) -> bool {
-        let most = self.settings.tries_per_item;
-        self.is_wide = self.tries.values().any(|tries| *tries >= most);
+    fn widen(&mut self) {
         self.tries.clear();
-        self.is_wide && self.resorts().next().is_none()
     }
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {

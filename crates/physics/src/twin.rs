@@ -9,6 +9,7 @@
 //! it.
 
 mod loads;
+mod together;
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -33,6 +34,7 @@ use crate::outcome::tilt_rad;
 use crate::settings::CellSettings;
 use crate::terrain;
 use crate::world::World;
+pub(crate) use together::Placed;
 
 /// Minimum time step of a try, in seconds. Half of that changed neither how full containers get nor
 /// what stays in them.
@@ -40,6 +42,21 @@ const TIMESTEP_S: f64 = 1.0 / 240.0;
 
 /// Bodies that a try lifts by no more than this count as lying where they lay, in metres.
 const LIFTED_M: f64 = 0.001;
+
+/// Number of attempts that a try consists of: the rough one, and the disturbed ones.
+const ATTEMPTS: usize = 3;
+
+/// How far an item sinks, at most, below where it first touches what lies there, in metres.
+const SUNK_M: f64 = 0.003;
+
+/// The outcome for an item that stays as it is planned.
+const UNMOVED: Settling = Settling {
+    tilt_rad: 0.0,
+    slide_m: 0.0,
+    disturbance_m: 0.0,
+    above_rim_m: 0.0,
+    is_still: true,
+};
 
 /// The outcome for an item that the engine gave up on.
 const GIVEN_UP: Settling = Settling {
@@ -202,9 +219,13 @@ pub struct Twin {
 pub struct Solid(Arc<BodyTemplate>);
 
 impl Solid {
-    /// Says whether it rolls on a floor from the pose in which it stands.
-    pub fn can_roll(&self) -> bool {
-        self.0.can_roll
+    /// Gives the limits that it has to keep: tighter ones where it rolls on a floor from the pose
+    /// in which it stands.
+    pub(crate) fn limits(&self, limits: &TrialLimits) -> TrialLimits {
+        match self.0.can_roll {
+            true => limits.of_rolling(),
+            false => *limits,
+        }
     }
 }
 
@@ -339,28 +360,41 @@ impl Twin {
         container_from_item: &Isometry3<f64>,
         limits: &TrialLimits,
     ) -> Result<Settling, PhysicsError> {
-        let Solid(template) = solid;
-        let planned = self.checked(&template.model, container_from_item)?;
-        let mut settling = self.attempt(template, &planned, &planned, &self.rough, limits)?;
-        for held in self.settings.disturbance.held(&planned) {
+        let attempt = |number: usize| {
+            let pose = container_from_item;
+            self.attempt(solid, pose, number, limits, || self.in_time())
+        };
+        let mut settling = attempt(0)?;
+        for number in 1..ATTEMPTS {
             if settling.beyond(limits).is_some() {
                 break;
             }
-            let disturbed = self.attempt(template, &planned, &held, &self.disturbed, limits)?;
-            settling = settling.worse(&disturbed);
+            settling = settling.worse(&attempt(number)?);
         }
         Ok(settling)
     }
 
-    /// Lets an item go above where it is held, which may not quite be where it is planned.
+    /// Lets an item go above its place in the first attempt, the rough one, and beside it in the
+    /// others. `goes_on` says before each step why the attempt has to end.
     fn attempt(
         &self,
-        template: &BodyTemplate,
-        planned: &Isometry3<f64>,
-        held: &Isometry3<f64>,
-        cell: &CellSettings,
+        Solid(template): &Solid,
+        container_from_item: &Isometry3<f64>,
+        number: usize,
         limits: &TrialLimits,
+        goes_on: impl Fn() -> Result<(), PhysicsError>,
     ) -> Result<Settling, PhysicsError> {
+        let planned = &self.checked(&template.model, container_from_item)?;
+        let disturbed = self.settings.disturbance.held(planned);
+        let (held, cell) = match number.checked_sub(1).and_then(|way| disturbed.get(way)) {
+            Some(held) => (held, &self.disturbed),
+            None => (planned, &self.rough),
+        };
+        if number == 0
+            && let Some(hopeless) = self.above_rim(template, planned)
+        {
+            return Ok(hopeless);
+        }
         let mut released = *held;
         released.translation.z += cell.release.height_m;
         let mut world = World::new(cell);
@@ -375,7 +409,7 @@ impl Twin {
         };
         let mut settling = GIVEN_UP;
         for _ in 0..cell.settle_steps() {
-            self.in_time()?;
+            goes_on()?;
             attempt.world.step();
             settling = attempt.settling(self.settings.still_speed_m_s);
             if settling.severity(limits) > 1.0 || attempt.world.is_asleep() {
@@ -385,6 +419,22 @@ impl Twin {
         Ok(Settling {
             above_rim_m: attempt.above_rim_m(cell.container.z_m),
             ..settling
+        })
+    }
+
+    /// Gives the outcome for an item that sticks out above the rim by far where it touches what lies
+    /// there: it would have to topple to come below.
+    fn above_rim(&self, template: &BodyTemplate, planned: &Isometry3<f64>) -> Option<Settling> {
+        let top_m = template.bounds(planned).highest.z;
+        let highest_m = self.settings.cell.container.z_m + SUNK_M;
+        let most_m = top_m - highest_m;
+        if most_m <= 0.0 {
+            return None;
+        }
+        let lowered_m = self.laid.clearance_m(template, planned, most_m);
+        (lowered_m < most_m).then_some(Settling {
+            above_rim_m: most_m - lowered_m + SUNK_M,
+            ..UNMOVED
         })
     }
 

@@ -167,9 +167,9 @@ impl ValidityCheck for Stub {
         known.any(|known| known.contains(resting))
     }
 
-    fn widen(&mut self) -> bool {
+    fn widen(&mut self) {
         self.note(Event::Widened);
-        self.gives_up.take().is_some()
+        self.gives_up = None;
     }
 
     fn is_done_with(&self, candidate: &Candidate) -> bool {
@@ -271,11 +271,16 @@ fn searching_all(grid: &Grid, order: Order, stubs: Vec<Stub>) -> Planner {
     planner_of(search, ProposeAll, order, checks.collect())
 }
 
-/// A step that searches all placements, with the published test before the stub.
-fn planned(input: &StepInput<'_>, order: Order, is_bounded: bool, stub: Stub) -> Plan {
-    let search = searching(input.grid, Heuristic::Sdfm, order, is_bounded);
+/// A planner that searches all placements, with the published test before the stub.
+fn testing(grid: &Grid, order: Order, is_bounded: bool, stub: Stub) -> Planner {
+    let search = searching(grid, Heuristic::Sdfm, order, is_bounded);
     let checks: Vec<BoxedCheck> = vec![Box::new(stub), Box::new(PublishedStability::default())];
-    let mut planner = planner_of(search, ProposeAll, order, checks);
+    planner_of(search, ProposeAll, order, checks)
+}
+
+/// A step of such a planner.
+fn planned(input: &StepInput<'_>, order: Order, is_bounded: bool, stub: Stub) -> Plan {
+    let mut planner = testing(input.grid, order, is_bounded, stub);
     planner.plan(input).unwrap().clone()
 }
 
@@ -321,6 +326,44 @@ proptest! {
                 prop_assert_eq!(&decided(foresight, is_bounded), &expected);
             }
         }
+    }
+
+    #[test]
+    fn what_has_no_valid_placement_is_not_searched_again_while_others_arrive(
+        (grid, heightmap, items) in scenes(6),
+        order in proptest::sample::select(&[Order::Balance, Order::BboxVolume, Order::Arrival][..]),
+        valid in 0_usize..7,
+        is_bounded in any::<bool>(),
+    ) {
+        let scene = Scene::from_heightmap(heightmap);
+        let held = Candidate::sequence(items);
+        let stub = |log: &Log| Stub {
+            foresight: 2,
+            ..Stub::new(log, move |arrival, at| arrival == valid && at.x > 0)
+        };
+        let log = Log::default();
+        let mut planner = testing(&grid, order, is_bounded, stub(&log));
+        for buffer in held.windows(held.len().min(3)) {
+            let input = StepInput { alternatives: 1, ..StepInput::new(&grid, &scene, buffer) };
+            let others = &buffer[..buffer.len() - 1];
+            let asked = || others.iter().map(|held| questions(&log, held.arrival)).sum::<usize>();
+            let before = asked();
+            let plan = planner.plan(&input).unwrap();
+            let expected = planned(&input, order, is_bounded, stub(&Log::default()));
+            prop_assert_eq!(ranked(plan), ranked(&expected));
+            prop_assert_eq!(plan.candidates(), expected.candidates());
+            if buffer[0].arrival > 0 {
+                prop_assert_eq!(asked(), before);
+            }
+            if plan.choice().is_some() {
+                break;
+            }
+        }
+        // In another scene it is.
+        let empty = empty(&grid);
+        let input = StepInput::new(&grid, &empty, &held[..1]);
+        let expected = planned(&input, order, is_bounded, stub(&Log::default()));
+        prop_assert_eq!(ranked(planner.plan(&input).unwrap()), ranked(&expected));
     }
 
     #[test]
@@ -516,26 +559,6 @@ fn the_arms_cycle_goes_with_the_last_resort() {
     let evidence = planner.plan(&input).unwrap().evidence().cloned().unwrap();
     assert_eq!(evidence.cycle.unwrap().arm, "an arm");
     assert!(evidence.settling.is_some());
-}
-
-#[test]
-fn an_item_that_was_given_up_is_looked_into_again_where_nothing_else_is_valid() {
-    let grid = small_grid();
-    let (scene, held) = (empty(&grid), blocks(1));
-    let far = Placement { yaw: 0, x: 6, y: 6 };
-    for gives_up in [None, Some((0, 2))] {
-        let log = Log::default();
-        let stub = Stub {
-            gives_up,
-            ..Stub::new(&log, move |_, at| at == far && gives_up.is_some())
-        };
-        let input = StepInput::new(&grid, &scene, &held);
-        let plan = planned(&input, Order::Balance, false, stub);
-        assert_eq!(plan.choice().is_some(), gives_up.is_some());
-        assert!(!plan.is_widened(), "all was proposed before");
-        let widened = events(&log).into_iter();
-        assert_eq!(widened.filter(|event| *event == Event::Widened).count(), 1);
-    }
 }
 
 #[test]

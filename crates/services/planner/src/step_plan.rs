@@ -28,6 +28,7 @@ pub(crate) struct StepPlan {
 }
 
 /// A container as a step is planned on it.
+#[derive(Clone)]
 pub(crate) struct ContainerStep {
     pub(crate) name: String,
     pub(crate) grid: Grid,

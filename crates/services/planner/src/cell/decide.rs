@@ -39,25 +39,37 @@ impl CellPlanner {
         alternatives: usize,
         deadline: Instant,
     ) -> Result<Decided, Refusal> {
+        let decided = self.decide_and_set_aside(request_id, alternatives, deadline);
+        // What was set aside without a decision.
+        self.session.save()?;
+        decided
+    }
+
+    fn decide_and_set_aside(
+        &mut self,
+        request_id: &str,
+        alternatives: usize,
+        deadline: Instant,
+    ) -> Result<Decided, Refusal> {
         let begun = Instant::now();
         let until = planned_by(begun, deadline);
         self.must_be_newest(until)?;
+        let mut items = self.buffered();
+        if items.is_empty() {
+            return Ok(Decided::NothingWaits);
+        }
+        let started = Instant::now();
+        let sights = self.look(until)?;
+        let waited = started.elapsed();
         let mut setting_aside = Duration::ZERO;
-        let (prepared, found, waited) = loop {
-            let started = Instant::now();
-            let buffer = self.session.buffer(self.settings.method.buffer);
-            let items: Vec<v1::SessionItem> = buffer.cloned().collect();
-            if items.is_empty() {
-                return Ok(Decided::NothingWaits);
-            }
-            let mut prepared = self.prepare(items, alternatives, until)?;
+        let (prepared, found) = loop {
+            let mut prepared = self.prepare(&sights, items, alternatives, until)?;
             // Whoever gives a plan less time than it takes wants something by then; nobody waits
             // for the automatic mode.
             prepared.plan.takes_untried = !self.session.is_automatic();
-            let waited = started.elapsed();
             let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
-                break (prepared, found, waited);
+                break (prepared, found);
             }
             self.record(&prepared, &found, None);
             // What fits nowhere now may fit into a container that comes.
@@ -70,6 +82,10 @@ impl CellPlanner {
                 return Ok(Decided::NothingFits(reasons));
             }
             setting_aside = begun.elapsed();
+            items = self.buffered();
+            if items.is_empty() {
+                return Ok(Decided::NothingWaits);
+            }
         };
         // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
         in_time(deadline)?;
@@ -94,9 +110,14 @@ impl CellPlanner {
         Ok(Decided::Decision(Box::new(decision)))
     }
 
+    fn buffered(&self) -> Vec<v1::SessionItem> {
+        let buffer = self.session.buffer(self.settings.method.buffer);
+        buffer.cloned().collect()
+    }
+
     /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the
-    /// first to arrive. It is on disk when this returns. Says whether there was one: what rules
-    /// keep out waits for another container.
+    /// first to arrive. Says whether there was one: what rules keep out waits for another
+    /// container. It is saved with the decision that comes of it.
     fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
         let volume_m3 = |item: &&v1::SessionItem| {
             let candidates = &prepared.plan.candidates;
@@ -113,7 +134,8 @@ impl CellPlanner {
         let lost = || Refusal::new(Status::Failed, "the plan says nothing of an item");
         let reason = reason.ok_or_else(lost)?;
         let entered = reason.clone();
-        self.session.change(|session| session.set_aside(entered))?;
+        self.session
+            .change_unsaved(|session| session.set_aside(entered))?;
         let v1::ItemReason { item_id, text, .. } = reason;
         tracing::info!(cell = %self.cell, item_id, reason = text, "set aside");
         Ok(true)
@@ -126,7 +148,8 @@ impl CellPlanner {
     ) -> Result<v1::ExplainReply, Refusal> {
         let items = vec![self.session.waiting(item_id)?.clone()];
         let until = planned_by(Instant::now(), deadline);
-        let prepared = self.prepare(items, 0, until)?;
+        let sights = self.look(until)?;
+        let prepared = self.prepare(&sights, items, 0, until)?;
         let found = self.plan(&prepared)?;
         let choice = found.plan.choice();
         let reasons = match &choice {

@@ -40,6 +40,15 @@ pub(super) struct Prepared {
     orders: Option<Orders>,
 }
 
+/// The open containers, as a step sees them.
+pub(super) struct Sights {
+    /// All that are open, the fullest first.
+    open: Vec<String>,
+    containers: Vec<PreparedContainer>,
+    /// Why the others are left out.
+    left_out: Vec<String>,
+}
+
 /// A container of the plan, its place among all that are open, and what was seen in it.
 type PreparedContainer = (ContainerStep, (usize, Seen));
 
@@ -76,12 +85,24 @@ pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Rang
 }
 
 impl CellPlanner {
-    /// Gets the input of a step; waits for heightmaps until the deadline.
+    /// Looks into the open containers; waits for heightmaps until the deadline.
     ///
     /// # Errors
     /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none is usable.
+    pub(super) fn look(&mut self, deadline: Instant) -> Result<Sights, Refusal> {
+        let open = self.open_by_fullness();
+        let (containers, left_out) = self.prepare_containers(&open, deadline)?;
+        Ok(Sights {
+            open,
+            containers,
+            left_out,
+        })
+    }
+
+    /// Gets the input of a step with these items of the buffer.
     pub(super) fn prepare(
         &mut self,
+        sights: &Sights,
         items: Vec<v1::SessionItem>,
         alternatives: usize,
         deadline: Instant,
@@ -90,11 +111,9 @@ impl CellPlanner {
         for item in &items {
             candidates.extend(self.shapes.candidates(item)?);
         }
-        let open = self.open_by_fullness();
-        let (containers, left_out) = self.prepare_containers(&open, deadline)?;
         let (containers, seen): (Vec<ContainerStep>, Vec<(usize, Seen)>) =
-            containers.into_iter().unzip();
-        let mut orders = self.orders(&open);
+            sights.containers.iter().cloned().unzip();
+        let mut orders = self.orders(&sights.open);
         if let Some(orders) = &mut orders {
             orders.begin(&candidates);
         }
@@ -102,7 +121,7 @@ impl CellPlanner {
         let no_orders = Orders::default();
         let rules = orders.as_ref().unwrap_or(&no_orders);
         let mut attempts = rules.attempts(&places, &candidates);
-        if !left_out.is_empty() {
+        if !sights.left_out.is_empty() {
             // What a rule would give way to is not known before all containers were seen.
             attempts.truncate(1);
         }
@@ -124,7 +143,7 @@ impl CellPlanner {
             },
             items,
             seen,
-            left_out,
+            left_out: sights.left_out.clone(),
             orders,
         })
     }

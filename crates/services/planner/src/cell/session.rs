@@ -24,6 +24,8 @@ pub(super) struct KeptSession {
     buffer: usize,
     publisher: Publisher<v1::Session>,
     session: Session,
+    /// The session on disk, where that is not this one.
+    on_disk: Option<Session>,
     is_published: bool,
     /// Time when containers are looked at that may be closed; `None` until something changes.
     pub(super) closes_at: Option<Instant>,
@@ -52,6 +54,7 @@ impl KeptSession {
             buffer: settings.method.buffer,
             publisher: Publisher::new(process, cell, Stream::Session)?,
             session,
+            on_disk: None,
             is_published: false,
             // The container that was closed last may not be on disk as such.
             closes_at: Some(Instant::now()),
@@ -101,21 +104,46 @@ impl KeptSession {
         shapes: &[v1::Item],
         change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
     ) -> Result<(), Refusal> {
-        let mut next = self.session.clone();
-        change(&mut next)?;
-        if next == self.session {
-            return Ok(());
-        }
-        let saved = self.shared.store.save(&self.cell, &next, shapes);
-        self.saved(saved)?;
         let had_ended = self.has_ended();
-        self.session = next;
+        self.change_unsaved(change)?;
+        self.save_with(shapes)?;
         if self.has_ended() && !had_ended {
             counts::sessions_ended(&self.cell, self.message().end(), 1);
         }
-        self.is_published = false;
-        self.closes_at = Some(Instant::now());
         Ok(())
+    }
+
+    /// Changes the session, for who saves it with what follows.
+    pub(super) fn change_unsaved(
+        &mut self,
+        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        let mut next = self.session.clone();
+        change(&mut next)?;
+        if next != self.session {
+            let before = std::mem::replace(&mut self.session, next);
+            self.on_disk.get_or_insert(before);
+            self.is_published = false;
+            self.closes_at = Some(Instant::now());
+        }
+        Ok(())
+    }
+
+    /// Saves what has changed; on an error the session is what it is on disk.
+    pub(super) fn save(&mut self) -> Result<(), Refusal> {
+        self.save_with(&[])
+    }
+
+    fn save_with(&mut self, shapes: &[v1::Item]) -> Result<(), Refusal> {
+        let Some(on_disk) = self.on_disk.take() else {
+            return Ok(());
+        };
+        let saved = self.shared.store.save(&self.cell, &self.session, shapes);
+        let saved = self.saved(saved);
+        if saved.is_err() {
+            self.session = on_disk;
+        }
+        saved
     }
 
     /// Notes whether the disk serves.
