@@ -16,7 +16,6 @@ pub const ENVIRONMENT_PREFIX: &str = "PPNPACK__";
 /// Last parts of the keys of secrets.
 const SECRETS: [&str; 2] = ["token", "password"];
 
-/// Values from one origin.
 struct Layer {
     origin: String,
     values: Dict,

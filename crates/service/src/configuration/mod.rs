@@ -37,6 +37,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+pub use ppnpack_numbers::settings;
 use ppnpack_wire::keys::{Cell, Instance, Service};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -134,7 +135,6 @@ impl ConfigurationError {
     }
 }
 
-/// Checks that the value of a key lies within its limits.
 fn check(
     key: &'static str,
     value: f64,

@@ -2,6 +2,7 @@
 
 use std::net::{Ipv4Addr, SocketAddr};
 
+use ppnpack_numbers::settings;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tracing_subscriber::EnvFilter;
 
@@ -52,15 +53,15 @@ impl<'de> Deserialize<'de> for AdminListen {
     }
 }
 
-/// Logs: `[log]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LogSettings {
-    /// For people or for programs.
-    pub format: LogFormat,
-    /// The events that are written, as directives of `tracing-subscriber`: `info`, or
-    /// `info,ppnpack_planner=debug`.
-    pub filter: String,
+settings! {
+    /// Logs: `[log]`.
+    pub struct LogSettings {
+        /// For people or for programs.
+        pub format: LogFormat = LogFormat::Human,
+        /// The events that are written, as directives of `tracing-subscriber`: `info`, or
+        /// `info,ppnpack_planner=debug`.
+        pub filter: String = "info,zenoh=warn".to_owned(),
+    }
 }
 
 /// The format of a line of the log.
@@ -73,15 +74,6 @@ pub enum LogFormat {
     Human,
 }
 
-impl Default for LogSettings {
-    fn default() -> Self {
-        Self {
-            format: LogFormat::Human,
-            filter: "info,zenoh=warn".to_owned(),
-        }
-    }
-}
-
 impl LogSettings {
     pub(crate) fn to_filter(&self) -> Result<EnvFilter, ConfigurationError> {
         EnvFilter::try_new(&self.filter)
@@ -89,23 +81,14 @@ impl LogSettings {
     }
 }
 
-/// Traces: `[telemetry]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TelemetrySettings {
-    /// The collector that spans are sent to as OTLP over HTTP, such as
-    /// `http://127.0.0.1:4318/v1/traces`, if any.
-    pub otlp: Option<String>,
-    /// The share of traces that are recorded, of those that begin here.
-    pub sampled_share: f64,
-}
-
-impl Default for TelemetrySettings {
-    fn default() -> Self {
-        Self {
-            otlp: None,
-            sampled_share: 1.0,
-        }
+settings! {
+    /// Traces: `[telemetry]`.
+    pub struct TelemetrySettings {
+        /// The collector that spans are sent to as OTLP over HTTP, such as
+        /// `http://127.0.0.1:4318/v1/traces`, if any.
+        pub otlp: Option<String> = None,
+        /// The share of traces that are recorded, of those that begin here.
+        pub sampled_share: f64 = 1.0,
     }
 }
 

@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use ppnpack_numbers::settings;
 use ppnpack_wire::MAX_CLOUD_BYTES;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Value, json};
@@ -10,7 +11,6 @@ use x509_parser::pem::Pem;
 
 use super::{ConfigurationError, Secret, check, secure};
 
-/// Default endpoint of a client.
 const DEFAULT_ROUTER: &str = "tcp/127.0.0.1:7447";
 
 /// Maximum size of a message beside its content: its key and the like.
@@ -62,80 +62,51 @@ impl<'de> Deserialize<'de> for Endpoints {
     }
 }
 
-/// The way to reach Zenoh. Multicast scouting is always off: it fails silently in containers.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ZenohSettings {
-    /// The part of this process.
-    pub mode: Mode,
-    /// Endpoints that it connects to; for a client `tcp/127.0.0.1:7447` where they are not given.
-    pub connect: Option<Endpoints>,
-    /// Endpoints that it listens on.
-    pub listen: Endpoints,
-    /// Prefix of all keys on the network, so that several stacks can share it.
-    pub namespace: Option<String>,
-    /// Certificates, for endpoints that begin with `tls/`.
-    pub tls: TlsSettings,
-    /// The name with which this process connects.
-    pub user: Option<String>,
-    /// The password that goes with it.
-    pub password: Option<Secret>,
-    /// A file with lines `user:password`: those who may connect to this process.
-    pub users_file: Option<PathBuf>,
-    /// Maximum size of a message, in bytes: a larger one does not arrive.
-    pub max_message_bytes: usize,
-    /// Maximum number of others that are connected to this process.
-    pub max_sessions: usize,
-    /// Time of silence after which another counts as gone, in seconds.
-    pub lease_s: f64,
-    /// A Zenoh configuration (JSON5) to begin with, such as one with access control. The settings
-    /// here are stronger.
-    pub file: Option<PathBuf>,
-}
-
-/// Certificates and keys, as PEM files.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TlsSettings {
-    /// The authority that signs the certificates of others.
-    pub root_ca: Option<PathBuf>,
-    /// This process's certificate. Where it is given, others need one too (mutual TLS).
-    pub certificate: Option<PathBuf>,
-    /// The key that goes with it.
-    pub private_key: Option<PathBuf>,
-    /// Whether a certificate must be for the name that was connected to.
-    pub verify_name: bool,
-}
-
-impl Default for TlsSettings {
-    fn default() -> Self {
-        Self {
-            root_ca: None,
-            certificate: None,
-            private_key: None,
-            verify_name: true,
-        }
+settings! {
+    /// The way to reach Zenoh. Multicast scouting is always off: it fails silently in containers.
+    pub struct ZenohSettings {
+        /// The part of this process.
+        pub mode: Mode = Mode::default(),
+        /// Endpoints that it connects to; for a client `tcp/127.0.0.1:7447` where they are not
+        /// given.
+        pub connect: Option<Endpoints> = None,
+        /// Endpoints that it listens on.
+        pub listen: Endpoints = Endpoints::default(),
+        /// Prefix of all keys on the network, so that several stacks can share it.
+        pub namespace: Option<String> = None,
+        /// Certificates, for endpoints that begin with `tls/`.
+        pub tls: TlsSettings = TlsSettings::default(),
+        /// The name with which this process connects.
+        pub user: Option<String> = None,
+        /// The password that goes with it.
+        pub password: Option<Secret> = None,
+        /// A file with lines `user:password`: those who may connect to this process.
+        pub users_file: Option<PathBuf> = None,
+        /// Maximum size of a message, in bytes: a larger one does not arrive.
+        // A router may have to keep as much for each priority of all who connect: larger clouds
+        // have to be asked for.
+        pub max_message_bytes: usize = USUAL_CLOUD_BYTES + MESSAGE_OVERHEAD_BYTES,
+        /// Maximum number of others that are connected to this process.
+        pub max_sessions: usize = 256,
+        /// Time of silence after which another counts as gone, in seconds.
+        pub lease_s: f64 = 3.0,
+        /// A Zenoh configuration (JSON5) to begin with, such as one with access control. The
+        /// settings here are stronger.
+        pub file: Option<PathBuf> = None,
     }
 }
 
-impl Default for ZenohSettings {
-    fn default() -> Self {
-        Self {
-            mode: Mode::default(),
-            connect: None,
-            listen: Endpoints::default(),
-            namespace: None,
-            tls: TlsSettings::default(),
-            user: None,
-            password: None,
-            users_file: None,
-            // A router may have to keep as much for each priority of all who connect: larger clouds
-            // have to be asked for.
-            max_message_bytes: USUAL_CLOUD_BYTES + MESSAGE_OVERHEAD_BYTES,
-            max_sessions: 256,
-            lease_s: 3.0,
-            file: None,
-        }
+settings! {
+    /// Certificates and keys, as PEM files.
+    pub struct TlsSettings {
+        /// The authority that signs the certificates of others.
+        pub root_ca: Option<PathBuf> = None,
+        /// This process's certificate. Where it is given, others need one too (mutual TLS).
+        pub certificate: Option<PathBuf> = None,
+        /// The key that goes with it.
+        pub private_key: Option<PathBuf> = None,
+        /// Whether a certificate must be for the name that was connected to.
+        pub verify_name: bool = true,
     }
 }
 
@@ -150,7 +121,6 @@ impl ZenohSettings {
         }
     }
 
-    /// Fills in the endpoint of a client.
     pub(super) fn fill_in(&mut self) {
         let is_client = self.mode == Mode::Client;
         let default = is_client.then(|| DEFAULT_ROUTER.to_owned());
@@ -158,7 +128,6 @@ impl ZenohSettings {
             .get_or_insert(Endpoints(Vec::from_iter(default)));
     }
 
-    /// Gives the endpoints that it connects to.
     pub(crate) fn connect(&self) -> &[String] {
         self.connect.as_ref().map_or(&[], |endpoints| &endpoints.0)
     }

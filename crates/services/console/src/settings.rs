@@ -5,11 +5,9 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::{self, Secret};
+use ppnpack_service::configuration::{self, Secret, settings};
 use ppnpack_wire::keys::Cell;
-use serde::{Deserialize, Serialize};
 
-/// Default port of the page.
 const DEFAULT_PORT: u16 = 8770;
 
 /// Minimum and maximum length of a token: a shorter one can be guessed.
@@ -22,35 +20,23 @@ const TOKEN_VARIETY: usize = 6;
 /// The reason why controls are off where no token is set.
 pub(crate) const NO_TOKEN: &str = "no token is configured: set service.token_file (of `ppnpack up`, the variable PPNPACK_CONSOLE_TOKEN)";
 
-/// Settings of the operator's page.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The address that the page is served at; for port 0 the system chooses one. Whoever reaches
-    /// it sees the cells.
-    pub listen: SocketAddr,
-    /// The cells that are shown, and the containers of a cell that has several; where none is
-    /// named, all.
-    pub cells: Vec<String>,
-    /// Names under which browsers may ask for the page, beside addresses and `localhost`.
-    pub hosts: Vec<String>,
-    /// The token that controls ask for; without it, or a file with it, there are none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub token: Option<Secret>,
-    /// A file with the token, in place of the token itself.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub token_file: Option<PathBuf>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            listen: SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT)),
-            cells: Vec::new(),
-            hosts: Vec::new(),
-            token: None,
-            token_file: None,
-        }
+settings! {
+    /// Settings of the operator's page.
+    pub struct Settings {
+        /// The address that the page is served at; for port 0 the system chooses one. Whoever
+        /// reaches it sees the cells.
+        pub listen: SocketAddr = SocketAddr::from((Ipv4Addr::LOCALHOST, DEFAULT_PORT)),
+        /// The cells that are shown, and the containers of a cell that has several; where none is
+        /// named, all.
+        pub cells: Vec<String> = Vec::new(),
+        /// Names under which browsers may ask for the page, beside addresses and `localhost`.
+        pub hosts: Vec<String> = Vec::new(),
+        /// The token that controls ask for; without it, or a file with it, there are none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub token: Option<Secret> = None,
+        /// A file with the token, in place of the token itself.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub token_file: Option<PathBuf> = None,
     }
 }
 

@@ -1,42 +1,29 @@
 //! Settings of the heuristic service.
 
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::{self, in_range};
-use serde::{Deserialize, Serialize};
+use ppnpack_service::configuration::{self, in_range, settings};
 
-/// Settings of the heuristic service.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The cells that are served, and their containers where one has several; where none is named, all.
-    pub cells: Vec<String>,
-    /// Maximum number of requests that wait; more are refused.
-    pub queue: usize,
-    /// Threads that one search is spread over. More cells at once: more such services.
-    pub threads_per_search: usize,
-    /// Items kept between requests, in MiB as they are encoded.
-    pub items_kept_mib: usize,
-    /// Searches that are kept, one per cell, grid and objective.
-    pub searches_kept: usize,
-    /// The memory that the searches may take together, in MiB: half for those that are kept, of
-    /// which the longest unused go first, and half for the one at work; what needs more is refused.
-    pub searches_mib: usize,
-    /// The most work of one request: cells of the container times the yaws that are searched, of
-    /// all candidates together. More is refused before it is begun.
-    pub most_placements: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            cells: Vec::new(),
-            queue: 16,
-            threads_per_search: 1,
-            items_kept_mib: 128,
-            searches_kept: 16,
-            searches_mib: 256,
-            most_placements: 1 << 30,
-        }
+settings! {
+    /// Settings of the heuristic service.
+    pub struct Settings {
+        /// The cells that are served, and their containers where one has several; where none is
+        /// named, all.
+        pub cells: Vec<String> = Vec::new(),
+        /// Maximum number of requests that wait; more are refused.
+        pub queue: usize = 16,
+        /// Threads that one search is spread over. More cells at once: more such services.
+        pub threads_per_search: usize = 1,
+        /// Items kept between requests, in MiB as they are encoded.
+        pub items_kept_mib: usize = 128,
+        /// Searches that are kept, one per cell, grid and objective.
+        pub searches_kept: usize = 16,
+        /// The memory that the searches may take together, in MiB: half for those that are kept, of
+        /// which the longest unused go first, and half for the one at work; what needs more is
+        /// refused.
+        pub searches_mib: usize = 256,
+        /// The most work of one request: cells of the container times the yaws that are searched,
+        /// of all candidates together. More is refused before it is begun.
+        pub most_placements: usize = 1 << 30,
     }
 }
 

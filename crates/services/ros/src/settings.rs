@@ -4,41 +4,27 @@ use std::collections::BTreeMap;
 
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_service::ServiceSettings;
-use ppnpack_service::configuration::{Endpoints, in_range};
+use ppnpack_service::configuration::{Endpoints, in_range, settings};
 use ppnpack_wire::keys::Cell;
-use serde::{Deserialize, Serialize};
 
 use crate::rmw::keys::Name;
 
-/// Maximum domain of ROS.
 const MAX_DOMAIN: u32 = 232;
 
-/// Settings of the service.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The domain of ROS (`ROS_DOMAIN_ID`).
-    pub domain: u32,
-    /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`; without one, the stack's
-    /// own.
-    pub connect: Endpoints,
-    /// The beginning of the names of topics and services; the cell's name follows.
-    pub namespace: String,
-    /// How long a request of ROS may take, in seconds.
-    pub request_limit_s: f64,
-    /// The poses of the containers' frames in the frame `world`; the default is its origin.
-    pub containers: BTreeMap<String, Extrinsics>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            domain: 0,
-            connect: Endpoints::default(),
-            namespace: "/ppnpack".to_owned(),
-            request_limit_s: 30.0,
-            containers: BTreeMap::new(),
-        }
+settings! {
+    /// Settings of the service.
+    pub struct Settings {
+        /// The domain of ROS (`ROS_DOMAIN_ID`).
+        pub domain: u32 = 0,
+        /// The router of ROS (`rmw_zenohd`), such as `tcp/127.0.0.1:7447`; without one, the stack's
+        /// own.
+        pub connect: Endpoints = Endpoints::default(),
+        /// The beginning of the names of topics and services; the cell's name follows.
+        pub namespace: String = "/ppnpack".to_owned(),
+        /// How long a request of ROS may take, in seconds.
+        pub request_limit_s: f64 = 30.0,
+        /// The poses of the containers' frames in the frame `world`; the default is its origin.
+        pub containers: BTreeMap<String, Extrinsics> = BTreeMap::new(),
     }
 }
 
