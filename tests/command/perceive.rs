@@ -37,7 +37,6 @@ impl Folder {
         std::fs::read_to_string(self.path(name)).unwrap()
     }
 
-    /// Writes an ASCII cloud.
     fn cloud(&self, name: &str, points: &[[f64; 3]]) -> String {
         let header = format!(
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH {}\nHEIGHT 1\nDATA ascii\n",

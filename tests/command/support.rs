@@ -43,7 +43,6 @@ pub(crate) fn refused(words: &str, parts: &[&str]) {
     is_refused(&ppnpack(words), parts);
 }
 
-/// Asserts that a text has all of these parts.
 pub(crate) fn has(text: &str, parts: &[&str]) {
     for part in parts {
         let begin: String = text.chars().take(2000).collect();
@@ -94,7 +93,6 @@ impl Packed {
     }
 }
 
-/// The names in a folder, in their order.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
@@ -147,7 +145,6 @@ impl Running {
         lines.find_map(|line| line.strip_prefix(word)).unwrap()
     }
 
-    /// The endpoint of a stack.
     pub(crate) fn endpoint(&self) -> &str {
         self.said("Zenoh: ")
     }

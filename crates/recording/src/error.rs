@@ -47,7 +47,6 @@ pub enum RecordingError {
     Message(String),
 }
 
-/// Gives what a thread gives at its end.
 pub(crate) fn joined<T>(thread: JoinHandle<T>) -> Result<T, RecordingError> {
     thread.join().map_err(|_| RecordingError::Thread)
 }

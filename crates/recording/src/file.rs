@@ -32,7 +32,6 @@ pub(crate) struct RecordingFile {
     disk: File,
     /// The headers of the channels' next messages, but for the time.
     channels: HashMap<Topic, MessageHeader>,
-    /// The ids of shapes that are in it.
     shapes: HashSet<Vec<u8>>,
     pub(crate) begun: Instant,
     /// The counts of dropped messages that were written last.
@@ -170,7 +169,6 @@ impl RecordingFile {
     }
 }
 
-/// Puts the name of a file on disk.
 fn sync_name(path: &Path) -> std::io::Result<()> {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => File::open(folder)?.sync_all(),

@@ -13,13 +13,11 @@ use crate::error::{RecordingError, joined};
 use crate::queue::{Entry, Queue};
 use crate::topic::Topic;
 
-/// How often services are asked.
 const ASKED_EVERY: Duration = Duration::from_secs(5);
 
 /// How long all of them may take to answer.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// The thread that asks.
 pub(crate) struct HealthThread {
     thread: JoinHandle<()>,
     end: Shutdown,
@@ -39,7 +37,6 @@ impl HealthThread {
         Ok(Self { thread, end })
     }
 
-    /// Ends it, and waits for that.
     pub(crate) fn finish(self) -> Result<(), RecordingError> {
         self.end.request();
         joined(self.thread)

@@ -14,7 +14,6 @@ use crate::topic::Topic;
 /// Maximum of entries, however small.
 const MOST_ENTRIES: usize = 65_536;
 
-/// A message to be written.
 #[derive(Debug)]
 pub(crate) struct Entry {
     pub(crate) topic: Topic,
@@ -78,7 +77,6 @@ impl Queue {
         self.arrived.notify_one();
     }
 
-    /// Counts a message that was dropped elsewhere.
     pub(crate) fn count_dropped(&self, topic: Topic) {
         *lock(&self.state).dropped.entry(topic).or_default() += 1;
     }
@@ -109,7 +107,6 @@ impl Queue {
         self.arrived.notify_all();
     }
 
-    /// How many messages were dropped so far, by channel.
     pub(crate) fn dropped(&self) -> BTreeMap<Topic, u64> {
         lock(&self.state).dropped.clone()
     }

@@ -36,7 +36,6 @@ pub struct Reader {
     records: LinearReader,
     /// How many bytes are good.
     offset: u64,
-    /// The names of schemas.
     schemas: HashMap<u16, Arc<str>>,
     /// The names of channels, with the ids of their schemas.
     channels: HashMap<u16, (Arc<str>, u16)>,
@@ -44,7 +43,6 @@ pub struct Reader {
     dropped: HashMap<String, u64>,
     /// The program that wrote it, once the header was read.
     library: Option<String>,
-    /// Whether nothing more is read.
     is_over: bool,
     is_whole: bool,
 }
@@ -252,7 +250,6 @@ mod tests {
     use crate::queue::Entry;
     use crate::topic::Topic;
 
-    /// A recording of some messages, in chunks.
     fn recording(folder: &Path) -> PathBuf {
         let mut file = RecordingFile::begin(folder.join("whole.mcap")).unwrap();
         let cell = Cell::new("cell-1").unwrap();

@@ -54,7 +54,6 @@ pub struct Recorder {
     writer: JoinHandle<Result<Recorded, RecordingError>>,
 }
 
-/// A queue that is closed when this is dropped.
 struct OpenQueue(Arc<Queue>);
 
 impl Drop for OpenQueue {
@@ -147,12 +146,10 @@ fn subscribe(
     Ok(subscriptions)
 }
 
-/// The thread that writes what comes.
 struct Writer {
     folder: PathBuf,
     rotation: Rotation,
     file: RecordingFile,
-    /// The number of the file, counted up from file to file.
     number: u64,
     recorded: Recorded,
 }

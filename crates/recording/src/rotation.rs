@@ -7,10 +7,8 @@ use time::OffsetDateTime;
 
 use crate::error::RecordingError;
 
-/// The beginning of the names of all recordings.
 const PREFIX: &str = "ppnpack-";
 
-/// Their end.
 const SUFFIX: &str = ".mcap";
 
 /// When a recording goes on in another file, and how many files are kept.

@@ -88,7 +88,6 @@ struct Fetcher {
     client: Client,
     /// The time after which nothing is waited for, once the recording ends.
     ends_at: Arc<OnceLock<Instant>>,
-    /// Encoded shapes by their ids.
     kept: HashMap<Vec<u8>, ZBytes>,
     kept_bytes: usize,
 }

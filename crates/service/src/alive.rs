@@ -59,7 +59,6 @@ pub(crate) fn announce_term(
     })
 }
 
-/// The content of a token.
 #[derive(Debug, Clone)]
 pub(crate) struct Said {
     pub(crate) cell: Option<Cell>,

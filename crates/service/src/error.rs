@@ -51,7 +51,6 @@ impl ServiceError {
         Self::Start(reason.to_string())
     }
 
-    /// Makes an error of Zenoh's.
     pub(crate) fn zenoh(action: impl Into<String>, error: &zenoh::Error) -> Self {
         Self::Zenoh {
             action: action.into(),

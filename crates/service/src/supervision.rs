@@ -43,7 +43,6 @@ impl Supervisor {
         }
     }
 
-    /// The wish that the process ends.
     pub(crate) fn shutdown(&self) -> &Shutdown {
         &self.shared.shutdown
     }
@@ -57,7 +56,6 @@ impl Supervisor {
         }
     }
 
-    /// Says whether somebody keeps the process.
     pub(crate) fn is_kept(&self) -> bool {
         Arc::strong_count(&self.shared.kept) > 1
     }
@@ -156,12 +154,10 @@ pub(crate) struct Pulse {
 }
 
 impl Pulse {
-    /// Begins work.
     pub(crate) fn begin(&self) {
         *lock(&self.busy_since) = Some(Instant::now());
     }
 
-    /// Ends work.
     pub(crate) fn rest(&self) {
         *lock(&self.busy_since) = None;
     }

@@ -30,7 +30,6 @@ pub(crate) struct Telemetry {
 }
 
 impl Telemetry {
-    /// Sets traces up, if they are wanted.
     pub(crate) fn start(settings: &TelemetrySettings, core: &Core) -> Result<Self, ServiceError> {
         let Some(endpoint) = &settings.otlp else {
             return Ok(Self::default());

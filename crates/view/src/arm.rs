@@ -26,17 +26,13 @@ pub(crate) struct ArmLines {
     /// The origins of the arm's base and links, the flange and the cup's tip, in this order, as the
     /// arm lets go of the item; empty where the cycle does not say when it does.
     pub(crate) links: Vec<Point3<f64>>,
-    /// The way of the cup's tip.
     pub(crate) legs: Vec<Leg>,
-    /// How long the cycle takes, in seconds.
     pub(crate) cycle_s: f64,
 }
 
 /// The way of the cup's tip over a leg of a cycle.
 pub(crate) struct Leg {
-    /// The part of the cycle.
     pub(crate) kind: LegKind,
-    /// Points along the way.
     pub(crate) points: Vec<Point3<f64>>,
 }
 
@@ -122,7 +118,6 @@ impl CellArms {
     }
 }
 
-/// Makes the arm of settings.
 fn arm(station: &StationSettings) -> Result<Arm, ParameterError> {
     let path = Path::new(&station.arm);
     let is_file = arms::text(&station.arm).is_none() && path.exists();

@@ -26,7 +26,6 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Maximum of cells and containers that are served.
 const MOST_CELLS: usize = 1_000;
 
-/// The cells and their channels.
 pub(crate) struct Cells {
     session: Session,
     context: Arc<Context>,

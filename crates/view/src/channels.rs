@@ -93,7 +93,6 @@ impl StreamChannel {
     }
 }
 
-/// The scene of the last step.
 pub(crate) struct SceneChannel {
     records: StreamChannel,
     /// The newest record, until it is drawn.
@@ -119,13 +118,11 @@ impl SceneChannel {
         Ok(lock(&self.newest).take())
     }
 
-    /// Shows a scene.
     pub(crate) fn show(&self, scene: &SceneUpdate) {
         log(&self.records.channel, &scene.encode_to_vec());
     }
 }
 
-/// Makes a channel of a cell, or of all.
 pub(crate) fn channel(
     context: &Arc<Context>,
     cell: &str,

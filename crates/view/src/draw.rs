@@ -21,7 +21,6 @@ const MOST_TRIANGLES: usize = 20_000;
 /// A box that stands for an item.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ItemBox {
-    /// The text beside it.
     pub(crate) label: String,
     /// The pose of its middle.
     pub(crate) container_from_middle: Isometry3<f64>,
@@ -55,7 +54,6 @@ impl ItemBox {
         })
     }
 
-    /// Draws the box in a colour.
     pub(crate) fn cube(&self, color: Color) -> CubePrimitive {
         CubePrimitive {
             pose: Some(pose(&self.container_from_middle)),
@@ -64,7 +62,6 @@ impl ItemBox {
         }
     }
 
-    /// Draws the label, above the box.
     pub(crate) fn label(&self) -> TextPrimitive {
         let above = Translation3::new(0.0, 0.0, self.size_m.z) * self.container_from_middle;
         text(&above, 14.0, CONTAINER, self.label.clone())
@@ -83,7 +80,6 @@ pub(crate) fn in_place_of_all(at_ns: i64, entities: Vec<SceneEntity>) -> SceneUp
     }
 }
 
-/// Gives an empty entity of a cell.
 pub(crate) fn entity(cell: &Cell, at_ns: i64, id: String) -> SceneEntity {
     SceneEntity {
         timestamp: Some(timestamp(at_ns)),

@@ -36,7 +36,6 @@ pub(crate) struct Drawing {
     pub(crate) draw: Draw,
 }
 
-/// All streams that are drawn.
 pub(crate) static DRAWINGS: [Drawing; 3] = [
     Drawing {
         stream: Stream::Heightmap,

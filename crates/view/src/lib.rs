@@ -119,7 +119,6 @@ impl View {
     }
 }
 
-/// Follows the cells until it is told to end.
 fn follow(mut cells: Cells, shutdown: &Shutdown) -> Result<(), ViewError> {
     while !shutdown.wait_timeout(LOOK) {
         cells.advance()?;

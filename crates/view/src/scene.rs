@@ -24,7 +24,6 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Maximum of shapes that are kept before all are forgotten and asked for anew.
 const MOST_KEPT: usize = 1_024;
 
-/// The chosen placement.
 const CHOICE: Color = color(0.95, 0.65, 0.15, 0.9);
 
 /// The placements that would be next, each less visible than the one before.

@@ -34,7 +34,6 @@ pub(crate) fn checked<T: Display>(
     Err(WireError::invalid(field, reason))
 }
 
-/// Checks the number of something.
 pub(crate) fn count(
     field: &'static str,
     found: usize,
@@ -66,7 +65,6 @@ pub(crate) fn to_index(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// Checks a number of at least 0.
 pub(crate) fn at_least_zero(field: &'static str, value: f64) -> Result<f64, WireError> {
     let is_possible = value.is_finite() && value >= 0.0;
     let possible = "a finite number of at least 0 is needed";

@@ -142,7 +142,6 @@ impl World {
         actions
     }
 
-    /// Who may have decisions carried out.
     pub(crate) fn drivers(&self) -> Vec<Who> {
         match self.controllers.len() {
             0 => vec![Who::Planner],

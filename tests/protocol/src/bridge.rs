@@ -14,7 +14,6 @@ use crate::driver::{Answer, Ask, Call};
 use crate::shared::Shared;
 use crate::world::{Broken, Job, Motion, Whereabouts, World};
 
-/// The id of an item.
 pub(crate) fn item_id(item: usize) -> String {
     format!("i{item}")
 }

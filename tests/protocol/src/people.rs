@@ -16,9 +16,7 @@ pub(crate) struct Person {
     /// Whether they hold the cell, by what they know: their hold was answered, and they did not ask
     /// that it ends.
     pub(crate) holds: bool,
-    /// The name of their last hold.
     pub(crate) hold: String,
-    /// The holds that they asked to end.
     pub(crate) ended: Vec<String>,
     /// The failure that they acknowledged.
     pub(crate) failure: String,

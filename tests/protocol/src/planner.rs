@@ -287,7 +287,6 @@ impl World {
         Some(())
     }
 
-    /// The item with this id.
     pub(crate) fn item_no(&self, id: &str) -> Option<u8> {
         let position = (0..self.items.len()).position(|item| item_id(item) == id)?;
         u8::try_from(position).ok()

@@ -15,7 +15,6 @@ use crate::people::Person;
 use crate::shared::Shared;
 use crate::{Action, planner};
 
-/// The first state of the cell.
 const FIRST_STATE: u64 = 1_000;
 
 /// States that nobody ever had are so far apart.
@@ -69,7 +68,6 @@ pub(crate) enum Whereabouts {
 pub(crate) struct Decided {
     pub(crate) decision: Arc<v1::Decision>,
     pub(crate) item: u8,
-    /// What its picture showed.
     pub(crate) shown: Content,
     /// Whether the bridge was asked for it: the request may still arrive.
     pub(crate) is_sent: bool,
@@ -191,7 +189,6 @@ impl World {
         Some(next)
     }
 
-    /// What lies in the container.
     pub(crate) fn content(&self) -> Content {
         let items = self.items.iter().enumerate();
         let inside = items.filter(|(_, whereabouts)| **whereabouts == Whereabouts::Inside);
@@ -219,7 +216,6 @@ impl World {
         }
     }
 
-    /// Gives a state that no cell ever had.
     pub(crate) fn fresh_state(&mut self) -> u64 {
         self.fresh += FRESH_STEP;
         self.fresh
@@ -235,7 +231,6 @@ impl World {
         Some(())
     }
 
-    /// How often it has happened.
     pub(crate) fn happened(&self, fault: Fault) -> u8 {
         self.happened
             .get(fault as usize)
@@ -243,7 +238,6 @@ impl World {
             .unwrap_or_default()
     }
 
-    /// The decision with this id.
     pub(crate) fn decision_no(&self, decision_id: &str) -> Option<usize> {
         let mut decided = self.decided.iter();
         decided.position(|decided| decided.decision.decision_id == decision_id)

@@ -28,7 +28,6 @@ pub(crate) struct Arguments {
     without_network: bool,
 }
 
-/// A row of the table.
 type Row = (String, Measured);
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
@@ -45,7 +44,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     Ok(())
 }
 
-/// The built-in objects.
 pub(crate) fn builtin() -> Result<Catalogue> {
     let (objects, settings) = (ppnpack_household::builtin(), Settings::default());
     let quietly = &|_: usize, _: usize| {};

@@ -28,7 +28,6 @@ impl CellClient {
         Self { client, cell }
     }
 
-    /// The cell.
     pub(crate) fn cell(&self) -> &Cell {
         &self.cell
     }
@@ -56,12 +55,10 @@ impl CellClient {
         }
     }
 
-    /// Sends a request.
     pub(crate) fn ask<R: Request>(&self, request: R) -> Result<R::Reply, CallError> {
         self.ask_within(request, LIMIT)
     }
 
-    /// Sends a request that must be answered within a time.
     pub(crate) fn ask_within<R: Request>(
         &self,
         request: R,
@@ -114,7 +111,6 @@ impl CellClient {
         Ok(())
     }
 
-    /// Holds the cell for this reason.
     pub(crate) fn hold(&self, reason: &str) -> Result<v1::HoldReply> {
         Ok(self.ask(v1::HoldRequest {
             reason: reason.to_owned(),
@@ -122,7 +118,6 @@ impl CellClient {
         })?)
     }
 
-    /// Ends all that holds the cell.
     pub(crate) fn resume(&self) -> Result<()> {
         let holds = self.state()?.holds.into_iter();
         let hold_ids: Vec<String> = holds.map(|hold| hold.id).collect();
@@ -145,13 +140,11 @@ impl CellClient {
         Ok(())
     }
 
-    /// The state of the cell.
     pub(crate) fn state(&self) -> Result<v1::CellState> {
         let reply = self.ask(v1::CellStateRequest::default())?;
         reply.state.context("the bridge told no state")
     }
 
-    /// The packing session.
     pub(crate) fn session(&self) -> Result<v1::Session> {
         let reply = self.ask(v1::SessionRequest::default())?;
         reply.session.context("the planner told no session")
@@ -164,7 +157,6 @@ impl CellClient {
         Ok(reply.decision.filter(|_| is_decided))
     }
 
-    /// Has a decision carried out.
     pub(crate) fn place(&self, decision: &v1::Decision) -> Result<v1::Outcome> {
         let container = self.container(&decision.container)?;
         let reply = container.ask(v1::PlaceRequest::from(decision))?;
@@ -179,7 +171,6 @@ impl CellClient {
         execution.outcome.context("the bridge told no outcome")
     }
 
-    /// Reports how a decision was carried out.
     pub(crate) fn report(&self, decision: &v1::Decision, outcome: v1::Outcome) -> Result<()> {
         self.ask(v1::ReportRequest {
             decision_id: decision.decision_id.clone(),
@@ -189,7 +180,6 @@ impl CellClient {
         Ok(())
     }
 
-    /// Has a decision carried out, and reports the outcome.
     pub(crate) fn carry_out(&self, decision: &v1::Decision) -> Result<()> {
         let outcome = self.place(decision)?;
         self.report(decision, outcome)

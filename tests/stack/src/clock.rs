@@ -52,7 +52,6 @@ impl Clock {
         Ok(std::fs::rename(next, &self.file)?)
     }
 
-    /// The variables of processes that go by it.
     pub(crate) fn environment(&self) -> Vec<(String, String)> {
         let variables = [
             ("LD_PRELOAD", self.library.display().to_string()),

@@ -28,7 +28,6 @@ impl Disk {
         }))
     }
 
-    /// Writes until nothing more fits.
     pub(crate) fn fill(&self) -> Result<()> {
         let mut file = File::create(self.filler())?;
         for size in [65_536, 512, 1] {

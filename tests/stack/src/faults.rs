@@ -23,7 +23,6 @@ const LONGEST: Duration = Duration::from_secs(3);
 /// The time to wait for an answer before a service is asked afresh.
 const ASKED_AGAIN: Duration = Duration::from_secs(1);
 
-/// The pause after a refusal.
 const PAUSE: Duration = Duration::from_millis(10);
 
 /// The time after which a service counts as dead.
@@ -32,7 +31,6 @@ const GIVEN_UP: Duration = Duration::from_secs(60);
 /// The instances that write to the disk.
 const WRITERS: [&str; 2] = ["bridge-1", "planner-1"];
 
-/// The faults of a stack with their weights.
 const FAULTS: [(Fault, u32); 6] = [
     (Fault::Kill, 10),
     (Fault::Stop, 6),
@@ -42,7 +40,6 @@ const FAULTS: [(Fault, u32); 6] = [
     (Fault::KillAll, 1),
 ];
 
-/// A fault of a stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fault {
     /// A process is killed and started again.
@@ -73,7 +70,6 @@ pub(crate) struct Recovered {
 /// The faults that struck a stack, by name.
 pub(crate) type Struck = BTreeMap<String, Recovered>;
 
-/// Strikes a stack with faults.
 pub(crate) struct Faults {
     /// The disk of journal and store; `None` where it cannot be filled.
     disk: Option<Disk>,
@@ -103,13 +99,11 @@ impl Faults {
         }
     }
 
-    /// The environment that the processes of the stack need.
     pub(crate) fn environment(&self) -> Vec<(String, String)> {
         let clock = self.clock.as_ref();
         clock.map(Clock::environment).unwrap_or_default()
     }
 
-    /// The faults so far.
     pub(crate) fn struck(&self) -> &Struck {
         &self.struck
     }
@@ -242,7 +236,6 @@ fn ask_afresh<R: Request + Clone>(cell: &CellClient, request: &R) -> Result<()> 
     }
 }
 
-/// How long something lasts.
 fn span() -> Duration {
     LONGEST.mul_f64(rand::rng().random_range(0.1..1.0))
 }

@@ -11,14 +11,12 @@ use serde_json::{Value, json};
 /// The maximum time for anything here.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A page that is served.
 #[derive(Debug, Clone)]
 pub(crate) struct Page {
     pub(crate) address: SocketAddr,
     token: Option<String>,
 }
 
-/// An answer of the page.
 #[derive(Debug)]
 pub(crate) struct Answer {
     pub(crate) status: u16,
@@ -35,7 +33,6 @@ impl Answer {
         (self.status, name.to_owned())
     }
 
-    /// The body as JSON.
     pub(crate) fn json(&self) -> Value {
         let body = String::from_utf8_lossy(&self.body);
         serde_json::from_str(&body).unwrap_or_else(|error| panic!("no JSON: {error}: {body}"))
@@ -43,7 +40,6 @@ impl Answer {
 }
 
 impl Page {
-    /// The page at an address.
     pub(crate) fn at(address: SocketAddr) -> Self {
         Self {
             address,
@@ -60,7 +56,6 @@ impl Page {
         }
     }
 
-    /// Asks for something.
     pub(crate) fn get(&self, path: &str) -> Answer {
         self.get_of_host(path, &self.address.to_string())
     }
@@ -70,7 +65,6 @@ impl Page {
         self.ask(&format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n"), "")
     }
 
-    /// Makes a control.
     pub(crate) fn control(&self, action: &str, order: &Value) -> Answer {
         let host = self.address;
         let token = self.token.as_ref();
@@ -82,7 +76,6 @@ impl Page {
         self.ask(&head, &order.to_string())
     }
 
-    /// Watches the page from now on.
     pub(crate) fn watch(&self) -> Result<Watch> {
         let host = self.address;
         let mut reader = self.send(&format!("GET /api/events HTTP/1.1\r\nHost: {host}\r\n"), "")?;
@@ -151,7 +144,6 @@ pub(crate) fn line(reader: &mut impl BufRead) -> Result<String> {
 pub(crate) struct Watch {
     reader: BufReader<TcpStream>,
     parts: BTreeMap<String, Value>,
-    /// The number of beats that came.
     pub(crate) beats: usize,
 }
 
@@ -173,7 +165,6 @@ impl Watch {
         }
     }
 
-    /// Takes in the next event.
     fn next(&mut self) -> Result<()> {
         let (mut event, mut data) = (String::new(), String::new());
         loop {

@@ -25,7 +25,6 @@ impl Times {
         Self(times)
     }
 
-    /// The number of times.
     pub(crate) fn count(&self) -> usize {
         self.0.len()
     }
@@ -39,7 +38,6 @@ impl Times {
             .map_or(f64::NAN, |time| time.as_secs_f64() * 1e3)
     }
 
-    /// The same, as tables show it.
     pub(crate) fn shown(&self, share: f64) -> String {
         format!("{:.2}", self.percentile_ms(share))
     }

@@ -21,10 +21,8 @@ const LOOK: Duration = Duration::from_millis(200);
 /// The maximum time for one container.
 const CONTAINER_LIMIT: Duration = Duration::from_secs(600);
 
-/// A decision of the stack.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Decided {
-    /// The time since the start.
     pub(crate) at: Duration,
     /// The time from the heightmap to the decision on disk.
     pub(crate) took: Duration,

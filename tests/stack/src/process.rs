@@ -51,7 +51,6 @@ impl Process {
         Ok(())
     }
 
-    /// The process id, while it runs.
     pub(crate) fn id(&self) -> Option<u32> {
         self.child.as_ref().map(Child::id)
     }
@@ -69,7 +68,6 @@ impl Process {
         Ok(())
     }
 
-    /// Waits for its end.
     pub(crate) fn wait(&mut self) -> Result<ExitStatus> {
         let Some(mut child) = self.child.take() else {
             bail!("{} does not run", self.program.display());

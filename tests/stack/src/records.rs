@@ -21,17 +21,14 @@ const FIRST: u64 = 1;
 /// The sessions by cell, in the store's file of the cell.
 const SESSIONS: TableDefinition<&str, &[u8]> = TableDefinition::new("sessions");
 
-/// The files of planner and bridge.
 #[derive(Debug, Clone)]
 pub(crate) struct Files {
-    /// The bridge's journal.
     pub(crate) journal: PathBuf,
     /// The planner's store; the files of cells lie in a folder beside it.
     pub(crate) store: PathBuf,
 }
 
 impl Files {
-    /// The files in a folder.
     pub(crate) fn in_folder(folder: &Path) -> Self {
         Self {
             journal: folder.join("bridge.redb"),
@@ -59,7 +56,6 @@ impl Files {
     }
 }
 
-/// The items of one container.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Contents {
     /// The items that were placed into it, in their order.

@@ -13,7 +13,6 @@ use crate::packer::{Container, Decided};
 /// The memory of each process at some moments since the start, in MiB.
 pub(crate) type Samples = BTreeMap<String, Vec<(Duration, f64)>>;
 
-/// The results of a long run.
 pub(crate) struct Report {
     /// The time that it took.
     pub(crate) took: Duration,
@@ -22,7 +21,6 @@ pub(crate) struct Report {
     /// The containers of each cell; none where the run failed, as their ends are not known then.
     pub(crate) cells: Vec<(String, Kind, Vec<Container>)>,
     pub(crate) decisions: Vec<Decided>,
-    /// The faults of the stack.
     pub(crate) faults: Struck,
     /// The faults that were not possible here, and why.
     pub(crate) left_out: Vec<&'static str>,
@@ -81,7 +79,6 @@ impl Report {
         Ok(())
     }
 
-    /// Prints it as tables.
     pub(crate) fn print(&self) {
         let containers = || self.cells.iter().flat_map(|(.., containers)| containers);
         let (took_s, degraded) = (self.took.as_secs_f64(), self.degraded());

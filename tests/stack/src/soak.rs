@@ -181,13 +181,11 @@ fn start(
     Ok(stack)
 }
 
-/// A run under way.
 struct Run<'a> {
     stack: &'a mut Stack,
     catalogue: &'a Catalogue,
     arguments: &'a Arguments,
     start: Instant,
-    /// The time for which it goes on.
     all: Duration,
     samples: Samples,
 }

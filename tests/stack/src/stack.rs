@@ -27,7 +27,6 @@ const PUBLISHED: &str = "weights={},scene_value={weight=0.0},set_aside=0";
 /// The parts and settings of a stack.
 #[derive(Debug, Clone)]
 pub(crate) struct Options {
-    /// The names of its cells.
     pub(crate) cells: Vec<String>,
     /// Whether there is a ppn service, and the planner asks it.
     pub(crate) has_network: bool,
@@ -56,7 +55,6 @@ pub(crate) struct Stack {
     // Dropped first: clients before those they talk to.
     session: zenoh::Session,
     processes: BTreeMap<String, Process>,
-    /// The router's endpoint.
     pub(crate) endpoint: String,
     cells: Vec<String>,
     /// The folder of stores, journals and logs.
@@ -172,7 +170,6 @@ impl Stack {
         &self.session
     }
 
-    /// A client for one of the cells.
     pub(crate) fn cell(&self, index: usize) -> Result<CellClient> {
         let name = self.cells.get(index).context("there is no such cell")?;
         Ok(CellClient::new(
@@ -197,7 +194,6 @@ impl Stack {
         Ok(kib / 1024.0)
     }
 
-    /// The log of an instance.
     pub(crate) fn log(&self, name: &str) -> Result<String> {
         let path = self.folder.path().join(format!("{name}.log"));
         Ok(std::fs::read_to_string(path)?)
@@ -240,14 +236,12 @@ impl Stack {
         Ok(())
     }
 
-    /// Starts an instance again.
     pub(crate) fn restart(&mut self, name: &str) -> Result<()> {
         let process = self.process(name)?;
         ensure!(process.id().is_none(), "{name} runs already");
         process.start()
     }
 
-    /// Kills an instance and starts it again.
     pub(crate) fn kill(&mut self, name: &str) -> Result<()> {
         self.signal(name, Signal::SIGKILL)?;
         self.restart(name)

@@ -41,12 +41,10 @@ struct Sender<M> {
     counts: Arc<Counts>,
 }
 
-/// A count of what waits in a mailbox.
 #[derive(Default)]
 struct Counts {
     /// Whether a wake-up waits: one is enough.
     is_woken: AtomicBool,
-    /// The number of messages.
     waiting: AtomicUsize,
 }
 

@@ -11,7 +11,6 @@ use std::path::{Path, PathBuf};
 /// Size of a mark: the number of the last commit, and its complement.
 const BYTES: usize = 16;
 
-/// Gives the path of a database's mark.
 fn path_of(database: &Path) -> PathBuf {
     let mut name = database.as_os_str().to_owned();
     name.push(".revision");

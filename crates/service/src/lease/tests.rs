@@ -14,7 +14,6 @@ use crate::supervision::Supervisor;
 
 use super::*;
 
-/// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn cell(name: &str) -> Option<Cell> {
@@ -58,7 +57,6 @@ impl Taking {
         self.taken.recv_timeout(PATIENCE).unwrap()
     }
 
-    /// Takes none for a while.
     fn assert_nothing_for(&self, span: Duration) {
         let next = self.taken.recv_timeout(span).map(|(cell, _)| cell);
         assert_eq!(next, Err(RecvTimeoutError::Timeout));

@@ -268,7 +268,6 @@ impl Target {
     }
 }
 
-/// An event of a request that was sent.
 enum Event {
     Reply(Reply),
     /// No more replies can come.

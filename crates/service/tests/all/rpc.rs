@@ -103,7 +103,6 @@ fn wants(least_state_number: u64) -> HeightmapRequest {
     }
 }
 
-/// The next request.
 fn next<R: Request>(mailbox: &Mailbox<Incoming<R>>) -> Incoming<R> {
     mailbox.receive(Some(soon())).unwrap().unwrap()
 }

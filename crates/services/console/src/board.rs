@@ -14,7 +14,6 @@ use tokio::sync::watch;
 /// The cell and the container of a part, where it has them, and its name.
 type PartKey<'a> = (Option<&'a Cell>, Option<&'a Cell>, &'static str);
 
-/// A part as it is kept.
 struct Kept {
     revision: u64,
     value: Value,
@@ -22,9 +21,7 @@ struct Kept {
     text: Arc<str>,
 }
 
-/// The changes since a revision.
 pub(crate) struct Changes {
-    /// The newest revision.
     pub(crate) revision: u64,
     /// The parts, each as JSON, in the order in which they changed.
     pub(crate) parts: Vec<Arc<str>>,
@@ -35,7 +32,6 @@ type Parts = BTreeMap<(Option<Cell>, Option<Cell>, &'static str), Kept>;
 #[derive(Default)]
 pub(crate) struct Board {
     parts: Mutex<Parts>,
-    /// The newest revision.
     revision: watch::Sender<u64>,
 }
 
@@ -80,7 +76,6 @@ impl Board {
         }
     }
 
-    /// Tells of every change from now on.
     pub(crate) fn watch(&self) -> watch::Receiver<u64> {
         self.revision.subscribe()
     }

@@ -14,7 +14,6 @@ use crate::picture::Picture;
 pub(crate) struct Entry {
     /// Its containers, by their names for bridge and perception; at least one.
     pub(crate) containers: Vec<Cell>,
-    /// The resolution of its grids.
     pub(crate) resolution: Option<Resolution>,
 }
 
@@ -77,7 +76,6 @@ impl Directory {
         containers.cloned().collect()
     }
 
-    /// Gives the resolution of a cell's grids, where it is known.
     pub(crate) fn resolution(&self, cell: &Cell) -> Option<Resolution> {
         lock(&self.cells).get(cell)?.resolution.clone()
     }

@@ -73,7 +73,6 @@ impl Follower {
         self.ask(wanted);
     }
 
-    /// Asks for shapes.
     fn ask(&self, wanted: impl IntoIterator<Item = Wanted>) {
         for wanted in wanted {
             if !self.prefetcher.try_send(wanted) {
@@ -138,7 +137,6 @@ impl Actor for Follower {
     }
 }
 
-/// The destinations of what subscriptions bring.
 pub(crate) struct Inboxes {
     pub(crate) newest: Newest,
     pub(crate) heightmaps: Heightmaps,

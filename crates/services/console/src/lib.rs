@@ -132,7 +132,6 @@ pub fn url(address: SocketAddr) -> String {
     format!("http://{address}")
 }
 
-/// The subscriptions and threads that follow the cells.
 struct Following {
     subscriptions: Vec<Subscription>,
     follower: Address<FollowerMessage>,

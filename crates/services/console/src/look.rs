@@ -17,7 +17,6 @@ use crate::follow::{Heightmaps, Newest};
 use crate::now_ms;
 use crate::picture::News;
 
-/// How often it is looked for services.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// How long they may take to tell their health, half of it to be found.

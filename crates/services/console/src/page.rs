@@ -49,7 +49,6 @@ const FILES: &[File] = files! {
     "vectors.js": SCRIPT,
 };
 
-/// The page itself.
 pub(crate) const INDEX: &str = "index.html";
 
 pub(crate) fn file(name: &str) -> Option<&'static File> {

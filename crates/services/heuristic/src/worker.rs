@@ -30,7 +30,6 @@ fn too_much(error: &dyn std::error::Error) -> Refusal {
     Refusal::Invalid(format!("{error}; or set searches_mib"))
 }
 
-/// Answers requests one after another.
 pub(crate) struct Worker {
     items: ItemStore,
     pool: Option<Arc<rayon::ThreadPool>>,
@@ -80,7 +79,6 @@ impl Worker {
         self.most_placements
     }
 
-    /// Gives the items that a request names.
     pub(crate) fn items(
         &mut self,
         given: &[v1::Item],

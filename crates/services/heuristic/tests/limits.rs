@@ -57,7 +57,6 @@ impl Rig {
         assert!(refused.to_string().contains("time limit"), "{refused}");
     }
 
-    /// Why a request is invalid.
     fn invalid(&self, request: v1::EvaluateRequest) -> String {
         let refused = self.ask(request, PATIENCE).unwrap_err();
         assert_eq!(refused.status(), Some(Status::Invalid), "{refused}");

@@ -46,7 +46,6 @@ const FATES: [(Fate, &str); 8] = [
     (Fate::NoRoom, "no_room"),
 ];
 
-/// Counts clouds by their fates.
 pub(crate) struct Counts {
     fates: Vec<(Fate, &'static str, AtomicU64, ::metrics::Counter)>,
     last_line: Mutex<Option<Instant>>,
@@ -85,7 +84,6 @@ impl Counts {
         }
     }
 
-    /// Counts the doubts about a heightmap.
     pub(crate) fn doubt(&self, cell: &Cell, doubts: &[v1::Doubt]) {
         for doubt in doubts {
             let kind = doubt.kind();
@@ -94,7 +92,6 @@ impl Counts {
         }
     }
 
-    /// Gives the number of clouds with a fate.
     pub(crate) fn of(&self, fate: Fate) -> u64 {
         let own = self.fates.iter().find(|(own, ..)| *own == fate);
         own.map_or(0, |(.., count, _)| count.load(Ordering::Relaxed))

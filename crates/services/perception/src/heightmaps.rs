@@ -12,18 +12,14 @@ use ppnpack_wire::v1::{self, Status};
 
 use crate::router::Router;
 
-/// A message to the actor.
 pub(crate) enum Message {
-    /// A request for a heightmap.
     Request(Incoming<v1::HeightmapRequest>),
-    /// A new heightmap of a cell.
     New(Cell, v1::Heightmap),
 }
 
 /// A heightmap and when it was made.
 type Made = (v1::Heightmap, Boottime);
 
-/// Answers requests for heightmaps.
 pub(crate) struct Heightmaps {
     /// Knows when clouds came.
     router: Arc<Router>,

@@ -23,13 +23,11 @@ use crate::room::Held;
 /// planner makes one at a time.
 pub(crate) const MOST_PENDING: usize = 16;
 
-/// A message to the actor.
 pub(crate) type Message = Incoming<v1::InspectRequest>;
 
 /// The latest cloud of each container that a heightmap was made of. Of several sensors it is one's.
 pub(crate) type Clouds = LatestValues<Cell, Held<CheckedCloud>>;
 
-/// Answers how placed items lie.
 pub(crate) struct Inspections {
     /// `None` where nothing is known that could be placed.
     objects: Option<Objects>,
@@ -158,7 +156,6 @@ impl Inspections {
     }
 }
 
-/// Writes a finding as a message.
 fn write(found: &Inspection) -> v1::Inspection {
     let lying = |kind: InspectionKind, lying: &Lying| v1::Inspection {
         kind: kind.into(),

@@ -55,7 +55,6 @@ impl Objects {
         Ok(objects)
     }
 
-    /// Gives the objects, where they are there.
     pub(crate) fn get(&self) -> Option<&Arc<Library>> {
         self.library.get()
     }

@@ -30,7 +30,6 @@ pub(crate) struct Held<T> {
 }
 
 impl Budget {
-    /// Makes a bound of so many bytes.
     pub(crate) fn new(most_bytes: usize) -> Self {
         Self(Arc::new(Shared {
             most_bytes,

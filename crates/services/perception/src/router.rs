@@ -42,11 +42,9 @@ pub(crate) struct Router<A = Worker> {
 struct Open<A> {
     build: Arc<Build<A>>,
     routes: BTreeMap<Cell, Route>,
-    /// Threads of the actors of cells.
     threads: Vec<JoinHandle<()>>,
 }
 
-/// The way of the clouds of a cell.
 struct Route {
     sensors: Sensors,
     clouds: Clouds,

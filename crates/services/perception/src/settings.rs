@@ -89,7 +89,6 @@ impl Settings {
         Duration::try_from_secs_f64(self.sensor_restart_after_s).unwrap_or(Duration::MAX)
     }
 
-    /// Gives the grid of a cell, where it is served.
     pub(crate) fn grid_of(&self, cell: &Cell) -> Option<&GridSettings> {
         let listed = self.cells.get(cell.as_str());
         listed.or_else(|| self.has_unlisted_cells.then_some(&self.grid))

@@ -32,14 +32,11 @@ const SILENCE: Duration = Duration::from_secs(10);
 const REPEATED: &str = "its points are those of the cloud before, to the bit: the sensor or its driver is stuck; \
                         a simulated one without noise needs noise_m = 0";
 
-/// Makes heightmaps of a cell's clouds.
 pub(crate) struct Worker {
     cell: Cell,
     clouds: Clouds,
     mapper: Mapper,
-    /// The order of each sensor's clouds.
     orders: Vec<CloudOrder>,
-    /// The delays of each sensor's clouds.
     delays: Vec<Delays>,
     /// The digest of the last points of each sensor, where sensors have noise.
     digests: Option<Vec<Option<blake3::Hash>>>,
@@ -57,7 +54,6 @@ pub(crate) struct Worker {
     silent_at: Option<Instant>,
 }
 
-/// Outputs of the workers of all cells.
 #[derive(Clone)]
 pub(crate) struct Outputs {
     pub(crate) heightmaps: Address<heightmaps::Message>,

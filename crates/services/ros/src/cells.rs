@@ -25,7 +25,6 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Maximum of cells and containers that have a face.
 const MOST_CELLS: usize = 1_000;
 
-/// The cells and their faces.
 pub(crate) struct Cells {
     common: Common,
     namespace: Name,

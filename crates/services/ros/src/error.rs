@@ -16,18 +16,12 @@ pub(crate) enum RosError {
     Name(String),
     /// A payload is no message of the type, or a message is no payload.
     #[error("no {name}: {reason}")]
-    Message {
-        /// The type.
-        name: &'static str,
-        /// The fault.
-        reason: String,
-    },
+    Message { name: &'static str, reason: String },
     /// Zenoh refused something.
     #[error("{key}: {reason}")]
     Zenoh {
         /// The key that was declared or sent to.
         key: String,
-        /// Zenoh's reason.
         reason: String,
     },
     /// The side of the stack failed.
@@ -42,7 +36,6 @@ impl RosError {
         Self::Message { name, reason }
     }
 
-    /// Gives Zenoh's refusal.
     pub(crate) fn zenoh(key: impl Display, error: &zenoh::Error) -> Self {
         let (key, reason) = (key.to_string(), error.to_string());
         Self::Zenoh { key, reason }

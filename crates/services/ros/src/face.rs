@@ -24,12 +24,10 @@ const HOLDER: &str = "ROS";
 /// How long the planner may take to tell the session that is under way.
 const SESSION_LIMIT: Duration = Duration::from_secs(1);
 
-/// The parts that all cells share.
 pub(crate) struct Common {
     pub(crate) process: Process,
     pub(crate) node: Node,
     pub(crate) requests: Requests,
-    /// The frames of items.
     pub(crate) moving: Arc<Publisher<TfMessage>>,
 }
 

@@ -27,7 +27,6 @@ use rmw::Node;
 use rmw::keys::Name;
 pub use settings::Settings;
 
-/// How often it is looked for cells.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The running service.

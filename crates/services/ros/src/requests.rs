@@ -106,7 +106,6 @@ impl Requests {
     }
 }
 
-/// Says that something was done, or why not.
 fn answer(done: Result<(), String>) -> Done {
     Done {
         success: done.is_ok(),

@@ -23,7 +23,6 @@ use crate::rmw::keys::{self, Name};
 use crate::rmw::messages::{CellState, Hold, Service, Session, SetBool, TfMessage, Trigger, Typed};
 use crate::{Ros, Settings};
 
-/// Far more than anything here takes.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How long a test waits between attempts.
@@ -110,7 +109,6 @@ impl Drop for Rig {
     }
 }
 
-/// Does something again and again, until it gives something.
 fn until<T>(what: &str, mut act: impl FnMut() -> Option<T>) -> T {
     let deadline = Instant::now() + PATIENCE;
     while Instant::now() < deadline {

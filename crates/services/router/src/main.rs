@@ -12,7 +12,6 @@ use ppnpack_service::{Process, Running, ServiceError, ServiceSettings, alive, em
 use ppnpack_wire::keys::Service;
 use serde::{Deserialize, Serialize};
 
-/// How often the sessions are counted.
 const COUNTED: Duration = Duration::from_secs(5);
 
 /// A router has nothing to set but its Zenoh session.

@@ -57,7 +57,6 @@ impl Rig {
     }
 }
 
-/// Waits until something is so.
 fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     let deadline = Instant::now() + PATIENCE;
     while !is_so() {
@@ -66,7 +65,6 @@ fn until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// A viewer.
 struct Viewer {
     socket: WebSocket<TcpStream>,
     /// By topic, as they were advertised.

@@ -43,7 +43,6 @@ pub fn read_all(checks: &[i32]) -> Result<Vec<BoxedCheck>, WireError> {
     Ok(found)
 }
 
-/// Reads a check.
 pub(super) fn read(field: &'static str, number: i32) -> Result<Check, WireError> {
     let check = Check::try_from(number).ok();
     check

@@ -9,7 +9,6 @@ use crate::error::{WireError, needed};
 use crate::limits::{checked, count, name};
 use crate::v1::{self, ArmLegKind};
 
-/// Maximum number of legs of a cycle.
 const MAX_LEGS: usize = 16;
 
 /// Maximum time of a cycle, in seconds.

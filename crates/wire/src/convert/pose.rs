@@ -74,7 +74,6 @@ pub fn write(pose: &Isometry3<f64>) -> v1::Pose {
     }
 }
 
-/// Writes a vector in metres.
 pub(super) fn write_vector(vector: &Vector3<f64>) -> v1::Vector3 {
     v1::Vector3 {
         x_m: vector.x,

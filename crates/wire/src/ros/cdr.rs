@@ -53,7 +53,6 @@ impl<'a> Reader<'a> {
         refused(format!("{other} is not read, only PLAIN_CDR is"))
     }
 
-    /// Takes the next bytes.
     fn take(&mut self, field: &'static str, count: usize) -> Result<&'a [u8], WireError> {
         let left = self.body.get(self.at..).unwrap_or(&[]);
         let needed = format_args!("{count} bytes are needed");
@@ -63,18 +62,15 @@ impl<'a> Reader<'a> {
         Ok(left.get(..count).unwrap_or(left))
     }
 
-    /// Reads a number without a sign of 8 bits.
     pub(super) fn uint8(&mut self, field: &'static str) -> Result<u8, WireError> {
         Ok(self.take(field, 1)?.first().copied().unwrap_or_default())
     }
 
-    /// Reads a truth value.
     pub(super) fn boolean(&mut self, field: &'static str) -> Result<bool, WireError> {
         let value = self.uint8(field)?;
         checked(field, value, value <= 1, "0 or 1 is needed").map(|value| value == 1)
     }
 
-    /// Reads a number without a sign of 32 bits.
     pub(super) fn uint32(&mut self, field: &'static str) -> Result<u32, WireError> {
         self.at = self.at.next_multiple_of(4);
         let bytes = self.take(field, 4)?.first_chunk().copied();
@@ -85,7 +81,6 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Reads a number with a sign of 32 bits.
     pub(super) fn int32(&mut self, field: &'static str) -> Result<i32, WireError> {
         self.uint32(field).map(u32::cast_signed)
     }

@@ -35,7 +35,6 @@ pub(crate) const OBJECTS: [&str; 40] = [
     "apple", "flashlight", "orange", "glue_bottle", "potato",
 ];
 
-/// A stack with these settings.
 pub(crate) fn with(settings: &[(Service, &str)]) -> Options {
     let settings = settings
         .iter()
@@ -79,13 +78,11 @@ pub(crate) fn not_placed(cell: &CellClient) -> v1::Outcome {
     }
 }
 
-/// Counts the items of a session in a state.
 pub(crate) fn count(session: &v1::Session, state: ItemState) -> usize {
     let items = session.items.iter();
     items.filter(|item| item.state() == state).count()
 }
 
-/// Counts the items that are packed now.
 pub(crate) fn count_packed(cell: &CellClient) -> usize {
     count(&cell.session().unwrap(), ItemState::Packed)
 }
@@ -176,13 +173,11 @@ pub(crate) fn assert_consistent(cell: &CellClient, when: &str) {
         .unwrap_or_else(|error| panic!("{when}: {error}"));
 }
 
-/// Packs the rest of a session.
 pub(crate) fn finish(cell: &CellClient) {
     while cell.step().unwrap().is_some() {}
     assert_consistent(cell, "at the end");
 }
 
-/// Waits until a session is as wanted.
 pub(crate) fn wait_for(cell: &CellClient, is_wanted: impl Fn(&v1::Session) -> bool) -> v1::Session {
     until(|| {
         let session = cell.session().unwrap();
@@ -193,12 +188,10 @@ pub(crate) fn wait_for(cell: &CellClient, is_wanted: impl Fn(&v1::Session) -> bo
     })
 }
 
-/// Waits until a session has ended.
 pub(crate) fn wait_for_end(cell: &CellClient) -> v1::Session {
     wait_for(cell, |session| session.end != 0)
 }
 
-/// Waits until all is packed.
 pub(crate) fn wait_until_packed(cell: &CellClient) -> v1::Session {
     let session = wait_for_end(cell);
     assert_eq!(session.end(), SessionEnd::AllPacked, "{}", session.failure);

@@ -26,7 +26,6 @@ fn hold(cell: &CellClient, reason: &str) -> v1::CellState {
     cell.ask_within(request, AT_ONCE).unwrap().state.unwrap()
 }
 
-/// Waits until the robot carries something out.
 fn wait_for_placing(cell: &CellClient) {
     common::until(|| {
         let state = cell.state().unwrap();

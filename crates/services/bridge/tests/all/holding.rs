@@ -17,12 +17,10 @@ use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1::{self, ExecutionPhase, OutcomeKind, Status};
 
-/// The reason why the cell is held, if it is.
 fn reason(state: Option<v1::CellState>) -> Option<String> {
     state.unwrap().hold.map(|hold| hold.reason)
 }
 
-/// The items that lie in a cell.
 fn item_ids(state: &v1::CellState) -> Vec<&str> {
     let bodies = state.bodies.iter();
     bodies.map(|body| body.item_id.as_str()).collect()

@@ -20,7 +20,6 @@ struct Program {
     answer: Mutex<Answer>,
     /// The numbers of bodies that were taken over.
     taken: Mutex<Vec<usize>>,
-    /// The placements that were begun.
     begun: Mutex<Vec<String>>,
 }
 

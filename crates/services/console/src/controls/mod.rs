@@ -28,12 +28,10 @@ const HOLDER: &str = "operator";
 /// The reason of a hold where the operator gives none.
 const HELD_HERE: &str = "held at the operator's page";
 
-/// Why a control was not carried out.
 #[derive(Debug)]
 pub(crate) enum ControlError {
     /// The order lacks something, or has something impossible.
     Invalid(String),
-    /// There is no such cell.
     UnknownCell(String),
     /// It has to be confirmed: what to ask.
     Unconfirmed(&'static str),
@@ -66,13 +64,11 @@ impl ControlError {
     }
 }
 
-/// The client that makes the requests.
 pub(crate) struct Controls {
     client: Client,
     directory: Arc<Directory>,
 }
 
-/// A cell that an order is for.
 struct Target {
     cell: Cell,
     containers: Vec<Cell>,

@@ -12,7 +12,6 @@ pub(crate) enum Action {
     Hold,
     /// Nothing is begun any more, and what is under way is broken off.
     Abort,
-    /// The cell goes on.
     Resume,
     /// The cell goes on for one placement of each of its robots.
     Step,
@@ -22,9 +21,7 @@ pub(crate) enum Action {
     Removed,
     /// An item does not come.
     Withdraw,
-    /// An empty container is brought.
     NewContainer,
-    /// The automatic mode is switched.
     Automatic,
 }
 

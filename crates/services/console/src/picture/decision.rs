@@ -11,10 +11,8 @@ use super::known::KnownShapes;
 use super::pose::{self, PosePart};
 use super::words;
 
-/// Maximum of decisions that are kept.
 const MOST_DECISIONS: usize = 16;
 
-/// Maximum of steps whose times are kept.
 const MOST_STEPS: usize = 256;
 
 /// Maximum of explained items that are kept with a decision.
@@ -65,7 +63,6 @@ pub(super) struct Context<'a> {
     pub(super) shapes: &'a KnownShapes,
     /// The grid of the decision's container.
     pub(super) grid: Option<&'a Grid>,
-    /// The container's name.
     pub(super) container: &'a str,
 }
 
@@ -184,7 +181,6 @@ fn outcome((at_ms, outcome): &(u64, v1::Outcome)) -> Value {
     })
 }
 
-/// The times of a step.
 #[derive(Debug, Serialize)]
 struct StepPart {
     #[serde(skip)]

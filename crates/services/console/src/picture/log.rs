@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-/// Maximum of events that are kept.
 const MOST_KEPT: usize = 200;
 
 /// The weight of an event to an operator.

@@ -32,7 +32,6 @@ pub(crate) use place::SeenContainer;
 use place::{Content, LyingItem, Place};
 use services::Services;
 
-/// Maximum of cells, and of containers.
 const MOST_CELLS: usize = 256;
 
 /// Maximum of volumes that are kept before all are forgotten and told anew.
@@ -41,15 +40,12 @@ const MOST_VOLUMES: usize = 10_000;
 /// News of a cell, or of a container.
 #[derive(Debug)]
 pub(crate) enum News {
-    /// A cell's session.
     Session(Box<v1::Session>),
-    /// A cell's decision.
     Decision(Box<v1::Decision>),
     /// The input that a cell's step was planned on.
     Record(Box<v1::PlanningRecord>),
     /// A control that an operator used on a cell, in words.
     Control(String),
-    /// A container's state.
     State(Box<v1::CellState>),
     /// The outcome of a placement into a container.
     Outcome(Box<v1::Outcome>),
@@ -57,7 +53,6 @@ pub(crate) enum News {
     Seen(Box<SeenContainer>),
 }
 
-/// The picture of a cell.
 #[derive(Debug, Default)]
 struct CellPicture {
     session: Option<v1::Session>,
@@ -66,7 +61,6 @@ struct CellPicture {
     log: Log,
 }
 
-/// The picture of all cells.
 #[derive(Debug, Default)]
 pub(crate) struct Picture {
     cells: BTreeMap<Cell, CellPicture>,
@@ -94,7 +88,6 @@ impl Picture {
         wanted
     }
 
-    /// Takes in the services that were found.
     pub(crate) fn look(&mut self, now_ms: u64, found: Vec<(Found, v1::HealthReply)>) {
         let turns = self.services.look(now_ms, found);
         let planned: Vec<Cell> = self.services.planned_cells().cloned().collect();
@@ -116,7 +109,6 @@ impl Picture {
         }
     }
 
-    /// Takes in the volumes of shapes.
     pub(crate) fn learn_volumes(&mut self, at_ms: u64, volumes: Vec<(ShapeId, f64)>) {
         if self.volumes.len() + volumes.len() > MOST_VOLUMES {
             self.volumes.clear();

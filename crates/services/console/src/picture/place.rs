@@ -63,7 +63,6 @@ pub(super) struct LyingItem<'a> {
     pub(super) is_inside: bool,
     /// The step that it was decided in.
     pub(super) step: Option<u64>,
-    /// The item in the session.
     pub(super) session_item: Option<&'a v1::SessionItem>,
 }
 
@@ -156,7 +155,6 @@ impl Place {
         holds.map(|hold| hold.id.as_str())
     }
 
-    /// Gives the placement that is being made.
     pub(super) fn executing(&self) -> Option<&str> {
         let id = &self.state.as_ref()?.executing_placement_id;
         (!id.is_empty()).then_some(id)

@@ -16,7 +16,6 @@ const REMEMBERED_MS: u64 = 600_000;
 /// Maximum of services that are remembered.
 const MOST_KEPT: usize = 256;
 
-/// The condition of a service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Condition {
     Ready,
@@ -44,7 +43,6 @@ pub(super) struct Turn {
     pub(super) text: String,
 }
 
-/// The services that are there, and those that were.
 #[derive(Debug, Default)]
 pub(super) struct Services {
     known: BTreeMap<(Service, Instance), Known>,

@@ -9,10 +9,8 @@ use super::known::KnownShapes;
 use super::words;
 use crate::shapes::ShapeId;
 
-/// Maximum of closed containers that are shown.
 const MOST_CLOSED: usize = 16;
 
-/// Maximum of items of the buffer that are shown.
 const MOST_SHOWN: usize = 64;
 
 /// Whether there is a session at all.
@@ -28,7 +26,6 @@ pub(super) fn address<'a>(cell: &'a Cell, container: &'a str) -> &'a str {
     }
 }
 
-/// Counts the items in a state.
 pub(super) fn count(session: &v1::Session, state: ItemState) -> usize {
     let items = session.items.iter();
     items.filter(|item| item.state() == state).count()

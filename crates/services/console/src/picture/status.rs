@@ -19,7 +19,6 @@ const STATE_AGE_MS: u64 = 25_000;
 /// sensor take a moment.
 const BEHIND_MS: u64 = 5_000;
 
-/// The activity of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Doing {
@@ -85,7 +84,6 @@ impl<'a> Situation<'a> {
         (!held.is_empty()).then(|| held.join("; "))
     }
 
-    /// Gives the placement that is being made.
     fn executing(&self) -> Option<&'a str> {
         self.places.iter().find_map(|(_, place)| place.executing())
     }

@@ -46,7 +46,6 @@ impl Picture {
         }
     }
 
-    /// Whether a container of a cell is held.
     fn is_held(&self, cell: &Cell) -> bool {
         let containers = self.containers_of(cell);
         let mut places = containers.iter().filter_map(|name| self.places.get(name));

@@ -8,7 +8,6 @@ pub(super) fn short(value: &str, kind: &str) -> String {
     own.to_ascii_lowercase()
 }
 
-/// Says how many items.
 pub(super) fn items(count: usize) -> String {
     match count {
         1 => "1 item".to_owned(),

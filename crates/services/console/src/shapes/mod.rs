@@ -37,12 +37,10 @@ pub(crate) struct KnownShape {
     pub(crate) volume_m3: Option<f64>,
 }
 
-/// A reason why a shape is not to be had.
 #[derive(Debug)]
 pub(crate) enum ShapeError {
     /// The planner does not have it, or not any more.
     Unknown,
-    /// The planner did not answer.
     Call(CallError),
 }
 

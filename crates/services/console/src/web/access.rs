@@ -59,7 +59,6 @@ impl Access {
         }
     }
 
-    /// Refuses a request for another host.
     fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let host = text(headers, HOST).unwrap_or_default();
         if self.is_own(name_of(host)) {

@@ -46,11 +46,9 @@ fn snapshot(board: &Board) -> (u64, String) {
     (revision, text)
 }
 
-/// A page that is connected.
 struct Page {
     board: Arc<Board>,
     changes: watch::Receiver<u64>,
-    /// The newest revision that it has.
     seen: u64,
     /// The events that it is sent next: no more than one change of each part.
     waiting: VecDeque<Event>,

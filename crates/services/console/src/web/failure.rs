@@ -7,7 +7,6 @@ use serde_json::{Value, json};
 
 use crate::controls::ControlError;
 
-/// A failure, and its reason.
 #[derive(Debug)]
 pub(super) struct Failure {
     status: StatusCode,
@@ -15,7 +14,6 @@ pub(super) struct Failure {
     text: String,
     /// The question before it is sent again, confirmed.
     question: Option<&'static str>,
-    /// A further header.
     header: Option<(HeaderName, &'static str)>,
 }
 
@@ -51,7 +49,6 @@ impl Failure {
         Self::new(StatusCode::TOO_MANY_REQUESTS, "busy", text)
     }
 
-    /// Refuses a token that is missing or wrong.
     pub(super) fn token() -> Self {
         let text = "the token is missing or wrong";
         Self {
@@ -64,7 +61,6 @@ impl Failure {
         self.status == StatusCode::UNAUTHORIZED
     }
 
-    /// Refuses a page where too many are connected.
     pub(super) fn too_many_pages() -> Self {
         let text = "too many pages are connected: close one";
         Self {

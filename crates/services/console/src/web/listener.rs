@@ -53,7 +53,6 @@ enum Stage {
 
 type Shared = Arc<Mutex<Use>>;
 
-/// A connection that is served.
 struct Open {
     used: Shared,
     task: AbortHandle,
@@ -207,7 +206,6 @@ mod tests {
         stream
     }
 
-    /// Waits until the other side has closed a connection.
     fn assert_closed(mut stream: TcpStream) {
         let ended = stream.read_to_end(&mut Vec::new());
         let is_reset = |error: io::Error| error.kind() == ErrorKind::ConnectionReset;

@@ -32,7 +32,6 @@ use failure::Failure;
 /// Maximum length of the body of a request, in bytes.
 const MOST_BODY_BYTES: usize = 16 << 10;
 
-/// Maximum of connected pages.
 const MOST_PAGES: usize = 32;
 
 /// Maximum of shapes that are asked for at the same time.
@@ -45,7 +44,6 @@ const MOST_CONTROLS: usize = 8;
 /// Maximum of threads that all of these take together, with the one that explains.
 pub(crate) const BLOCKING_THREADS: usize = MOST_SHAPES + 2 * MOST_CONTROLS + 1;
 
-/// The parts that requests are answered with.
 pub(crate) struct Served {
     pub(crate) board: Arc<Board>,
     pub(crate) directory: Arc<Directory>,

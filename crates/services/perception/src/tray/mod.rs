@@ -28,13 +28,10 @@ use crate::objects::{Objects, PREPARING};
 use crate::room::Held;
 use settings::TraySettings;
 
-/// Maximum number of items of one answer.
 const MAX_ITEMS: usize = 64;
 
-/// A message to the actor.
 pub(crate) type Message = Incoming<v1::ItemsRequest>;
 
-/// The latest cloud of each tray.
 #[derive(Clone)]
 pub(crate) struct Clouds {
     cells: Arc<[Cell]>,
@@ -70,12 +67,10 @@ impl Clouds {
     }
 }
 
-/// A tray and what was seen of it.
 pub(crate) struct Tray {
     segmentation: SegmentationSettings,
     recognition: RecognitionSettings,
     objects: Objects,
-    /// The resolution of the cell's grid.
     resolution: Resolution,
     delays: Delays,
     newest: Option<Arrived<Held<CheckedCloud>>>,
@@ -93,7 +88,6 @@ impl Tray {
         }
     }
 
-    /// Says which items a cloud shows.
     fn items(&self, library: &Arc<Library>, cloud: &Cloud<'_>) -> v1::ItemsReply {
         let recogniser = Recogniser::new(Arc::clone(library), self.recognition);
         let container_from_sensor = cloud.container_from_sensor();
@@ -114,7 +108,6 @@ impl Tray {
     }
 }
 
-/// Answers what lies on trays.
 pub(crate) struct Trays {
     trays: BTreeMap<Cell, Tray>,
     clouds: Clouds,

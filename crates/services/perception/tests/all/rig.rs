@@ -24,7 +24,6 @@ use prost::Message;
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
-/// Far more than anything here takes.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The middle of the tray in the container frame, in metres.
@@ -89,7 +88,6 @@ impl Sensor {
     }
 }
 
-/// The service, a sensor of a cell, and somebody who asks.
 pub(crate) struct Rig {
     pub(crate) perception: Perception,
     pub(crate) process: Process,
@@ -202,7 +200,6 @@ impl Rig {
     }
 }
 
-/// Attempts something until it succeeds.
 pub(crate) fn until<T>(otherwise: &str, mut attempt: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + PATIENCE;
     loop {

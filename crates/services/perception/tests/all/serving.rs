@@ -71,7 +71,6 @@ impl Rig {
         self.ask_for(&cell(), least_state_number, PATIENCE).unwrap()
     }
 
-    /// The status with which a request is refused.
     fn status(&self, cell: &Cell, least_state_number: u64) -> Status {
         let request = at_state(least_state_number);
         self.refused(cell, &request, Duration::from_millis(500)).0

@@ -6,7 +6,6 @@ use ppnpack_wire::v1::{self, ItemState, SessionEnd, Status};
 
 use crate::common::{self, Rig, announce, announcement, block, placed, states};
 
-/// What a bridge tells, to be changed.
 type Told = Arc<Mutex<v1::CellState>>;
 
 /// A planner, and a bridge that is in a state.

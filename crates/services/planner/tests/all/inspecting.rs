@@ -47,13 +47,11 @@ impl Rig {
         self.own.call(placed_and(&decision, state_number, is_found));
     }
 
-    /// The request for the inspection of what was placed.
     fn inspection(&self) -> Incoming<v1::InspectRequest> {
         let patience = Duration::from_secs(20);
         self.inspections.recv_timeout(patience).unwrap()
     }
 
-    /// How many items of the session were inspected.
     fn inspected(&self) -> usize {
         let session = self.own.session();
         let items = session.items.iter();

@@ -8,7 +8,6 @@ use ppnpack_planner::{CellSettings, Where};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, Status};
 
-/// Items that can be chosen from.
 const BUFFER: usize = 300;
 
 /// A box of 40 cells a side at each yaw.

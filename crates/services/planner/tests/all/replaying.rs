@@ -20,7 +20,6 @@ use ppnpack_wire::keys::{Service, Stream};
 use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-/// Somebody who records.
 struct Tape {
     records: Receiver<v1::PlanningRecord>,
     client: Client,

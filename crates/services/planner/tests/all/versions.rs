@@ -9,7 +9,6 @@ use ppnpack_planner::CellSettings;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, ItemState, OutcomeKind, SessionEnd};
 
-/// The state that every heightmap shows.
 const STATE: u64 = 70;
 
 /// A planner in automatic mode, and a bridge that answers as a test says.

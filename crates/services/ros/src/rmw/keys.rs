@@ -93,7 +93,6 @@ pub(super) const SERVER: &str = "SS";
 #[derive(Debug)]
 pub(super) struct NodeKey {
     pub(super) domain: u32,
-    /// The Zenoh session that it is of.
     pub(super) session: String,
     /// The last part is its own name, what is before it its namespace.
     pub(super) name: Name,

@@ -10,7 +10,6 @@ use ppnpack_service::clock::now_ns;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-/// Nanoseconds of a second.
 const SECOND_NS: u64 = 1_000_000_000;
 
 /// A message, or a part of one.
@@ -39,7 +38,6 @@ pub(crate) trait Typed: Message {
 
 /// A service, which its request stands for.
 pub(crate) trait Service: Typed {
-    /// The answer.
     type Response: Message;
 }
 

@@ -53,12 +53,10 @@ pub(crate) struct Server {
 pub(crate) struct Request<S> {
     query: Query,
     key: String,
-    /// The request itself.
     pub(crate) message: S,
 }
 
 impl<S: Service> Request<S> {
-    /// Answers.
     pub(crate) fn answer(self, response: &S::Response) {
         let attachment = Attachment::of_request(self.query.attachment()).sent_now();
         let sent = cdr::encode(response).and_then(|payload| {

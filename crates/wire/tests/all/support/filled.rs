@@ -4,7 +4,6 @@ use prost_reflect::{
     DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value,
 };
 
-/// The schema.
 pub(crate) fn pool() -> DescriptorPool {
     DescriptorPool::from_file_descriptor_set(ppnpack_wire::schema().unwrap()).unwrap()
 }

@@ -29,7 +29,6 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 use prost::{Message, Name};
 
-/// The maximum time to wait: far more than anything here takes.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 pub(crate) fn cell() -> Cell {
@@ -91,7 +90,6 @@ impl Controller {
         }
     }
 
-    /// The same at another cell.
     pub(crate) fn at(&self, cell: &str) -> Self {
         Self {
             client: self.client.clone(),
@@ -111,7 +109,6 @@ impl Controller {
         self.client.call(&self.cell, request, Instant::now() + span)
     }
 
-    /// The status with which a request is refused.
     pub(crate) fn refused<R: Request>(&self, request: R) -> Status {
         match self.call(request) {
             Err(CallError::Refused { status, .. }) => status,
@@ -120,7 +117,6 @@ impl Controller {
         }
     }
 
-    /// Asserts that a request is refused with a status.
     pub(crate) fn refuses<R: Request>(&self, request: R, status: Status) {
         assert_eq!(self.refused(request), status);
     }
@@ -134,13 +130,11 @@ impl Controller {
         self.state().state_number
     }
 
-    /// The ids of what holds the cell.
     pub(crate) fn hold_ids(&self) -> Vec<String> {
         let holds = self.state().holds.into_iter();
         holds.map(|hold| hold.id).collect()
     }
 
-    /// Ends these holds.
     pub(crate) fn resume(&self, hold_ids: &[String]) -> v1::CellState {
         self.call(resume(hold_ids)).unwrap().state.unwrap()
     }
@@ -154,7 +148,6 @@ impl Controller {
         self.call(request).unwrap().execution.unwrap()
     }
 
-    /// Waits for the end of a placement.
     pub(crate) fn outcome(&self, placement_id: &str) -> v1::Outcome {
         let reply = self.call(outcome(placement_id)).unwrap();
         reply.execution.unwrap().outcome.unwrap()
@@ -207,7 +200,6 @@ pub(crate) fn outcome(placement_id: &str) -> v1::OutcomeRequest {
     }
 }
 
-/// A header with this id.
 pub(crate) fn header(request_id: &str) -> Option<v1::RequestHeader> {
     Some(v1::RequestHeader {
         request_id: request_id.to_owned(),
@@ -215,7 +207,6 @@ pub(crate) fn header(request_id: &str) -> Option<v1::RequestHeader> {
     })
 }
 
-/// Holds the cell.
 pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
     v1::HoldRequest {
         header: None,
@@ -225,7 +216,6 @@ pub(crate) fn hold(reason: &str, is_aborting: bool) -> v1::HoldRequest {
     }
 }
 
-/// Ends holds.
 pub(crate) fn resume(hold_ids: &[String]) -> v1::ResumeRequest {
     v1::ResumeRequest {
         hold_ids: hold_ids.to_vec(),
@@ -261,7 +251,6 @@ pub(crate) fn cloud_of(clouds: &Latest<v1::PointCloud>, state_number: u64) -> v1
     }
 }
 
-/// A bridge, and a controller that asks it.
 pub(crate) struct Rig {
     pub(crate) controller: Controller,
     pub(crate) bridge: Bridge,
@@ -314,12 +303,10 @@ impl Rig {
         (rig, script)
     }
 
-    /// Listens to a stream of the cell.
     pub(crate) fn subscribe<M: Message + Name + Default>(&self, stream: Stream) -> Latest<M> {
         Latest::subscribe(&self.caller, &cell(), stream, MAX_CLOUD_BYTES).unwrap()
     }
 
-    /// Waits until the bridge is ready again.
     pub(crate) fn wait_until_ready(&self) {
         let until = deadline();
         while !self.process.health().is_ready() {
@@ -357,7 +344,6 @@ pub(crate) struct Script {
 pub(crate) struct Shared {
     /// The placements and renewals that were carried out.
     done: Mutex<Vec<String>>,
-    /// The motions that came with placements.
     pub(crate) motions: Mutex<Vec<Option<Arc<Cycle>>>>,
     /// While a test has one of these locked, the robot hangs there.
     pub(crate) taking_over: Mutex<()>,

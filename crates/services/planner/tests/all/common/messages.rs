@@ -103,7 +103,6 @@ pub(crate) fn placed_and(
     )
 }
 
-/// Reports a decision's item as not placed, in a state of the cell.
 pub(crate) fn not_placed(decision: &v1::Decision, state_number: u64) -> v1::ReportRequest {
     let outcome = v1::Outcome {
         state_number,
@@ -112,7 +111,6 @@ pub(crate) fn not_placed(decision: &v1::Decision, state_number: u64) -> v1::Repo
     ended_as(v1::OutcomeKind::NotPlaced, decision, outcome)
 }
 
-/// Reports how a decision ended.
 pub(crate) fn ended_as(
     kind: v1::OutcomeKind,
     decision: &v1::Decision,
@@ -130,7 +128,6 @@ pub(crate) fn ended_as(
     }
 }
 
-/// How far the items of a session are.
 pub(crate) fn states(session: &v1::Session) -> Vec<v1::ItemState> {
     let states = session.items.iter().map(v1::SessionItem::state);
     states.collect()
@@ -142,7 +139,6 @@ pub(crate) fn ids(reasons: &[v1::ItemReason]) -> Vec<&str> {
     ids.collect()
 }
 
-/// Tells of a state of the cell.
 pub(crate) fn state_reply(state: v1::CellState) -> v1::CellStateReply {
     v1::CellStateReply {
         state: Some(state),
@@ -162,7 +158,6 @@ pub(crate) fn carried_out(request: &v1::PlaceRequest) -> v1::Outcome {
     }
 }
 
-/// Tells that a placement has ended so.
 pub(crate) fn ended(request: &v1::PlaceRequest, outcome: v1::Outcome) -> v1::PlaceReply {
     v1::PlaceReply {
         execution: Some(v1::Execution {

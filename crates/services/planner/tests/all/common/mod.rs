@@ -26,7 +26,6 @@ pub(crate) use messages::{
     of_mass, of_order, open, placed, placed_and, square, state_reply, states,
 };
 
-/// The cell of all tests.
 pub(crate) fn cell() -> Cell {
     Cell::new("cell-1").unwrap()
 }
@@ -76,7 +75,6 @@ pub(crate) fn left_and_right() -> CellSettings {
     }
 }
 
-/// A planner with that one cell.
 pub(crate) fn settings(cell: CellSettings) -> Settings {
     Settings {
         cells: BTreeMap::from([("cell-1".to_owned(), cell)]),
@@ -84,7 +82,6 @@ pub(crate) fn settings(cell: CellSettings) -> Settings {
     }
 }
 
-/// What perception shows.
 pub(crate) struct Seen {
     /// The state, or the later one that is asked for.
     pub(crate) state_number: u64,
@@ -255,12 +252,10 @@ impl Rig {
         });
     }
 
-    /// Has the service that was added last end.
     pub(crate) fn last_service_leaves(&mut self) {
         self.services.pop();
     }
 
-    /// A process beside the planner.
     pub(crate) fn any_process(&self) -> &Process {
         &self.services[0].0
     }
@@ -310,7 +305,6 @@ impl Rig {
         self.begin_as(v1::BeginRequest::default());
     }
 
-    /// Begins a session that is packed by itself.
     pub(crate) fn begin_automatic(&self) {
         self.begin_as(v1::BeginRequest {
             is_automatic: true,
@@ -330,7 +324,6 @@ impl Rig {
         self.call(announce(items));
     }
 
-    /// Begins a session with blocks.
     pub(crate) fn begin_with(&self, item_ids: &[&str]) {
         self.begin();
         self.announce(
