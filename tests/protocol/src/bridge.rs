@@ -12,7 +12,7 @@ use crate::action::Who;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Answer, Ask, Call};
 use crate::shared::Shared;
-use crate::world::{Broken, Job, Motion, Whereabouts, World};
+use crate::world::{Broken, Job, Motion, Whereabouts, World, needs};
 
 pub(crate) fn item_id(item: usize) -> String {
     format!("i{item}")
@@ -30,13 +30,9 @@ impl World {
     }
 
     pub(crate) fn arrive(&mut self, who: Who, configuration: &Configuration) -> Option<()> {
-        if !self.bridge.is_up {
-            return None;
-        }
+        needs(self.bridge.is_up)?;
         let call = self.driver(who)?.call.as_ref()?;
-        if call.answer.is_some() {
-            return None;
-        }
+        needs(call.answer.is_none())?;
         let answer = match call.ask {
             Ask::Place(decision) => self.place(decision, configuration)?,
             Ask::Outcome(decision) => self.outcome(decision)?,
@@ -60,9 +56,7 @@ impl World {
         configuration: &Configuration,
     ) -> Option<()> {
         let decision = usize::from(decision);
-        if !self.bridge.is_up || !self.decided.get(decision)?.is_sent {
-            return None;
-        }
+        needs(self.bridge.is_up && self.decided.get(decision)?.is_sent)?;
         let before = self.bridge.ledger.head().next;
         self.place(decision, configuration)?;
         (self.bridge.ledger.head().next != before).then_some(())
@@ -121,9 +115,7 @@ impl World {
     }
 
     pub(crate) fn begin_motion(&mut self) -> Option<()> {
-        if !self.bridge.is_up || self.motion.is_some() {
-            return None;
-        }
+        needs(self.bridge.is_up && self.motion.is_none())?;
         match self.bridge.job {
             Some(Job::Renew) => self.motion = Some(Motion::Renew),
             Some(Job::Place(number)) => {
@@ -215,9 +207,7 @@ impl World {
     }
 
     pub(crate) fn kill_bridge(&mut self, configuration: &Configuration) -> Option<()> {
-        if !self.bridge.is_up {
-            return None;
-        }
+        needs(self.bridge.is_up)?;
         self.count(Fault::KillBridge, configuration)?;
         self.bridge.is_up = false;
         self.bridge.job = None;
@@ -225,9 +215,7 @@ impl World {
     }
 
     pub(crate) fn start_bridge(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.bridge.is_up || configuration.lacks(Sabotage::NeverStarts) {
-            return None;
-        }
+        needs(!self.bridge.is_up && !configuration.lacks(Sabotage::NeverStarts))?;
         self.bridge.is_up = true;
         let has_not_happened = configuration.lacks(Sabotage::CutOffIsNotPlaced);
         let ledger = &self.bridge.ledger;
@@ -242,9 +230,7 @@ impl World {
     }
 
     pub(crate) fn lose_journal(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.bridge.is_up {
-            return None;
-        }
+        needs(!self.bridge.is_up)?;
         self.count(Fault::LoseJournal, configuration)?;
         self.bridge.ledger = Shared::new(Ledger::beginning_at(self.fresh_state()));
         Some(())
@@ -253,17 +239,13 @@ impl World {
     pub(crate) fn back_up_journal(&mut self, configuration: &Configuration) -> Option<()> {
         let is_of_use = configuration.most(Fault::Restore) > 0;
         let is_known = self.bridge.backup.as_ref() == Some(&self.bridge.ledger);
-        if !is_of_use || is_known || self.happened(Fault::Restore) > 0 {
-            return None;
-        }
+        needs(is_of_use && !is_known && self.happened(Fault::Restore) == 0)?;
         self.bridge.backup = Some(self.bridge.ledger.clone());
         Some(())
     }
 
     pub(crate) fn restore_journal(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.bridge.is_up {
-            return None;
-        }
+        needs(!self.bridge.is_up)?;
         let backup = self.bridge.backup.clone()?;
         self.count(Fault::Restore, configuration)?;
         let change = backup.restored_at(self.fresh_state(), FROM_BACKUP);
@@ -275,9 +257,7 @@ impl World {
     pub(crate) fn renew(&mut self, configuration: &Configuration) -> Option<()> {
         let id = format!("r{}", self.happened(Fault::Renew));
         let ledger = &self.bridge.ledger;
-        if !self.bridge.is_up || ledger.judge_renewal(&id) != RenewalVerdict::New {
-            return None;
-        }
+        needs(self.bridge.is_up && ledger.judge_renewal(&id) == RenewalVerdict::New)?;
         let change = ledger.begin_renewal(id);
         self.count(Fault::Renew, configuration)?;
         self.bridge.ledger.apply(change);

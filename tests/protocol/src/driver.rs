@@ -4,6 +4,8 @@
 use ppnpack_protocol::pursuit::{self, Next};
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
+use crate::world::needs;
+
 /// What is asked of the bridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Ask {
@@ -62,9 +64,7 @@ impl Driver {
 
     /// What it asks the bridge next; `None` where it has nothing to ask.
     pub(crate) fn next_ask(&self) -> Option<Ask> {
-        if self.call.is_some() || self.outcome.is_some() {
-            return None;
-        }
+        needs(self.call.is_none() && self.outcome.is_none())?;
         if self.is_held && self.settling.is_none() {
             return Some(Ask::State);
         }

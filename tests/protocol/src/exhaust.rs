@@ -47,7 +47,7 @@ impl Model for Exhaust {
 
     fn actions(&self, world: &World, actions: &mut Vec<Action>) {
         // After a promise is broken, more of it says nothing new.
-        if world.broken().is_none() {
+        if world.broken.is_none() {
             actions.extend(world.actions(&self.configuration));
         }
     }
@@ -58,13 +58,13 @@ impl Model for Exhaust {
 
     fn properties(&self) -> Vec<Property<Self>> {
         vec![
-            Property::always(KEPT, |_, world: &World| world.broken().is_none()),
+            Property::always(KEPT, |_, world: &World| world.broken.is_none()),
             Property::always(GOES_ON, |model: &Self, world: &World| {
                 let mut known = model
                     .going_on
                     .lock()
                     .unwrap_or_else(PoisonError::into_inner);
-                world.broken().is_some() || world.goes_on(&model.configuration, &mut known)
+                world.broken.is_some() || world.goes_on(&model.configuration, &mut known)
             }),
             Property::sometimes(PACKS, |_, world: &World| world.is_packed()),
         ]

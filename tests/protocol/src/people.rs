@@ -8,7 +8,7 @@ use crate::bridge::item_id;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::planner;
 use crate::shared::Shared;
-use crate::world::{Whereabouts, World};
+use crate::world::{Whereabouts, World, needs};
 
 /// Somebody, and what they asked for last: each request may arrive late, or never, or once more.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -38,9 +38,7 @@ impl World {
 
     /// Somebody holds the cell, and gets the answer.
     pub(crate) fn hold(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
-        if !self.bridge.is_up || self.person(person)?.holds {
-            return None;
-        }
+        needs(self.bridge.is_up && !self.person(person)?.holds)?;
         let id = format!("h{}", self.happened(Fault::Hold));
         self.count(Fault::Hold, configuration)?;
         let own = self.person_mut(person)?;
@@ -55,9 +53,7 @@ impl World {
         let id = self.person(person)?.hold.clone();
         let holds = &self.bridge.ledger.head().holds;
         let is_known = holds.iter().any(|hold| hold.id == id);
-        if !self.bridge.is_up || id.is_empty() || is_known {
-            return None;
-        }
+        needs(self.bridge.is_up && !id.is_empty() && !is_known)?;
         self.count(Fault::TimeOut, configuration)?;
         self.note_hold(&id, configuration);
         Some(())
@@ -77,9 +73,7 @@ impl World {
         let is_held = self.bridge.is_up && self.is_held_by_somebody();
         let stands = ledger.under_way().is_none() && self.motion.is_none();
         let item = usize::from(item);
-        if !is_held || !stands || self.items.get(item)? != &Whereabouts::Inside {
-            return None;
-        }
+        needs(is_held && stands && self.items.get(item)? == &Whereabouts::Inside)?;
         self.count(Fault::Hand, configuration)?;
         let change = self.bridge.ledger.change_by_hand(&[item_id(item)]);
         *self.items.get_mut(item)? = Whereabouts::Elsewhere;
@@ -92,9 +86,7 @@ impl World {
     /// the cell, and say what the container holds. From now on they rely on nothing.
     pub(crate) fn resume(&mut self, person: u8) -> Option<()> {
         let mut is_changed = self.person(person)?.holds;
-        if !self.bridge.is_up {
-            return None;
-        }
+        needs(self.bridge.is_up)?;
         let ledger = &self.bridge.ledger;
         let stands = self.motion.is_none() && ledger.under_way().is_none();
         let others = self.people.iter().enumerate();
@@ -142,9 +134,7 @@ impl World {
     pub(crate) fn resumed(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
         let mut ended = self.person(person)?.ended.clone();
         let ledger = &self.bridge.ledger;
-        if !self.bridge.is_up || ended.is_empty() || !ledger.is_held() {
-            return None;
-        }
+        needs(self.bridge.is_up && !ended.is_empty() && ledger.is_held())?;
         if configuration.lacks(Sabotage::AnyResume) {
             let all = ledger.head().holds.iter();
             ended = all.map(|hold| hold.id.clone()).collect();
@@ -164,9 +154,7 @@ impl World {
         if configuration.lacks(Sabotage::NothingIsVoided) {
             return Some(0);
         }
-        if !self.bridge.is_up || ledger.under_way().is_some() {
-            return None;
-        }
+        needs(self.bridge.is_up && ledger.under_way().is_none())?;
         let change = ledger.change_by_hand(&[]);
         self.bridge.ledger.apply(change);
         Some(self.bridge.ledger.head().state_number)
@@ -175,21 +163,14 @@ impl World {
     /// Somebody sees that the session has failed, and asks that it goes on. Who drives it by a
     /// controller looks, and goes on.
     pub(crate) fn acknowledge(&mut self, person: u8, configuration: &Configuration) -> Option<()> {
-        if !self.planner.is_up {
-            return None;
-        }
+        needs(self.planner.is_up)?;
         if !self.controllers.is_empty() {
-            return if self.must_look {
-                self.look(configuration)
-            } else {
-                None
-            };
+            needs(self.must_look)?;
+            return self.look(configuration);
         }
         let failure = self.planner.session.failure_id()?;
         let own = self.person_mut(person)?;
-        if own.failure == failure {
-            return None;
-        }
+        needs(own.failure != failure)?;
         own.failure = failure;
         Some(())
     }
@@ -199,9 +180,7 @@ impl World {
         let mut failure = self.person(person)?.failure.clone();
         let session = &self.planner.session;
         let failed = session.failure_id()?;
-        if !self.planner.is_up || failure.is_empty() {
-            return None;
-        }
+        needs(self.planner.is_up && !failure.is_empty())?;
         if failure == failed {
             self.look(configuration)?;
         } else if configuration.lacks(Sabotage::AnyFailure) {
@@ -213,9 +192,7 @@ impl World {
     /// Somebody looks where everything is, and takes out of the session what does not wait any
     /// more.
     fn look(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.motion.is_some() {
-            return None;
-        }
+        needs(self.motion.is_none())?;
         let voided = self.void_decisions(configuration)?;
         let gone = self.items_not_waiting();
         let session = &mut self.planner.session;
@@ -238,9 +215,7 @@ impl World {
     /// Where the planner knows nothing, somebody announces what still waits.
     pub(crate) fn begin_anew(&mut self, configuration: &Configuration) -> Option<()> {
         let is_lost = self.planner.session.id().is_empty();
-        if !self.planner.is_up || !is_lost || self.motion.is_some() {
-            return None;
-        }
+        needs(self.planner.is_up && is_lost && self.motion.is_none())?;
         self.begin(0, configuration)
     }
 
@@ -248,9 +223,7 @@ impl World {
     pub(crate) fn begin_next(&mut self, configuration: &Configuration) -> Option<()> {
         let state_number = self.renewed_at()?;
         let is_begun = self.planner.session.least_state_number("") >= state_number;
-        if !self.planner.is_up || is_begun || self.planner.session.pending().is_some() {
-            return None;
-        }
+        needs(self.planner.is_up && !is_begun && self.planner.session.pending().is_none())?;
         self.begin(state_number, configuration)
     }
 

@@ -15,7 +15,7 @@ use crate::bridge::item_id;
 use crate::configuration::{Configuration, Fault, Sabotage};
 use crate::driver::{Driver, Settled};
 use crate::shared::Shared;
-use crate::world::{Broken, Decided, Motion, Whereabouts, World};
+use crate::world::{Broken, Decided, Motion, Whereabouts, World, needs};
 
 /// A session in which all items are announced that wait.
 pub(crate) fn begun(
@@ -66,9 +66,7 @@ impl World {
         let session = &self.planner.session;
         let may = self.planner.is_up && is_idle && is_free && session.pending().is_none();
         let has_room = self.decided.len() < usize::from(configuration.decisions);
-        if !may || !has_room || state_number < session.least_state_number("") {
-            return None;
-        }
+        needs(may && has_room && state_number >= session.least_state_number(""))?;
         let item = session.buffer(1).next()?;
         let item_id = item.item_id.clone();
         let number = self.decided.len();
@@ -106,9 +104,7 @@ impl World {
     pub(crate) fn take_up(&mut self, controller: u8) -> Option<()> {
         let who = Who::Controller(controller);
         let is_free = self.driver(who)?.decision.is_none();
-        if !self.planner.is_up || !is_free || self.must_look {
-            return None;
-        }
+        needs(self.planner.is_up && is_free && !self.must_look)?;
         let pending = self.planner.session.pending()?;
         let decision = self.decision_no(&pending.decision_id)?;
         let driver = self.driver_mut(who)?;
@@ -119,9 +115,7 @@ impl World {
     pub(crate) fn finish(&mut self) -> Option<()> {
         let session = &self.planner.session;
         let waits = session.pending().is_some() || session.buffer(1).next().is_some();
-        if !self.is_on() || waits || self.planner.driver.call.is_some() {
-            return None;
-        }
+        needs(self.is_on() && !waits && self.planner.driver.call.is_none())?;
         let end = session.end_of_items();
         self.planner.session.end(end);
         Some(())
@@ -130,9 +124,7 @@ impl World {
     /// What a driver asks next; the planner's pursues what its session has pending.
     pub(crate) fn ask(&mut self, who: Who) -> Option<()> {
         if who == Who::Planner {
-            if !self.is_on() {
-                return None;
-            }
+            needs(self.is_on())?;
             let pending = self.planner.session.pending();
             let pending = pending.and_then(|decision| self.decision_no(&decision.decision_id));
             let driver = &mut self.planner.driver;
@@ -175,9 +167,7 @@ impl World {
         let id = &decided.decision.decision_id;
         let pending = self.planner.session.pending()?;
         // The planner does one thing at a time: while it asks the bridge it hears nothing.
-        if !self.is_on() || pending.decision_id != *id || self.planner.driver.call.is_some() {
-            return None;
-        }
+        needs(self.is_on() && pending.decision_id == *id && self.planner.driver.call.is_none())?;
         let mut published = self.published.iter();
         let outcome = published
             .find(|outcome| outcome.placement_id == *id)?
@@ -187,9 +177,7 @@ impl World {
     }
 
     pub(crate) fn report(&mut self, controller: u8) -> Option<()> {
-        if !self.planner.is_up {
-            return None;
-        }
+        needs(self.planner.is_up)?;
         let driver = self.driver_mut(Who::Controller(controller))?;
         let Settled(outcome) = driver.outcome.take()?;
         *driver = driver.going_on_with(None);
@@ -231,9 +219,7 @@ impl World {
     }
 
     pub(crate) fn kill_planner(&mut self, configuration: &Configuration) -> Option<()> {
-        if !self.planner.is_up {
-            return None;
-        }
+        needs(self.planner.is_up)?;
         self.count(Fault::KillPlanner, configuration)?;
         self.planner.is_up = false;
         self.planner.driver = Driver::default();
@@ -241,17 +227,13 @@ impl World {
     }
 
     pub(crate) fn start_planner(&mut self) -> Option<()> {
-        if self.planner.is_up {
-            return None;
-        }
+        needs(!self.planner.is_up)?;
         self.planner.is_up = true;
         Some(())
     }
 
     pub(crate) fn lose_store(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.planner.is_up || *self.planner.session == Session::default() {
-            return None;
-        }
+        needs(!self.planner.is_up && *self.planner.session != Session::default())?;
         self.count(Fault::LoseStore, configuration)?;
         self.planner.session = Shared::new(Session::default());
         Some(())
@@ -260,17 +242,13 @@ impl World {
     pub(crate) fn back_up_store(&mut self, configuration: &Configuration) -> Option<()> {
         let is_of_use = configuration.most(Fault::Restore) > 0;
         let is_known = self.planner.backup.as_ref() == Some(&self.planner.session);
-        if !is_of_use || is_known || self.happened(Fault::Restore) > 0 {
-            return None;
-        }
+        needs(is_of_use && !is_known && self.happened(Fault::Restore) == 0)?;
         self.planner.backup = Some(self.planner.session.clone());
         Some(())
     }
 
     pub(crate) fn restore_store(&mut self, configuration: &Configuration) -> Option<()> {
-        if self.planner.is_up {
-            return None;
-        }
+        needs(!self.planner.is_up)?;
         let backup = self.planner.backup.clone()?;
         self.count(Fault::Restore, configuration)?;
         self.planner.session = backup;

@@ -21,7 +21,7 @@ impl World {
 
     /// The promise that was broken; also that it goes on when all faults have ended.
     pub fn end(&self, configuration: &Configuration) -> Option<Broken> {
-        match self.broken() {
+        match self.broken {
             None if !self.goes_on(configuration, &mut HashSet::new()) => Some(Broken::Stuck),
             broken => broken,
         }
@@ -45,7 +45,7 @@ impl World {
             let Some(after) = next.find_map(|action| world.after(action, configuration)) else {
                 return false;
             };
-            if after.broken().is_some() {
+            if after.broken.is_some() {
                 known.extend(way);
                 return true;
             }

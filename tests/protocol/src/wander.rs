@@ -21,7 +21,7 @@ pub fn wander(configuration: &Configuration, seed: u64, most_steps: usize) -> Wa
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut world = World::new(configuration);
     let mut story = Vec::new();
-    while story.len() < most_steps && world.broken().is_none() {
+    while story.len() < most_steps && world.broken.is_none() {
         let mut actions = world.actions(configuration);
         let next = loop {
             if actions.is_empty() {
@@ -66,7 +66,7 @@ pub fn shrink(story: &[Action], configuration: &Configuration) -> Vec<Action> {
 pub fn end_of(story: &[Action], configuration: &Configuration) -> Option<Broken> {
     let mut steps = story.iter();
     let world = steps.try_fold(World::new(configuration), |world, action| {
-        match world.broken() {
+        match world.broken {
             Some(_) => Some(world),
             None => world.after(*action, configuration),
         }

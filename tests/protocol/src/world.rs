@@ -1,7 +1,6 @@
 //! A cell and all who work with it, at one moment.
 
 use std::collections::BTreeSet;
-use std::fmt;
 use std::sync::Arc;
 
 use ppnpack_protocol::ledger::{Holds, Ledger};
@@ -46,12 +45,6 @@ pub enum Broken {
     Stuck,
     /// Two ends of the protocol did not understand each other.
     NotUnderstood,
-}
-
-impl fmt::Display for Broken {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{self:?}")
-    }
 }
 
 /// Where an item really is.
@@ -171,11 +164,6 @@ impl World {
         world
     }
 
-    /// The promise that was broken, if one was.
-    pub fn broken(&self) -> Option<Broken> {
-        self.broken
-    }
-
     pub(crate) fn break_promise(&mut self, broken: Broken) {
         self.broken.get_or_insert(broken);
     }
@@ -224,9 +212,7 @@ impl World {
     /// Counts what may only happen so often; `None` where it may not any more.
     pub(crate) fn count(&mut self, fault: Fault, configuration: &Configuration) -> Option<()> {
         let happened = self.happened.get_mut(fault as usize)?;
-        if *happened >= configuration.most(fault) {
-            return None;
-        }
+        needs(*happened < configuration.most(fault))?;
         *happened += 1;
         Some(())
     }
@@ -242,6 +228,11 @@ impl World {
         let mut decided = self.decided.iter();
         decided.position(|decided| decided.decision.decision_id == decision_id)
     }
+}
+
+/// Goes on where something is so; what needs it cannot happen otherwise.
+pub(crate) fn needs(is_so: bool) -> Option<()> {
+    is_so.then_some(())
 }
 
 /// The ledger of a cell that somebody looked at when it was started for the first time.

@@ -155,7 +155,7 @@ fn each_safeguard_is_missed_where_it_is_taken_out() {
                 Broken::BegunAfterItWasSettled,
             ],
         };
-        assert!(expected.contains(&broken), "{sabotage:?}: {broken}");
+        assert!(expected.contains(&broken), "{sabotage:?}: {broken:?}");
     }
 }
 
@@ -170,7 +170,7 @@ fn random_ways_through_large_worlds_break_nothing() {
             if let Some(broken) = way.broken {
                 let (_, story) = told(&way.story, &configuration);
                 panic!(
-                    "{}, seed {seed}: {broken} after {story}",
+                    "{}, seed {seed}: {broken:?} after {story}",
                     configuration.name
                 );
             }
