@@ -20,7 +20,7 @@ use worker::Worker;
 /// [`ServiceError`] where the session or a thread cannot be had.
 pub fn start(process: &Process, settings: &Settings) -> Result<OneWorker, ServiceError> {
     let ready = process.health().check("workers");
-    let worker = Worker::new(settings)?;
+    let worker = Worker::new(settings);
     let cells = configuration::cells(&settings.cells).map_err(ServiceError::start)?;
     OneWorker::start(process, "heuristic", ready, &cells, settings.queue, worker)
 }

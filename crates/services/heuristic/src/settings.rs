@@ -11,8 +11,6 @@ settings! {
         pub cells: Vec<String> = Vec::new(),
         /// Maximum number of requests that wait; more are refused.
         pub queue: usize = 16,
-        /// Threads that one search is spread over. More cells at once: more such services.
-        pub threads_per_search: usize = 1,
         /// Items kept between requests, in MiB as they are encoded.
         pub items_kept_mib: usize = 128,
         /// Searches that are kept, one per cell, grid and objective.
@@ -31,7 +29,6 @@ impl ServiceSettings for Settings {
     fn validate(&self) -> Result<(), String> {
         configuration::cells(&self.cells)?;
         in_range("queue", self.queue, 1..=65_536)?;
-        in_range("threads_per_search", self.threads_per_search, 1..=256)?;
         in_range("items_kept_mib", self.items_kept_mib, 1..=65_536)?;
         in_range("searches_kept", self.searches_kept, 1..=4_096)?;
         in_range("searches_mib", self.searches_mib, 1..=65_536)?;

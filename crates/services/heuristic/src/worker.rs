@@ -7,7 +7,6 @@ use ppnpack_packing::grid::Grid;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
 use ppnpack_packing::valid::{SearchError, ValidSearch};
-use ppnpack_service::ServiceError;
 use ppnpack_service::one_worker::Refusal;
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
@@ -32,7 +31,6 @@ fn too_much(error: &dyn std::error::Error) -> Refusal {
 
 pub(crate) struct Worker {
     items: ItemStore,
-    pool: Option<Arc<rayon::ThreadPool>>,
     /// The last used first.
     searches: VecDeque<KeptSearch>,
     searches_kept: usize,
@@ -50,28 +48,14 @@ struct KeptSearch {
 type SearchKey = (Cell, Grid, SearchSettings, Vec<i32>);
 
 impl Worker {
-    pub(crate) fn new(settings: &Settings) -> Result<Self, ServiceError> {
-        let pool = match settings.threads_per_search {
-            0 | 1 => None,
-            threads => Some(Arc::new(
-                rayon::ThreadPoolBuilder::new()
-                    .num_threads(threads)
-                    .build()
-                    .map_err(|error| {
-                        ServiceError::start(format_args!(
-                            "the threads of the search cannot be started: {error}"
-                        ))
-                    })?,
-            )),
-        };
-        Ok(Self {
+    pub(crate) fn new(settings: &Settings) -> Self {
+        Self {
             items: ItemStore::new(settings.items_kept_mib << 20),
-            pool,
             searches: VecDeque::new(),
             searches_kept: settings.searches_kept.max(1),
             searches_bytes: settings.searches_mib << 20,
             most_placements: settings.most_placements,
-        })
+        }
     }
 
     /// Gives the most work of one request: cells times yaws.
@@ -146,12 +130,9 @@ impl Worker {
         if Search::least_bytes(grid, settings.heuristic) > limit_bytes {
             return Err(too_much(&TooMuchMemory { limit_bytes }));
         }
-        let mut search = Search::new(grid, settings)?
+        let search = Search::new(grid, settings)?
             .bounded()
             .within_bytes(limit_bytes);
-        if let Some(pool) = &self.pool {
-            search = search.with_pool(Arc::clone(pool));
-        }
         let search = ValidSearch::new(Box::new(search), checks);
         Ok(KeptSearch { of, search })
     }

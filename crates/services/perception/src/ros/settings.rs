@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use nalgebra::Isometry3;
 use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_perception::extrinsics::Extrinsics;
-use ppnpack_wire::WireError;
 use ppnpack_wire::keys::{Cell, everything};
 use ppnpack_wire::ros::topic;
 use serde::{Deserialize, Serialize};
@@ -33,13 +32,6 @@ pub struct RosCamera {
     /// The unit of its coordinates: ROS prescribes metres, and some drivers send millimetres.
     #[serde(default)]
     pub unit: LengthUnit,
-    /// The type of its messages; `sensor_msgs/msg/PointCloud2` is the only one that is known.
-    #[serde(rename = "type", default = "point_cloud2")]
-    pub message_type: String,
-}
-
-fn point_cloud2() -> String {
-    topic::POINT_CLOUD2.to_owned()
 }
 
 /// A camera as it is set, checked.
@@ -54,8 +46,6 @@ pub(super) struct Camera {
 
 impl RosCamera {
     pub(super) fn read(&self) -> Result<Camera, String> {
-        let wire = |error: WireError| error.to_string();
-        topic::check_type(&self.message_type).map_err(wire)?;
         topic::check_key(&self.key).map_err(|error| format!("key: {error}"))?;
         let key = KeyExpr::autocanonize(self.key.clone())
             .map_err(|error| format!("key: '{}' is no key expression: {error}", self.key))?;
@@ -124,7 +114,6 @@ pub(crate) mod tests {
                 orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
             },
             unit: LengthUnit::Metres,
-            message_type: point_cloud2(),
         }
     }
 
@@ -150,7 +139,7 @@ pub(crate) mod tests {
     #[test]
     fn impossible_cameras_are_named() {
         type Change = fn(&mut RosCamera);
-        let changes: [(&str, Change); 15] = [
+        let changes: [(&str, Change); 14] = [
             ("key: '/camera", |c| c.key = "/camera/points".to_owned()),
             ("key: ''", |c| c.key = String::new()),
             ("key: 'a//b'", |c| c.key = "a//b".to_owned()),
@@ -161,9 +150,6 @@ pub(crate) mod tests {
             }),
             ("sensor_msgs::msg::dds_::Image_", |c| {
                 c.key = "0/camera/sensor_msgs::msg::dds_::Image_/**".to_owned();
-            }),
-            ("sensor_msgs/msg/Image", |c| {
-                c.message_type = "sensor_msgs/msg/Image".to_owned();
             }),
             ("cell-?", |c| c.cell = "cell-?".to_owned()),
             ("'all'", |c| c.cell = "all".to_owned()),

@@ -39,7 +39,6 @@ fn camera(key: &str, cell: &str) -> RosCamera {
             orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
         },
         unit: LengthUnit::Metres,
-        message_type: "sensor_msgs/msg/PointCloud2".to_owned(),
     }
 }
 
