@@ -5,16 +5,14 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::cube::cube_ply;
-use crate::support::{alone, errors, has, json, packed, ppnpack, refused, text};
+use crate::support::{alone, fails, has, json, packed, ppnpack, refused, text};
 
 #[test]
 fn without_the_experiments_the_remedy_is_named() {
     let folder = tempfile::tempdir().unwrap();
     for words in ["experiment --help", "dataset --length 3", "train"] {
         let output = alone(&folder, words);
-        let error = errors(&output);
-        assert_eq!(output.status.code(), Some(1), "{error}");
-        has(&error, &["cargo build --bin ppnpack-experiments"]);
+        fails(&output, 1, &["cargo build --bin ppnpack-experiments"]);
     }
     let help = text(&ppnpack("--help"));
     has(&help, &["experiment", "dataset"]);
@@ -218,9 +216,7 @@ fn a_full_disk_fails_and_leaves_nothing_that_looks_whole() {
         return;
     }
     let output = ppnpack("pack --random 2 --out /dev/full/out");
-    let error = errors(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(error.contains("/dev/full/out cannot be written"), "{error}");
+    fails(&output, 1, &["/dev/full/out cannot be written"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use ppnpack_packing::method::{Method, SET_ASIDE};
 use ppnpack_planner::CellSettings;
 use serde_json::{Value, json};
 
-use crate::support::{alone, has, packed, ppnpack, refused, text};
+use crate::support::{alone, fails, has, packed, ppnpack, refused, text};
 
 #[test]
 fn what_is_not_said_is_the_same_for_the_command_the_planner_and_the_files_to_deploy() {
@@ -51,9 +51,7 @@ fn a_folder_that_cannot_be_made_is_refused_before_anything_is_prepared() {
     // The catalogue would be refused, too, if it was looked at.
     let words = format!("pack --catalogue /nowhere --out {}", file.display());
     let output = ppnpack(&words);
-    let error = crate::support::errors(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    has(&error, &["file cannot be written"]);
+    fails(&output, 1, &["file cannot be written"]);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use prost_reflect::{DescriptorPool, DynamicMessage};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::support::{Running, command, errors, has, names, packed, ppnpack, text};
+use crate::support::{Running, command, errors, fails, has, names, packed, ppnpack, text};
 
 /// The grid on which steps are planned.
 const GRID: &str = "--cell 1cm --yaws 4";
@@ -223,16 +223,12 @@ fn is_said_to_be_damaged(file: &Path, folder: &Path) {
     std::fs::write(&damaged, &bytes).unwrap();
     for command in ["inspect", "replay"] {
         let output = asked(command, &damaged);
-        let error = errors(&output);
-        assert_eq!(output.status.code(), Some(1), "{command}: {error}");
-        assert!(error.contains("damaged at byte"), "{command}: {error}");
+        fails(&output, 1, &["damaged at byte"]);
     }
     let other = folder.join("other.mcap");
     std::fs::write(&other, "no recording").unwrap();
     let output = asked("inspect", &other);
-    let error = errors(&output);
-    assert_eq!(output.status.code(), Some(2), "{error}");
-    assert!(error.contains("is no MCAP file"), "{error}");
+    fails(&output, 2, &["is no MCAP file"]);
 }
 
 #[test]

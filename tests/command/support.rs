@@ -43,6 +43,13 @@ pub(crate) fn refused(words: &str, parts: &[&str]) {
     is_refused(&ppnpack(words), parts);
 }
 
+/// Asserts that a program ended with this code and a message that has all of these parts.
+pub(crate) fn fails(output: &Output, code: i32, parts: &[&str]) {
+    let error = errors(output);
+    assert_eq!(output.status.code(), Some(code), "{error}");
+    has(&error, parts);
+}
+
 pub(crate) fn has(text: &str, parts: &[&str]) {
     for part in parts {
         let begin: String = text.chars().take(2000).collect();

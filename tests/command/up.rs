@@ -5,7 +5,7 @@ use std::net::TcpStream;
 
 use serde_json::{Value, json};
 
-use crate::support::{Packed, Running, command, errors, has, packed, ppnpack, text};
+use crate::support::{Packed, Running, command, fails, has, packed, ppnpack, text};
 
 /// The placements of a report, without their times.
 fn placements(packed: &Packed) -> Vec<Vec<String>> {
@@ -72,9 +72,7 @@ fn a_stack_that_allows_fewer_poses_says_so() {
         out.display()
     );
     let output = ppnpack(&pack);
-    let error = errors(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(error.contains("poses: 2 where 1 is possible"), "{error}");
+    fails(&output, 1, &["poses: 2 where 1 is possible"]);
 }
 
 #[test]
@@ -131,9 +129,7 @@ fn the_operators_page_is_served_with_the_stack() {
     let mut command = command(&format!("up {options} --listen tcp/127.0.0.1:0"));
     let refused = command.env("PPNPACK_CONSOLE_TOKEN", "too-short").output();
     let refused = refused.unwrap();
-    let error = errors(&refused);
-    assert_eq!(refused.status.code(), Some(2), "{error}");
-    assert!(error.contains("token: 16 to 256"), "{error}");
+    fails(&refused, 2, &["token: 16 to 256"]);
 }
 
 #[test]
@@ -173,7 +169,5 @@ fn a_running_stack_is_seen_and_asked_by_hand() {
 #[test]
 fn nobody_there_is_said_with_a_remedy() {
     let output = ppnpack("call planner plan --connect tcp/127.0.0.1:9");
-    let error = errors(&output);
-    assert_eq!(output.status.code(), Some(1), "{error}");
-    assert!(error.contains("ppnpack up"), "{error}");
+    fails(&output, 1, &["ppnpack up"]);
 }
