@@ -1,11 +1,6 @@
 //! The command end to end, as a user runs it.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod carton;
 mod cube;

@@ -1,12 +1,6 @@
 //! Experiments, data sets and documents, end to end.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod dataset;
 mod documents;

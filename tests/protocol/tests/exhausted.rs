@@ -1,10 +1,6 @@
 //! Small worlds, in which everything is gone through that can happen; and the same without one of
 //! the safeguards, which is missed.
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 use std::time::Duration;
 

@@ -1,10 +1,5 @@
 //! What viewers see.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod planned;
 mod viewing;

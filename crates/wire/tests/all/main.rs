@@ -1,11 +1,5 @@
 //! The wire, held against its schemas, against hostile bytes and against what was recorded of it.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod convert;
 mod decode;
