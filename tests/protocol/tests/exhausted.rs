@@ -33,69 +33,27 @@ fn exhausted(name: &str, least: usize) {
     assert!(found.worlds >= least, "{found:?}");
 }
 
-#[test]
-fn where_nothing_fails_everything_is_packed() {
-    exhausted("nothing fails", 40);
+/// Makes a test of each small world.
+macro_rules! worlds {
+    ($($test:ident: $world:literal, $least:literal;)*) => {
+        $(#[test] fn $test() { exhausted($world, $least); })*
+    };
 }
 
-#[test]
-fn kills_and_late_requests_break_nothing() {
-    exhausted("kills", 10_000);
-}
-
-#[test]
-fn holds_and_hands_break_nothing() {
-    exhausted("holds", 20_000);
-}
-
-#[test]
-fn two_people_who_hold_and_resume_break_nothing() {
-    exhausted("two people", 25_000);
-}
-
-#[test]
-fn two_people_who_acknowledge_break_nothing() {
-    exhausted("two people and a robot that fails", 700);
-}
-
-#[test]
-fn a_lost_journal_of_a_held_cell_breaks_nothing() {
-    exhausted("a held cell whose journal is lost", 25_000);
-}
-
-#[test]
-fn kills_of_held_cells_break_nothing() {
-    exhausted("kills and holds", 15_000);
-}
-
-#[test]
-fn lost_disks_break_nothing() {
-    exhausted("lost disks", 13_000);
-}
-
-#[test]
-fn backups_that_are_put_back_break_nothing() {
-    exhausted("backups", 60_000);
-}
-
-#[test]
-fn a_new_container_after_a_backup_was_put_back_breaks_nothing() {
-    exhausted("a backup, then a new container", 35_000);
-}
-
-#[test]
-fn renewals_break_nothing() {
-    exhausted("renewals", 80_000);
-}
-
-#[test]
-fn a_robot_that_fails_breaks_nothing() {
-    exhausted("a robot that fails", 6_000);
-}
-
-#[test]
-fn two_controllers_break_nothing() {
-    exhausted("two controllers", 250_000);
+worlds! {
+    where_nothing_fails_everything_is_packed: "nothing fails", 40;
+    kills_and_late_requests_break_nothing: "kills", 10_000;
+    holds_and_hands_break_nothing: "holds", 20_000;
+    two_people_who_hold_and_resume_break_nothing: "two people", 25_000;
+    two_people_who_acknowledge_break_nothing: "two people and a robot that fails", 700;
+    a_lost_journal_of_a_held_cell_breaks_nothing: "a held cell whose journal is lost", 25_000;
+    kills_of_held_cells_break_nothing: "kills and holds", 15_000;
+    lost_disks_break_nothing: "lost disks", 13_000;
+    backups_that_are_put_back_break_nothing: "backups", 60_000;
+    a_new_container_after_a_backup_was_put_back_breaks_nothing: "a backup, then a new container", 35_000;
+    renewals_break_nothing: "renewals", 80_000;
+    a_robot_that_fails_breaks_nothing: "a robot that fails", 6_000;
+    two_controllers_break_nothing: "two controllers", 250_000;
 }
 
 /// What breaks in this world without this safeguard.
