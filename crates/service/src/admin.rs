@@ -26,10 +26,8 @@ use crate::http;
 use crate::metrics;
 use crate::process::Core;
 
-/// Time between two calls of [`metrics::tidy`].
 const TIDY_PERIOD: Duration = Duration::from_secs(5);
 
-/// Maximum time that the health check waits.
 const HEALTHCHECK_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Opens the port and serves it from then on; gives its address, with the port that was chosen.

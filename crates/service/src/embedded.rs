@@ -13,7 +13,6 @@ use crate::process::{Core, Process};
 use crate::shutdown::Shutdown;
 use crate::supervision::Supervisor;
 
-/// Maximum time for a router's answer about itself.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A router within this process, on a loopback port of the system's choice. It ends when it is

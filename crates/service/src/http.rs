@@ -5,7 +5,6 @@ use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-/// Maximum size of an answer that is read, in bytes.
 const MAX_ANSWER_BYTES: u64 = 64 << 10;
 
 #[derive(Debug, PartialEq)]

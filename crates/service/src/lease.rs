@@ -31,13 +31,11 @@ use crate::process::Process;
 use crate::rpc::Client;
 use crate::session::is_connected;
 
-/// Maximum time for finding other holders.
 const LOOK_LIMIT: Duration = Duration::from_secs(1);
 
 /// Maximum time for others to answer that they work.
 const ANSWER_LIMIT: Duration = Duration::from_millis(300);
 
-/// Time between two looks.
 const PAUSE: Duration = Duration::from_millis(200);
 
 /// Minimum time for which another that worked has to be gone. It looks for its lost router once a

@@ -14,7 +14,6 @@ use crate::shutdown::Shutdown;
 const FIRST_PAUSE: Duration = Duration::from_millis(100);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
-/// Time between two looks at the connection.
 const WATCH_PERIOD: Duration = Duration::from_millis(500);
 
 /// Maximum time of a client without the router that it had; networks are cut for shorter. A session

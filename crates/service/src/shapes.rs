@@ -9,7 +9,6 @@ use ppnpack_wire::v1;
 
 use crate::rpc::{CallError, Client};
 
-/// Maximum number that is asked for at once.
 const MOST_ASKED: usize = 256;
 
 /// Gives the ids of all items and solids that a record names.

@@ -20,7 +20,6 @@ use crate::logs::BoxedLayer;
 use crate::process::Core;
 use crate::rpc::TRACE_TARGET;
 
-/// Maximum time for a collector's answer.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Sends spans; without a collector it does nothing.

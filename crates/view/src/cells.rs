@@ -23,7 +23,6 @@ const LOOKED_FOR_EVERY: Duration = Duration::from_secs(1);
 /// How long the answers to each of these may take.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Maximum of cells and containers that are served.
 const MOST_CELLS: usize = 1_000;
 
 pub(crate) struct Cells {

@@ -37,7 +37,6 @@ const BACKLOG: usize = 64;
 /// How often it is looked for viewers of channels.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How long the server may take to end.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// The cells, served to viewers until it is told to end.

@@ -8,13 +8,10 @@ use crate::error::WireError;
 /// Maximum side of a container, in metres.
 pub(crate) const MAX_LENGTH_M: f64 = 1000.0;
 
-/// Maximum coordinate, in metres.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e6;
 
-/// Maximum number of placements in a message.
 pub(crate) const MAX_PLACEMENTS: usize = 1 << 22;
 
-/// Maximum number of candidates of a request.
 pub(crate) const MAX_CANDIDATES: usize = 1000;
 
 /// Maximum size of an object's name, in bytes.

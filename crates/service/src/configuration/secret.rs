@@ -4,7 +4,6 @@ use std::fmt;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// The text that is shown in place of a secret.
 const HIDDEN: &str = "***";
 
 /// Text that is shown to nobody: not in logs, not by `--print-config`.

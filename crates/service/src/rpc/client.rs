@@ -231,7 +231,6 @@ impl Client {
     }
 }
 
-/// The address of a request.
 struct Target {
     cell: Option<Cell>,
     service: Service,

@@ -28,7 +28,6 @@ use crate::process::Core;
 /// answered, so that the answer comes in time.
 const ANSWER_BEFORE: Duration = Duration::from_millis(20);
 
-/// Maximum number of stages in a reply.
 const MAX_STAGES: usize = 32;
 
 thread_local! {

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 
-/// Maximum number of ids that are remembered.
 const KEPT: usize = 256;
 
 /// The idempotency keys of the last requests that were carried out, which are their ids.

@@ -11,7 +11,6 @@ use tracing::{Level, Span};
 use tracing_opentelemetry::OpenTelemetrySpanExt;
 use zenoh::bytes::ZBytes;
 
-/// The target of the spans.
 pub(crate) const TARGET: &str = "ppnpack::trace";
 
 const HEADER: &str = "traceparent";

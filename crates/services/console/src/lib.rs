@@ -46,7 +46,6 @@ const QUEUE: usize = 256;
 /// Maximum of records whose shapes wait to be asked for.
 const WANTED: usize = 16;
 
-/// How long the server may take to end.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// The page, served until it is told to end.

@@ -15,7 +15,6 @@ use crate::worker::{Worker, search_failed};
 /// Maximum number of placements that one request may ask for.
 const MAX_LIMIT: u32 = 65_536;
 
-/// Maximum number of candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
 impl one_worker::Worker for Worker {

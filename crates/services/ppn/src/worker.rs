@@ -18,7 +18,6 @@ use ppnpack_wire::{convert, header, v1};
 use crate::settings::Settings;
 use crate::{Network, ScoredStep, Scorer};
 
-/// Maximum number of candidates of one request.
 const MAX_CANDIDATES: usize = 1_000;
 
 /// Runs the network for requests.

@@ -22,7 +22,6 @@ use crate::settings::Settings;
 /// How long it is waited for answers of the cells.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Maximum of cells and containers that have a face.
 const MOST_CELLS: usize = 1_000;
 
 pub(crate) struct Cells {

@@ -18,7 +18,6 @@ const POINT_BYTES: usize = 12;
 /// Maximum size of a sensor's name, in bytes.
 const MAX_SENSOR_NAME: usize = 64;
 
-/// Maximum number of fields of a point.
 pub(crate) const MAX_FIELDS: usize = 32;
 
 /// A cloud whose layout is checked, so that its points can be looked at one by one.

@@ -11,7 +11,6 @@ use crate::v1::{self, ArmLegKind};
 
 const MAX_LEGS: usize = 16;
 
-/// Maximum time of a cycle, in seconds.
 const MAX_CYCLE_S: f64 = 86_400.0;
 
 /// Maximum wait for the cup, in seconds.

@@ -10,7 +10,6 @@
 use crate::error::WireError;
 use crate::limits::checked;
 
-/// Maximum size of a text, in bytes.
 const MAX_TEXT_BYTES: usize = 256;
 
 /// Reads a message from the front.

@@ -38,7 +38,6 @@ fn is_held(watch: &Watch) -> bool {
     watch.part("cell-1", "status")["doing"] == json!("held")
 }
 
-/// The kinds of the events in the cell.
 fn kinds(watch: &Watch) -> Vec<&str> {
     let events = watch.part("cell-1", "events").as_array();
     let events = events.into_iter().flatten();

@@ -13,7 +13,6 @@ use super::words;
 /// How long a service that has gone is remembered, in milliseconds.
 const REMEMBERED_MS: u64 = 600_000;
 
-/// Maximum of services that are remembered.
 const MOST_KEPT: usize = 256;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

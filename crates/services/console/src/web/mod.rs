@@ -29,7 +29,6 @@ use crate::shapes::ShapeStore;
 pub(crate) use access::Access;
 use failure::Failure;
 
-/// Maximum length of the body of a request, in bytes.
 const MOST_BODY_BYTES: usize = 16 << 10;
 
 const MOST_PAGES: usize = 32;

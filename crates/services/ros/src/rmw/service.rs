@@ -11,7 +11,6 @@ use super::messages::Service;
 use super::node::{Endpoint, Node};
 use crate::error::RosError;
 
-/// Maximum size of a request, in bytes.
 const MAX_REQUEST_BYTES: usize = 4 << 20;
 
 /// The attachment of a message or a request: its number, when it was sent, and by whom.

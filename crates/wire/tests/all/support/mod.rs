@@ -8,7 +8,6 @@ use prost::{Message, Name};
 
 /// A message as the tests go through them all.
 pub(crate) struct Known {
-    /// Its full name.
     pub(crate) name: String,
     /// Decodes it and encodes it again.
     pub(crate) recode: fn(&[u8]) -> Result<Vec<u8>, WireError>,
