@@ -5,12 +5,13 @@ use ppnpack_packing::rectangle::{least_turn_rad, sides_m};
 use serde::{Deserialize, Serialize};
 
 use crate::convex::pieces_of_volume;
+use crate::error::ObjectError;
 use crate::hull::{hull, sides};
 use crate::mass::{DEFAULT_DENSITY_KG_M3, mass_properties, mass_properties_without};
 use crate::mesh::Mesh;
 use crate::object::Model;
 use crate::overlap::excess;
-use crate::repair::{MeshError, Repair, doubted, repaired};
+use crate::repair::{Repair, doubted, repaired};
 use crate::resting::resting_poses;
 use crate::unit::LengthUnit;
 
@@ -56,12 +57,12 @@ impl Default for ModelSettings {
 /// The model of a mesh in metres, and what was repaired about the mesh.
 ///
 /// # Errors
-/// [`MeshError`] where the mesh is no solid and cannot be made one.
+/// [`ObjectError`] where the mesh is no solid and cannot be made one.
 pub fn model(
     name: &str,
     mesh: Mesh,
     settings: &ModelSettings,
-) -> Result<(Model, Vec<Repair>), MeshError> {
+) -> Result<(Model, Vec<Repair>), ObjectError> {
     let (mut mesh, mut repairs) = repaired(mesh, settings.unit)?;
     if settings.pose == Pose::MostProbable {
         mesh = most_probable(mesh);

@@ -6,7 +6,7 @@ use ppnpack_packing::grid::ContainerSize;
 use serde::Deserialize;
 
 use crate::rows::{self, TableError};
-use crate::unit::{LengthUnit, UnknownUnit};
+use crate::unit::LengthUnit;
 
 /// Maximum inner length of a carton, in metres: above it the unit is most likely wrong.
 const MOST_SIDE_M: f64 = 5.0;
@@ -41,7 +41,7 @@ impl Carton {
         if row.name.is_empty() {
             return Err("the column 'name' is empty: give each carton a name".to_owned());
         }
-        let unit: Result<_, UnknownUnit> = row.unit.map(|unit| unit.parse()).transpose();
+        let unit: Result<_, String> = row.unit.map(|unit| unit.parse()).transpose();
         let unit = unit.map_err(|error| format!("the column 'unit': {error}"))?;
         let unit: LengthUnit = unit.unwrap_or_default();
         let metres = |column: &str, length: f64| {
@@ -76,9 +76,6 @@ impl Carton {
 /// Reads cartons: CSV with the columns `name`, `x`, `y` and `z` (inner lengths, z up) and, where
 /// they are wanted, `unit` (m, cm, mm or in; else metres) and `max_kg`. They come by volume, the
 /// smallest first, equal ones as in the table.
-///
-/// # Errors
-/// [`TableError`] names the line, the column and what would be right.
 pub fn read(path: &Path) -> Result<Vec<Carton>, TableError> {
     let mut cartons: Vec<Carton> = Vec::new();
     let needed = "the columns 'name', 'x', 'y' and 'z' are needed";

@@ -15,7 +15,7 @@ use crate::shape_class::ShapeClass;
 use crate::source::Origin;
 use crate::views;
 
-pub use crate::error::{BadObject, CatalogueError, ObjectError};
+pub use crate::error::{CatalogueError, ObjectError};
 pub use crate::source::{NamedMesh, Settings, Source};
 
 /// Objects ready to be packed at one resolution; sequences refer to them by index.
@@ -46,9 +46,6 @@ impl Catalogue {
 
     /// Loads the objects of these names alone, or all where there are none. Their indices are those
     /// among them.
-    ///
-    /// # Errors
-    /// As [`load`](Self::load).
     pub fn load_only(
         source: &Source,
         settings: &Settings,
@@ -66,19 +63,16 @@ impl Catalogue {
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, origins.len());
             match object {
                 Ok(object) => Either::Left(object),
-                Err(error) => Either::Right(BadObject {
-                    path: origin.path.clone(),
-                    error,
-                }),
+                Err(error) => Either::Right(format!("{} {error}", origin.path.display())),
             }
         };
-        let (objects, bad): (Vec<_>, Vec<_>) = origins.par_iter().partition_map(load);
+        let (objects, bad): (Vec<_>, Vec<String>) = origins.par_iter().partition_map(load);
         if settings.skip_unusable && !objects.is_empty() {
             for bad in &bad {
                 tracing::warn!("left out: {bad}");
             }
         } else if !bad.is_empty() {
-            return Err(CatalogueError::Objects { bad });
+            return Err(CatalogueError(bad.join("\n")));
         }
         Ok(Self {
             objects,

@@ -106,9 +106,6 @@ impl Order {
 /// order), `stop` (from 1) and `order_items` (how many items the order has altogether, also those
 /// that the table does not have). Lines of an order need not be together. Orders come by falling
 /// priority, equal ones as they begin in the table.
-///
-/// # Errors
-/// [`TableError`] names the line, what is wrong and what would be right.
 pub fn read(path: &Path, catalogue: &Catalogue) -> Result<Vec<Order>, TableError> {
     let mut orders: Vec<Order> = Vec::new();
     let mut room = MOST_ITEMS;

@@ -20,9 +20,6 @@ pub struct ObjectReport {
 }
 
 /// Looks at every object of a source, in its order, whether others are bad or not.
-///
-/// # Errors
-/// [`CatalogueError`] where the folder or its table is wrong.
 pub fn inspect(source: &Source, settings: &Settings) -> Result<Vec<ObjectReport>, CatalogueError> {
     let origins = source.origins(settings)?;
     let cache = Cache::new(&settings.cache);

@@ -2,37 +2,15 @@
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use csv::StringRecord;
 use serde::de::DeserializeOwned;
 
-/// Why a table cannot be read.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum TableError {
-    /// There is no such file, or it cannot be read.
-    #[error("the table {path} cannot be read")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// A line is wrong.
-    #[error("{path}, line {line}: {reason}")]
-    Line {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: u64,
-        /// Reason, and how to mend it.
-        reason: String,
-    },
-    /// It has no line.
-    #[error("{0} has no line below its header")]
-    Empty(PathBuf),
-}
+/// Why a table cannot be read, and how to mend it, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct TableError(String);
 
 /// Reads a table that has at least one row, and gives each to `take`, which says what is wrong
 /// with it; for the rest as [`rows`].
@@ -42,18 +20,15 @@ pub(crate) fn read<Row: DeserializeOwned>(
     needed: &str,
     mut take: impl FnMut(Row) -> Result<(), String>,
 ) -> Result<(), TableError> {
-    let wrong = |(line, reason)| TableError::Line {
-        path: path.to_owned(),
-        line,
-        reason,
-    };
-    let file = File::open(path).map_err(|source| TableError::File {
-        path: path.to_owned(),
-        source,
-    })?;
+    let name = path.display();
+    let wrong = |(line, reason)| TableError(format!("{name}, line {line}: {reason}"));
+    let file = File::open(path);
+    let unread = |error| TableError(format!("the table {name} cannot be read: {error}"));
+    let file = file.map_err(unread)?;
     let mut rows = rows::<Row>(file, known, needed).peekable();
     if rows.peek().is_none() {
-        return Err(TableError::Empty(path.to_owned()));
+        let empty = format!("{name} has no line below its header");
+        return Err(TableError(empty));
     }
     for row in rows {
         let (line, row) = row.map_err(wrong)?;

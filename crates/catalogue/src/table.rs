@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::error::CatalogueError;
 use crate::reader;
 use crate::rows::rows;
-use crate::unit::{LengthUnit, UnknownUnit};
+use crate::unit::LengthUnit;
 
 /// The file that lists a folder's objects.
 pub(crate) const FILE_NAME: &str = "objects.csv";
@@ -41,9 +41,10 @@ struct Row {
 /// The objects of a folder: as its table lists them, else all mesh files by name.
 pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
     if !folder.is_dir() {
-        return Err(CatalogueError::MissingFolder {
-            folder: folder.to_owned(),
-        });
+        return Err(CatalogueError(format!(
+            "{} is no folder: give the folder that holds the mesh files",
+            folder.display()
+        )));
     }
     let table = folder.join(FILE_NAME);
     let listed = if table.is_file() {
@@ -52,31 +53,29 @@ pub(crate) fn list(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
         mesh_files(folder)?
     };
     if listed.is_empty() {
-        return Err(CatalogueError::EmptyFolder {
-            folder: folder.to_owned(),
-        });
+        return Err(CatalogueError(format!(
+            "{} holds no .ply, .obj, .stl, .glb or .3mf file",
+            folder.display()
+        )));
     }
     let mut names = BTreeMap::new();
     for object in &listed {
         if let Some(first) = names.insert(&object.name, &object.path) {
-            return Err(CatalogueError::DuplicateName {
-                name: object.name.clone(),
-                first: first.clone(),
-                second: object.path.clone(),
-            });
+            return Err(CatalogueError(format!(
+                "the name '{}' stands for both {} and {}: rename one",
+                object.name,
+                first.display(),
+                object.path.display()
+            )));
         }
     }
     Ok(listed)
 }
 
 fn mesh_files(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
-    let unreadable = |source: std::io::Error| CatalogueError::Folder {
-        folder: folder.to_owned(),
-        source,
-    };
     let mut paths = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(unreadable)? {
-        let path = entry.map_err(unreadable)?.path();
+    for entry in std::fs::read_dir(folder).map_err(unreadable(folder))? {
+        let path = entry.map_err(unreadable(folder))?.path();
         if reader::is_mesh_file(&path) && path.is_file() {
             paths.push(path);
         }
@@ -92,6 +91,10 @@ fn mesh_files(folder: &Path) -> Result<Vec<Listed>, CatalogueError> {
     Ok(paths.into_iter().map(listed).collect())
 }
 
+fn unreadable(path: &Path) -> impl Fn(std::io::Error) -> CatalogueError {
+    move |error| CatalogueError(format!("{} cannot be read: {error}", path.display()))
+}
+
 fn stem(path: &Path) -> String {
     path.file_stem()
         .unwrap_or_default()
@@ -100,15 +103,9 @@ fn stem(path: &Path) -> String {
 }
 
 fn read_table(folder: &Path, table: &Path) -> Result<Vec<Listed>, CatalogueError> {
-    let wrong = |line: u64, reason: String| CatalogueError::Table {
-        path: table.to_owned(),
-        line,
-        reason,
-    };
-    let file = File::open(table).map_err(|source| CatalogueError::Folder {
-        folder: table.to_owned(),
-        source,
-    })?;
+    let wrong =
+        |line: u64, reason: String| CatalogueError(format!("{}:{line}: {reason}", table.display()));
+    let file = File::open(table).map_err(unreadable(table))?;
     let mut listed: BTreeMap<usize, (u64, Listed)> = BTreeMap::new();
     for (row_index, row) in rows::<Row>(file, COLUMNS, "the column 'file' is needed").enumerate() {
         let (line, row) = row.map_err(|(line, reason)| wrong(line, reason))?;
@@ -143,8 +140,7 @@ fn object(folder: &Path, row: Row) -> Result<Listed, String> {
             row.file
         ));
     }
-    let unit: Result<_, UnknownUnit> = row.unit.map(|unit| unit.parse()).transpose();
-    let unit = unit.map_err(|error| error.to_string())?;
+    let unit = row.unit.map(|unit| unit.parse()).transpose()?;
     if let Some(mass_kg) = row.mass_kg
         && !(mass_kg.is_finite() && mass_kg > 0.0)
     {

@@ -56,13 +56,8 @@ impl fmt::Display for LengthUnit {
     }
 }
 
-/// A word that names no unit of length.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("'{0}' is no unit of length: write m, cm, mm or in")]
-pub struct UnknownUnit(pub String);
-
 impl FromStr for LengthUnit {
-    type Err = UnknownUnit;
+    type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         match text.trim().to_ascii_lowercase().as_str() {
@@ -74,7 +69,10 @@ impl FromStr for LengthUnit {
                 Ok(Self::Millimetres)
             }
             "in" | "inch" | "inches" => Ok(Self::Inches),
-            _ => Err(UnknownUnit(text.trim().to_owned())),
+            _ => Err(format!(
+                "'{}' is no unit of length: write m, cm, mm or in",
+                text.trim()
+            )),
         }
     }
 }

@@ -2,45 +2,12 @@
 
 use nalgebra::{Point2, Rotation3, Vector3};
 use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
-use ppnpack_packing::item::{ABSENT, Item, ItemError, Underside, ViewSurfaces};
+use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
 
+use crate::error::ObjectError;
 use crate::mesh::{Bounds, Mesh};
 use crate::object::Model;
 use crate::raster::{Raster, SLACK_M, rasterise};
-
-/// Why a model cannot be packed at a resolution.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ViewError {
-    /// Its height has more units than the engine represents.
-    #[error(
-        "its height of {height_m:.3} m is more than {MAX_UNITS} units of {unit_m} m: choose a larger height \
-         unit, or check the file's unit of length"
-    )]
-    TooTall {
-        /// The model's height, in metres.
-        height_m: f64,
-        /// The height unit, in metres.
-        unit_m: f64,
-    },
-    /// Its footprint has more cells along a side than the engine represents.
-    #[error(
-        "its width of {width_m:.3} m is more than {MAX_CELLS} cells of {cell_m} m: choose larger cells, or \
-         check the file's unit of length"
-    )]
-    TooWide {
-        /// The footprint's side, in metres.
-        width_m: f64,
-        /// The cell's edge, in metres.
-        cell_m: f64,
-    },
-    /// The mesh has no vertex.
-    #[error("its mesh is empty")]
-    Empty,
-    /// Its surfaces make no item.
-    #[error(transparent)]
-    Item(#[from] ItemError),
-}
 
 /// The item that a model is at a resolution: a heightmap pair and a fine lower surface per yaw.
 ///
@@ -48,24 +15,27 @@ pub enum ViewError {
 /// outwards to units.
 ///
 /// # Errors
-/// [`ViewError`] where the model has more cells or units than the engine represents, or no surface.
-pub fn item(model: &Model, resolution: &Resolution) -> Result<Item, ViewError> {
+/// [`ObjectError`] where the model has more cells or units than the engine represents, or no surface.
+pub fn item(model: &Model, resolution: &Resolution) -> Result<Item, ObjectError> {
     let yaws = resolution.yaws().radians().iter();
     let views = yaws.map(|yaw_rad| view(model, *yaw_rad, resolution));
     let views = views.collect::<Result<Vec<_>, _>>()?;
-    Ok(Item::new(&model.name, views, model.volume_m3)?)
+    let item = Item::new(&model.name, views, model.volume_m3);
+    item.map_err(|error| ObjectError(error.to_string()))
 }
 
 /// The surfaces of a model turned by `yaw_rad`, whose bounding box starts at the footprint's
 /// corner.
-fn view(model: &Model, yaw_rad: f64, resolution: &Resolution) -> Result<ViewSurfaces, ViewError> {
+fn view(model: &Model, yaw_rad: f64, resolution: &Resolution) -> Result<ViewSurfaces, ObjectError> {
     let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad);
     let vertices = model.mesh.vertices.iter().map(|vertex| rotation * vertex);
     let turned = Mesh {
         vertices: vertices.collect(),
         triangles: model.mesh.triangles.clone(),
     };
-    let bounds = turned.bounds().ok_or(ViewError::Empty)?;
+    let bounds = turned
+        .bounds()
+        .ok_or_else(|| ObjectError("its mesh is empty".to_owned()))?;
     let (nx, ny) = footprint(&bounds, resolution)?;
     let fine = FineSurfaces::of(&turned, &bounds, (nx, ny), resolution);
     let (top, bottom) = fine.pooled(resolution);
@@ -88,21 +58,25 @@ fn view(model: &Model, yaw_rad: f64, resolution: &Resolution) -> Result<ViewSurf
 }
 
 /// The cells that a box covers along x and y.
-fn footprint(bounds: &Bounds, resolution: &Resolution) -> Result<(usize, usize), ViewError> {
+fn footprint(bounds: &Bounds, resolution: &Resolution) -> Result<(usize, usize), ObjectError> {
     let extents_m = bounds.extents_m();
     let (cell_m, unit_m) = (resolution.cell_m(), resolution.height_unit_m());
     if extents_m.z > f64::from(MAX_UNITS) * unit_m {
-        return Err(ViewError::TooTall {
-            height_m: extents_m.z,
-            unit_m,
-        });
+        return Err(ObjectError(format!(
+            "its height of {:.3} m is more than {MAX_UNITS} units of {unit_m} m: choose a larger height unit, or check the \
+             file's unit of length",
+            extents_m.z
+        )));
     }
     let cells = |width_m: f64| {
         let cells = ((width_m - SLACK_M) / cell_m).ceil().max(1.0);
         if cells <= MAX_CELLS as f64 {
             Ok(cells as usize)
         } else {
-            Err(ViewError::TooWide { width_m, cell_m })
+            Err(ObjectError(format!(
+                "its width of {width_m:.3} m is more than {MAX_CELLS} cells of {cell_m} m: choose larger cells, or check the \
+                 file's unit of length"
+            )))
         }
     };
     Ok((cells(extents_m.x)?, cells(extents_m.y)?))

@@ -1,8 +1,9 @@
 //! Known items as they lie: the heightmaps of an object in the pose that it was seen in.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use ppnpack_catalogue::catalogue::ObjectError;
 use ppnpack_catalogue::object::Model;
-use ppnpack_catalogue::views::{self, ViewError};
+use ppnpack_catalogue::views;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_packing::item::Item;
 use ppnpack_packing::rectangle::least_rectangle_rad;
@@ -27,12 +28,12 @@ pub struct PosedItem {
 /// object stands on something flat.
 ///
 /// # Errors
-/// [`ViewError`] where it has more cells or units than the engine represents.
+/// [`ObjectError`] where it has more cells or units than the engine represents.
 pub fn posed_item(
     model: &Model,
     world_from_item: &Isometry3<f64>,
     resolution: &Resolution,
-) -> Result<PosedItem, ViewError> {
+) -> Result<PosedItem, ObjectError> {
     let seen = world_from_item.rotation;
     let standing = turn_to_rest(model, &seen, AT_REST_RAD).map_or(seen, |turn| turn * seen);
     let matrix = standing.to_rotation_matrix();

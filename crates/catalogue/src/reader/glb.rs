@@ -4,7 +4,6 @@ use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 use serde::Deserialize;
 
 use super::add;
-use super::error::ReadError;
 use super::polygons::{Polygons, fan, strip};
 use crate::mesh::Mesh;
 
@@ -78,11 +77,7 @@ struct View {
     byte_stride: Option<usize>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    read(bytes).map_err(|reason| ReadError::malformed("GLB", reason))
-}
-
-fn read(bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let rest = bytes
         .strip_prefix(b"glTF")
         .ok_or("it does not begin with 'glTF'")?;

@@ -1,6 +1,5 @@
 //! Mesh files: PLY, OBJ, STL, GLB and 3MF, as the field's programs write them.
 
-mod error;
 mod glb;
 mod obj;
 mod ply;
@@ -16,14 +15,16 @@ use std::path::Path;
 use nalgebra::{Matrix4, Point3};
 use ppnpack_clouds::text::number;
 
+use crate::error::ObjectError;
 use crate::mesh::Mesh;
 use crate::repair::MAX_TRIANGLES;
 use crate::unit::LengthUnit;
 
-pub use error::{MAX_FILE_BYTES, ReadError};
+/// The largest mesh file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 256 << 20;
 
-/// Reader of a format's content, in the file's unit of length.
-type Parser = fn(&[u8]) -> Result<Mesh, ReadError>;
+/// A format's name, and the reader of its content in the file's unit of length.
+type Format = (&'static str, fn(&[u8]) -> Result<Mesh, String>);
 
 /// The ending of a file's name, in lower case.
 pub(crate) fn ending(path: &Path) -> String {
@@ -31,14 +32,16 @@ pub(crate) fn ending(path: &Path) -> String {
     ending.to_string_lossy().to_ascii_lowercase()
 }
 
-fn parser(path: &Path) -> Result<Parser, ReadError> {
+fn format(path: &Path) -> Result<Format, ObjectError> {
     match ending(path).as_str() {
-        "ply" => Ok(ply::parse),
-        "obj" => Ok(obj::parse),
-        "stl" => Ok(stl::parse),
-        "glb" => Ok(glb::parse),
-        "3mf" => Ok(threemf::parse),
-        _ => Err(ReadError::Extension),
+        "ply" => Ok(("PLY", ply::read)),
+        "obj" => Ok(("OBJ", obj::read)),
+        "stl" => Ok(("STL", stl::read)),
+        "glb" => Ok(("GLB", glb::read)),
+        "3mf" => Ok(("3MF", threemf::read)),
+        _ => Err(ObjectError(
+            "has an ending that is not read: give a .ply, .obj, .stl, .glb or .3mf file".to_owned(),
+        )),
     }
 }
 
@@ -53,23 +56,55 @@ pub(crate) fn own_unit(path: &Path) -> Option<LengthUnit> {
 
 /// Whether a file's name ends like that of a mesh.
 pub fn is_mesh_file(path: &Path) -> bool {
-    parser(path).is_ok()
+    format(path).is_ok()
 }
 
 /// The content of a mesh file, refused beyond [`MAX_FILE_BYTES`].
 ///
 /// # Errors
-/// [`ReadError`] where the ending is unknown, or the file cannot be read or is too large.
-pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
-    parser(path)?;
-    let file = File::open(path)?;
+/// [`ObjectError`] where the ending is unknown, or the file cannot be read or is too large.
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ObjectError> {
+    format(path)?;
     let mut bytes = Vec::new();
     // Counted while reading, since what a file system says of a length need not hold.
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES {
-        Err(ReadError::TooLarge)
+    let read = |file: File| file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
+    let length = File::open(path).and_then(read);
+    match length.map_err(|error| ObjectError(format!("cannot be read: {error}")))? {
+        length if length as u64 > MAX_FILE_BYTES => Err(ObjectError(format!(
+            "is larger than {} MiB: reduce its triangles, some thousands are enough",
+            MAX_FILE_BYTES >> 20
+        ))),
+        _ => Ok(bytes),
+    }
+}
+
+/// A malformed file, with what its parser says put into one line.
+fn malformed(format: &str, reason: &str) -> ObjectError {
+    let words: Vec<&str> = reason.split_whitespace().collect();
+    let reason = words.join(" ");
+    let reason = reason.trim_end_matches('.');
+    ObjectError(format!(
+        "is no {format} file that can be read: {reason}. Export it again, complete"
+    ))
+}
+
+/// Recognises what is often in place of a mesh by how it begins; with the way out.
+fn in_place_of_a_mesh(bytes: &[u8]) -> Option<(&'static str, &'static str)> {
+    let start = bytes.trim_ascii_start();
+    let start = start.get(..40).unwrap_or(start).to_ascii_lowercase();
+    if start.is_empty() {
+        Some(("an empty file", "export it again"))
+    } else if start.starts_with(b"version https://git-lfs") {
+        Some(("a pointer of Git LFS", "fetch the file with `git lfs pull`"))
+    } else if start.starts_with(b"<!doctype html") || start.starts_with(b"<html") {
+        Some((
+            "a web page",
+            "download the file itself, such as by its button 'Raw'",
+        ))
+    } else if start.starts_with(&[0x1f, 0x8b]) {
+        Some(("a file packed by gzip", "unpack it"))
     } else {
-        Ok(bytes)
+        None
     }
 }
 
@@ -78,13 +113,15 @@ pub fn read_bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
 /// Polygons become triangles. Nothing is checked or repaired: see [`crate::repair`].
 ///
 /// # Errors
-/// [`ReadError`] where the ending is unknown or the content malformed.
-pub fn parse(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Mesh, ReadError> {
-    let parser = parser(path)?;
-    if let Some(error) = ReadError::in_place_of_a_mesh(bytes) {
-        return Err(error);
+/// [`ObjectError`] where the ending is unknown or the content malformed.
+pub fn parse(path: &Path, bytes: &[u8], unit: LengthUnit) -> Result<Mesh, ObjectError> {
+    let (format, read) = format(path)?;
+    if let Some((found, remedy)) = in_place_of_a_mesh(bytes) {
+        return Err(ObjectError(format!(
+            "is {found} in place of a mesh: {remedy}"
+        )));
     }
-    let mut mesh = parser(&without_mark(bytes))?;
+    let mut mesh = read(&without_mark(bytes)).map_err(|reason| malformed(format, &reason))?;
     if unit != LengthUnit::Metres {
         for vertex in &mut mesh.vertices {
             *vertex = Point3::from(vertex.coords * unit.metres());
@@ -141,8 +178,8 @@ fn add(mesh: &mut Mesh, part: &Mesh, pose: &Matrix4<f64>) -> Result<(), String> 
 /// Reads a mesh file, in metres.
 ///
 /// # Errors
-/// [`ReadError`] where the file cannot be read or is malformed.
-pub fn read(path: &Path, unit: LengthUnit) -> Result<Mesh, ReadError> {
+/// [`ObjectError`] where the file cannot be read or is malformed.
+pub fn read(path: &Path, unit: LengthUnit) -> Result<Mesh, ObjectError> {
     parse(path, &read_bytes(path)?, unit)
 }
 

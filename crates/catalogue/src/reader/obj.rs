@@ -4,12 +4,10 @@ use nalgebra::Point3;
 use ppnpack_clouds::text::{quoted, words};
 
 use super::coordinates;
-use super::error::ReadError;
 use super::polygons::Polygons;
 use crate::mesh::Mesh;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let wrong = |reason: String| ReadError::malformed("OBJ", reason);
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let mut polygons = Polygons::default();
     let mut statement = Vec::new();
     let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
@@ -23,16 +21,15 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
             continue;
         }
         statement.extend_from_slice(line);
-        read(&statement, &mut polygons)
-            .ok_or_else(|| wrong(format!("line {number} has '{}'", quoted(&statement))))?;
+        take(&statement, &mut polygons)
+            .ok_or_else(|| format!("line {number} has '{}'", quoted(&statement)))?;
         statement.clear();
     }
-    let mesh = polygons.triangulated().map_err(wrong)?;
-    Ok(in_order_of_use(mesh))
+    Ok(in_order_of_use(polygons.triangulated()?))
 }
 
 /// Reads a statement; `None` where it is malformed.
-fn read(statement: &[u8], polygons: &mut Polygons) -> Option<()> {
+fn take(statement: &[u8], polygons: &mut Polygons) -> Option<()> {
     let mut words = words(statement);
     match words.next() {
         Some(b"v") => polygons.vertices.push(coordinates(words)?),

@@ -3,15 +3,10 @@
 use nalgebra::Point3;
 use ppnpack_clouds::ply_rows::header;
 
-use super::error::ReadError;
 use super::polygons::{Polygons, strip};
 use crate::mesh::Mesh;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    read(bytes).map_err(|reason| ReadError::malformed("PLY", reason))
-}
-
-fn read(bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let (elements, mut body) = header(bytes)?;
     let mut polygons = Polygons::default();
     let mut strips = Vec::new();

@@ -4,7 +4,6 @@ use nalgebra::Point3;
 use ppnpack_clouds::text::{quoted, words};
 
 use super::coordinates;
-use super::error::ReadError;
 use super::polygons::Polygons;
 use crate::mesh::Mesh;
 use crate::repair::weld;
@@ -14,7 +13,7 @@ const HEADER_BYTES: usize = 84;
 /// Bytes of one triangle of a binary file.
 const TRIANGLE_BYTES: usize = 50;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let announced = bytes.get(80..HEADER_BYTES).and_then(<[u8]>::first_chunk);
     let announced = announced.map(|count| u32::from_le_bytes(*count) as usize);
     let length = |count: usize| HEADER_BYTES.saturating_add(count.saturating_mul(TRIANGLE_BYTES));
@@ -24,22 +23,17 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let polygons = match announced {
         Some(count) if has_length || text.contains(&0) => {
             if length(count) > bytes.len() {
-                return Err(ReadError::malformed(
-                    "STL",
-                    format_args!(
-                        "its header announces {count} triangles, which take {} bytes, but it has {}",
-                        length(count),
-                        bytes.len()
-                    ),
+                return Err(format!(
+                    "its header announces {count} triangles, which take {} bytes, but it has {}",
+                    length(count),
+                    bytes.len()
                 ));
             }
             binary(bytes, count)
         }
-        _ => ascii(bytes).map_err(|reason| ReadError::malformed("STL", reason))?,
+        _ => ascii(bytes)?,
     };
-    let mut mesh = polygons
-        .triangulated()
-        .map_err(|reason| ReadError::malformed("STL", reason))?;
+    let mut mesh = polygons.triangulated()?;
     weld(&mut mesh, 0.0);
     Ok(mesh)
 }

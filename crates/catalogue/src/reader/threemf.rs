@@ -8,9 +8,8 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use zip::ZipArchive;
 
-use super::add;
-use super::error::{MAX_FILE_BYTES, ReadError};
 use super::polygons::Polygons;
+use super::{MAX_FILE_BYTES, add};
 use crate::mesh::Mesh;
 
 /// Objects that are made of others are at most so deep.
@@ -35,11 +34,7 @@ struct Placed {
     pose: Matrix4<f64>,
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    read(bytes).map_err(|reason| ReadError::malformed("3MF", reason))
-}
-
-fn read(bytes: &[u8]) -> Result<Mesh, String> {
+pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
     let mut objects = HashMap::new();
     let mut built = Vec::new();

@@ -1,6 +1,5 @@
 //! Checks that a mesh is a closed solid of a sensible size, and repairs what can be repaired.
 
-mod error;
 mod faces;
 mod holes;
 mod junctions;
@@ -11,11 +10,19 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::ObjectError;
 use crate::mesh::Mesh;
 use crate::unit::LengthUnit;
 
 pub(crate) use self::weld::weld;
-pub use error::{MAX_SIZE_M, MAX_TRIANGLES, MIN_SIZE_M, MeshError};
+/// The most triangles of a mesh.
+pub const MAX_TRIANGLES: usize = 1_000_000;
+
+/// The least greatest extent of an object, in metres.
+const MIN_SIZE_M: f64 = 0.001;
+
+/// The greatest extent of an object, in metres.
+const MAX_SIZE_M: f64 = 5.0;
 
 /// A solid is at least this thick on average, in metres: twice its volume over its surface.
 const MIN_THICKNESS_M: f64 = 1e-5;
@@ -108,8 +115,8 @@ impl fmt::Display for Repair {
 /// drawn; it only serves to suggest another.
 ///
 /// # Errors
-/// [`MeshError`] where the mesh is no solid of a sensible size and cannot be made one.
-pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>), MeshError> {
+/// [`ObjectError`] where the mesh is no solid of a sensible size and cannot be made one.
+pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>), ObjectError> {
     checked_numbers(&mesh)?;
     checked_size(&mesh, unit)?;
     let [mut welded, mut degenerate, mut duplicate, mut turned] = [0; 4];
@@ -132,7 +139,10 @@ pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>),
     let capped = holes::cap(&mut mesh, size_m);
     let edges = orientation::open_edges(&mesh);
     if edges > 0 {
-        return Err(MeshError::Open { edges });
+        return Err(ObjectError(format!(
+            "is not closed: {edges} edges lack a neighbour. Close the holes in a mesh editor (\"make manifold\", \
+             \"fill holes\")"
+        )));
     }
     degenerate += faces::without_slivers(&mut mesh);
     let (inward, nested) = orientation::face_outwards(&mut mesh);
@@ -155,35 +165,41 @@ pub fn repaired(mut mesh: Mesh, unit: LengthUnit) -> Result<(Mesh, Vec<Repair>),
     Ok((mesh, done.map(|(repair, count)| repair(count)).collect()))
 }
 
-fn checked_numbers(mesh: &Mesh) -> Result<(), MeshError> {
+fn empty() -> ObjectError {
+    ObjectError("has no triangles: export the object as a surface mesh".to_owned())
+}
+
+fn checked_numbers(mesh: &Mesh) -> Result<(), ObjectError> {
     let triangles = mesh.triangles.len();
     if triangles == 0 {
-        return Err(MeshError::Empty);
+        return Err(empty());
     }
     if triangles > MAX_TRIANGLES {
-        return Err(MeshError::TooManyTriangles { triangles });
+        return Err(ObjectError(format!(
+            "has {triangles} triangles where {MAX_TRIANGLES} are possible: reduce them, some thousands are enough"
+        )));
     }
     let finite = |point: &nalgebra::Point3<f64>| point.iter().all(|at| at.is_finite());
     if let Some(vertex) = mesh.vertices.iter().position(|vertex| !finite(vertex)) {
-        return Err(MeshError::NotFinite { vertex });
+        return Err(ObjectError(format!(
+            "has a vertex (number {vertex}) that is not finite: export it again"
+        )));
     }
     let vertices = mesh.vertices.len();
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         if let Some(vertex) = corners.iter().find(|corner| **corner as usize >= vertices) {
-            return Err(MeshError::MissingVertex {
-                triangle,
-                vertex: *vertex,
-                vertices,
-            });
+            return Err(ObjectError(format!(
+                "has a triangle (number {triangle}) that names vertex {vertex} of {vertices}: export it again"
+            )));
         }
     }
     Ok(())
 }
 
-fn checked_size(mesh: &Mesh, unit: LengthUnit) -> Result<(), MeshError> {
+fn checked_size(mesh: &Mesh, unit: LengthUnit) -> Result<(), ObjectError> {
     // Of the triangles, since a stray vertex that no triangle names does not count.
     let corners: Vec<_> = mesh.corners().flatten().collect();
-    let bounds = crate::mesh::Bounds::of(&corners).ok_or(MeshError::Empty)?;
+    let bounds = crate::mesh::Bounds::of(&corners).ok_or_else(empty)?;
     let size_m = bounds.extents_m().max();
     if (MIN_SIZE_M..=MAX_SIZE_M).contains(&size_m) {
         return Ok(());
@@ -194,7 +210,14 @@ fn checked_size(mesh: &Mesh, unit: LengthUnit) -> Result<(), MeshError> {
         units.find(|unit| range.contains(&(drawn * unit.metres())))
     };
     let unit = likely(LIKELY_M).or_else(|| likely(MIN_SIZE_M..=MAX_SIZE_M));
-    Err(MeshError::Size { size_m, unit })
+    let suggestion = match unit {
+        Some(unit) => format!("it is likely drawn in {unit}; give that as its unit"),
+        None => "give the unit in which it is drawn".to_owned(),
+    };
+    let size_m = (size_m * 1e6).round() / 1e6;
+    Err(ObjectError(format!(
+        "is {size_m} m long, outside {MIN_SIZE_M} to {MAX_SIZE_M} m: {suggestion}"
+    )))
 }
 
 /// Greatest extents of objects that are packed, in metres.
@@ -221,7 +244,7 @@ fn likely_units(drawn: f64) -> String {
     names.join(" or ")
 }
 
-fn checked_thickness(mesh: &Mesh) -> Result<(), MeshError> {
+fn checked_thickness(mesh: &Mesh) -> Result<(), ObjectError> {
     let volume_m3 = mesh.signed_volume_m3();
     let area_m2: f64 = mesh
         .corners()
@@ -232,7 +255,9 @@ fn checked_thickness(mesh: &Mesh) -> Result<(), MeshError> {
     } else {
         // The sum of no triangles is -0.
         let volume_m3 = volume_m3 + 0.0;
-        Err(MeshError::NoThickness { volume_m3 })
+        Err(ObjectError(format!(
+            "has no thickness: it encloses {volume_m3:.3e} m^3. Give its walls a thickness"
+        )))
     }
 }
 

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Point3;
 
-use super::error::MeshError;
+use crate::error::ObjectError;
 use crate::hull;
 use crate::mesh::{Bounds, Mesh};
 
@@ -146,10 +146,13 @@ fn components(mesh: &Mesh) -> Components {
 }
 
 /// Turns triangles so that neighbours wind alike; returns how many.
-pub(super) fn align(mesh: &mut Mesh) -> Result<usize, MeshError> {
+pub(super) fn align(mesh: &mut Mesh) -> Result<usize, ObjectError> {
     let found = components(mesh);
     if !found.consistent {
-        return Err(MeshError::NotOrientable);
+        return Err(ObjectError(
+            "has no inside and outside, like a Moebius strip or with edges where walls meet: make it manifold in a mesh editor"
+                .to_owned(),
+        ));
     }
     // The larger share of each component is taken to be right.
     let mut sizes = vec![(0_usize, 0_usize); found.count];

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::shapes::{ball, cube, tube};
 
-fn repaired_m(mesh: Mesh) -> Result<(Mesh, Vec<Repair>), MeshError> {
+fn repaired_m(mesh: Mesh) -> Result<(Mesh, Vec<Repair>), ObjectError> {
     repaired(mesh, LengthUnit::Metres)
 }
 
@@ -173,42 +173,41 @@ fn small_flat_holes_are_closed_and_large_ones_are_not() {
     assert!(closed.signed_volume_m3() > 0.0);
     let mut open_box = cube(0.1);
     open_box.triangles.truncate(10);
-    assert_eq!(repaired_m(open_box), Err(MeshError::Open { edges: 4 }));
+    let refused = repaired_m(open_box).unwrap_err().to_string();
+    assert!(refused.starts_with("is not closed: 4 edges"), "{refused}");
 }
 
 #[test]
 fn what_is_no_solid_is_refused() {
-    assert_eq!(repaired_m(Mesh::default()), Err(MeshError::Empty));
     let mut nan = cube(0.1);
     nan.vertices[3].y = f64::NAN;
-    assert_eq!(repaired_m(nan), Err(MeshError::NotFinite { vertex: 3 }));
     let mut missing = cube(0.1);
     missing.triangles[2] = [0, 1, 8];
-    let error = MeshError::MissingVertex {
-        triangle: 2,
-        vertex: 8,
-        vertices: 8,
-    };
-    assert_eq!(repaired_m(missing), Err(error));
-    let flat = Mesh::cuboid([0.0; 3], [0.1, 0.1, 1e-6]);
-    assert!(matches!(
-        repaired_m(flat),
-        Err(MeshError::NoThickness { .. })
-    ));
+    for (mesh, expected) in [
+        (Mesh::default(), "has no triangles"),
+        (nan, "has a vertex (number 3) that is not finite"),
+        (
+            missing,
+            "has a triangle (number 2) that names vertex 8 of 8",
+        ),
+        (Mesh::cuboid([0.0; 3], [0.1, 0.1, 1e-6]), "has no thickness"),
+    ] {
+        let refused = repaired_m(mesh).unwrap_err().to_string();
+        assert!(refused.starts_with(expected), "{refused}");
+    }
 }
 
 #[test]
 fn unlikely_sizes_name_the_likely_unit() {
-    let size = |mesh, unit| match repaired(mesh, unit) {
-        Err(MeshError::Size { unit, .. }) => unit,
-        other => panic!("{other:?}"),
-    };
     let (metres, millimetres) = (LengthUnit::Metres, LengthUnit::Millimetres);
-    assert_eq!(size(cube(100.0), metres), Some(millimetres));
-    assert_eq!(size(cube(0.0002), millimetres), Some(metres));
-    assert_eq!(size(cube(1e9), metres), None);
-    let error = repaired_m(cube(100.0)).unwrap_err().to_string();
-    assert!(error.contains("drawn in mm"), "{error}");
+    for (mesh, unit, expected) in [
+        (cube(100.0), metres, "likely drawn in mm;"),
+        (cube(0.0002), millimetres, "likely drawn in m;"),
+        (cube(1e9), metres, "give the unit in which it is drawn"),
+    ] {
+        let refused = repaired(mesh, unit).unwrap_err().to_string();
+        assert!(refused.contains(expected), "{refused}");
+    }
 }
 
 proptest! {
