@@ -106,12 +106,18 @@ fn measured(
         .map(|point| point.cast())
         .collect();
     if points_m.len() < LEAST_POINTS {
-        return Err(CalibrationError::FewPoints(points_m.len()));
+        return Err(CalibrationError::new(format_args!(
+            "the cloud has {} measured points where {LEAST_POINTS} are needed",
+            points_m.len()
+        )));
     }
     let mut distances_m: Vec<f64> = points_m.iter().map(|point| point.coords.norm()).collect();
     let median_m = median(&mut distances_m);
     if !MEDIAN_DISTANCE_M.contains(&median_m) {
-        return Err(CalibrationError::Distance(median_m));
+        return Err(CalibrationError::new(format_args!(
+            "points are {median_m:.3} m from the sensor in the median, where 0.1 to 10 m are possible: is the cloud in \
+             millimetres, or not in the sensor's frame?"
+        )));
     }
     Ok(points_m)
 }

@@ -23,33 +23,31 @@ pub struct Extrinsics {
     pub orientation_xyzw: [f64; 4],
 }
 
-/// Numbers that are no pose.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ExtrinsicsError {
-    /// A position, in metres, that is not finite or far away.
-    #[error("the position {0:?} is not within {FARTHEST_M} m")]
-    Position([f64; 3]),
-    /// A quaternion whose norm is not 1.
-    #[error("the orientation {0:?} is no unit quaternion")]
-    Orientation([f64; 4]),
-}
+/// Numbers that are no pose, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ExtrinsicsError(String);
 
 impl Extrinsics {
     /// Gives the pose, `container_from_sensor`.
-    ///
-    /// # Errors
-    /// [`ExtrinsicsError`] where a number is not possible.
     pub fn pose(&self) -> Result<Isometry3<f64>, ExtrinsicsError> {
         let is_near = |side_m: &f64| side_m.abs() <= FARTHEST_M;
         if !self.position_m.iter().all(is_near) {
-            return Err(ExtrinsicsError::Position(self.position_m));
+            return Err(ExtrinsicsError(format!(
+                "the position {:?} is not within {FARTHEST_M} m",
+                self.position_m
+            )));
         }
         let quaternion = Quaternion::from(self.orientation_xyzw);
         let rotation = match (quaternion.norm() - 1.0).abs() {
             off if off <= ROUNDING => Unit::new_unchecked(quaternion),
             off if off <= NORM_TOLERANCE => UnitQuaternion::new_normalize(quaternion),
-            _ => return Err(ExtrinsicsError::Orientation(self.orientation_xyzw)),
+            _ => {
+                let given = self.orientation_xyzw;
+                return Err(ExtrinsicsError(format!(
+                    "the orientation {given:?} is no unit quaternion"
+                )));
+            }
         };
         let position = Translation3::from(self.position_m);
         Ok(Isometry3::from_parts(position, rotation))

@@ -86,9 +86,6 @@ pub struct Mapped {
 
 impl Mapper {
     /// Makes a mapper for a grid.
-    ///
-    /// # Errors
-    /// [`SettingError`] where a setting is impossible.
     pub fn new(grid: &Grid, settings: MapperSettings) -> Result<Self, SettingError> {
         settings.validate_on(grid)?;
         let raster = Raster::new(grid, &settings);
@@ -120,9 +117,6 @@ impl Mapper {
     }
 
     /// Maps one cloud: [`clear`](Self::clear), [`add`](Self::add) and [`finish`](Self::finish).
-    ///
-    /// # Errors
-    /// None in practice: heights are finite, and as many as the grid needs.
     pub fn map(
         &mut self,
         points_m: impl IntoIterator<Item = Point3<f32>>,
@@ -209,9 +203,6 @@ impl Mapper {
     /// it. A sample that stays unseen is at most as high as the lines of sight leave open. Without
     /// any, it takes the height of its cell, the highest of the cell's samples, or counts as higher
     /// than the rim where nothing of the cell was seen.
-    ///
-    /// # Errors
-    /// None in practice: heights are finite, and as many as the grid needs.
     pub fn finish(&mut self) -> Result<Mapped, HeightmapError> {
         if self.settings.noise_m > 0.0 {
             self.tally.alone = self.layers.heights(&mut self.samples_m);

@@ -87,9 +87,6 @@ impl MapperSettings {
 
     /// Checks that every number is possible on a grid. At half a sample, a point is kept for four
     /// samples at most.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
     pub fn validate_on(&self, grid: &Grid) -> Result<(), SettingError> {
         self.validate_numbers()?;
         self.still.validate()?;

@@ -90,7 +90,9 @@ pub(super) fn residuals(
     };
     let limit_m = settings.largest_bow_m;
     if bow_m > limit_m {
-        return Err(CalibrationError::Bent { bow_m, limit_m });
+        return Err(CalibrationError::new(format_args!(
+            "a wall is bent or leans by {bow_m:.4} m where {limit_m} m is possible"
+        )));
     }
     let limit_m = settings.largest_rms_m;
     for (what, rms_m) in [
@@ -99,11 +101,9 @@ pub(super) fn residuals(
         ("walls", residuals.walls_rms_m),
     ] {
         if rms_m > limit_m {
-            return Err(CalibrationError::Rough {
-                what,
-                rms_m,
-                limit_m,
-            });
+            return Err(CalibrationError::new(format_args!(
+                "the points of the {what} are {rms_m:.4} m from a plane (root mean square) where {limit_m} m is possible"
+            )));
         }
     }
     let limit_rad = settings.largest_skew_rad;
@@ -112,11 +112,10 @@ pub(super) fn residuals(
         ("floor and rim", residuals.parallelism_rad),
     ] {
         if angle_rad > limit_rad {
-            return Err(CalibrationError::Skew {
-                what,
-                angle_rad,
-                limit_rad,
-            });
+            let [angle, limit] = [angle_rad, limit_rad].map(f64::to_degrees);
+            return Err(CalibrationError::new(format_args!(
+                "{what} are {angle:.2} degrees off where {limit:.2} is possible"
+            )));
         }
     }
     let sides = rectangle.sides.iter();
@@ -126,7 +125,9 @@ pub(super) fn residuals(
     }));
     let limit_m = LARGEST_LIP_M + LARGEST_LIP_CELLS * opening.pitch_m;
     if apart_m > limit_m {
-        return Err(CalibrationError::Lip { apart_m, limit_m });
+        return Err(CalibrationError::new(format_args!(
+            "a wall's inner face and its rim's inner edge are {apart_m:.4} m apart where {limit_m:.4} m is possible"
+        )));
     }
     Ok(residuals)
 }
@@ -152,7 +153,9 @@ pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
         }
         let seen = counts.iter().filter(|count| **count >= LEAST_RIM_POINTS);
         if (seen.count() as f64) < LEAST_RIM_SHARE * counts.len() as f64 {
-            return Err(CalibrationError::RimUnseen);
+            return Err(CalibrationError::new(
+                "the rim is not seen along a side: is the whole rim in view?",
+            ));
         }
     }
     let mut above = Squares::default();
@@ -163,7 +166,10 @@ pub(super) fn has_rim(found: &Found) -> Result<(), CalibrationError> {
     }
     let area_m2 = above.area_m2(LEAST_SQUARE_POINTS);
     if area_m2 > LARGEST_OFF_M2 {
-        return Err(CalibrationError::AboveRim(area_m2));
+        return Err(CalibrationError::new(format_args!(
+            "{area_m2:.4} m^2 within the walls are higher than what seems the rim: is the whole rim in view, and nothing \
+             above it?"
+        )));
     }
     Ok(())
 }
@@ -187,15 +193,17 @@ pub(super) fn is_empty(found: &Found, floor_rms_m: f64) -> Result<(), Calibratio
             floor.count(point);
         }
     }
-    for (squares, is_above) in [(above, true), (below, false)] {
+    for (squares, side) in [(above, "above"), (below, "below what seems")] {
         let area_m2 = squares.area_m2(LEAST_SQUARE_POINTS);
         if area_m2 > LARGEST_OFF_M2 {
-            return Err(CalibrationError::NotEmpty { area_m2, is_above });
+            return Err(CalibrationError::new(format_args!(
+                "the container is not empty: {area_m2:.4} m^2 lie {side} its floor"
+            )));
         }
     }
     let seen_share = floor.area_m2(1) / rectangle.area_m2();
     if seen_share < LEAST_FLOOR_SHARE {
-        return Err(CalibrationError::NoFloor(seen_share));
+        return Err(CalibrationError::no_floor(seen_share));
     }
     Ok(())
 }

@@ -39,13 +39,15 @@ pub(super) fn find(
         .iter()
         .filter_map(|point| point.coords.try_normalize(1e-9))
         .sum::<Vector3<f64>>();
-    let view = view.try_normalize(1e-9).ok_or(CalibrationError::NoLevel)?;
+    let view = view
+        .try_normalize(1e-9)
+        .ok_or_else(CalibrationError::no_level)?;
     let mut levels = Levels::default();
     let mut best = None;
     for _ in 0..TRIALS {
         let [a, b, c] = [(); 3].map(|()| judges.get(random.random_range(0..judges.len().max(1))));
         let (Some(a), Some(b), Some(c)) = (a, b, c) else {
-            return Err(CalibrationError::NoLevel);
+            return Err(CalibrationError::no_level());
         };
         // Points close together say little of a direction.
         let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.003) else {
@@ -64,14 +66,14 @@ pub(super) fn find(
             best = Some((score, up));
         }
     }
-    let (_, up) = best.ok_or(CalibrationError::NoLevel)?;
+    let (_, up) = best.ok_or_else(CalibrationError::no_level)?;
     let up = refine(points_m, &judges, Unit::new_normalize(up), &mut levels)?;
     let angle_rad = (-up.dot(&view)).clamp(-1.0, 1.0).acos();
     if angle_rad > settings.largest_view_angle_rad {
-        return Err(CalibrationError::Side {
-            angle_rad,
-            limit_rad: settings.largest_view_angle_rad,
-        });
+        let [angle, limit] = [angle_rad, settings.largest_view_angle_rad].map(f64::to_degrees);
+        return Err(CalibrationError::new(format_args!(
+            "the sensor looks at the container {angle:.0} degrees from above, where {limit:.0} are possible: tilt it less"
+        )));
     }
     Ok(up)
 }
@@ -95,7 +97,7 @@ fn refine(
         let level = points_m
             .iter()
             .filter(|point| (up.dot(&point.coords) - height_m).abs() <= within_m);
-        let spread = Spread::of(level).ok_or(CalibrationError::NoLevel)?;
+        let spread = Spread::of(level).ok_or_else(CalibrationError::no_level)?;
         up = spread.normal(&up);
         height_m = up.dot(&spread.mean.coords);
     }

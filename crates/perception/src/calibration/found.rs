@@ -72,8 +72,8 @@ impl Surfaces {
                 && RIM_M.contains(&-rectangle.inside_m(&point.xy()))
         });
         Ok(Self {
-            floor: Spread::of(floor).ok_or(CalibrationError::NoFloor(0.0))?,
-            rim: Spread::of(rim).ok_or(CalibrationError::NoRim)?,
+            floor: Spread::of(floor).ok_or_else(|| CalibrationError::no_floor(0.0))?,
+            rim: Spread::of(rim).ok_or_else(CalibrationError::no_rim)?,
         })
     }
 

@@ -44,7 +44,7 @@ pub(super) fn place(
     });
     // The first that fits; where none does, the first error.
     let first = tried.reduce(|first, next| first.or_else(|error| next.map_err(|_| error)));
-    first.unwrap_or(Err(CalibrationError::NoRim))
+    first.unwrap_or_else(|| Err(CalibrationError::no_rim()))
 }
 
 /// The container's extents along axes of which x is chosen.
@@ -100,11 +100,9 @@ impl Sides {
             ("z", measured.z_m, size.z_m),
         ] {
             if (measured_m - known_m).abs() > settings.size_tolerance_m {
-                return Err(CalibrationError::Size {
-                    side,
-                    measured_m,
-                    known_m,
-                });
+                return Err(CalibrationError::new(format_args!(
+                    "the container's {side} side was measured as {measured_m:.4} m, but is {known_m} m"
+                )));
             }
         }
         // Where the size is known, it lies about the middle of what was measured.
@@ -139,6 +137,6 @@ fn ends_m(
         (Some(end), Some(beginning), _) => Ok([-beginning, end]),
         (Some(end), None, Some(known_m)) => Ok([end - known_m, end]),
         (None, Some(beginning), Some(known_m)) => Ok([-beginning, known_m - beginning]),
-        _ => Err(CalibrationError::SideUnseen),
+        _ => Err(CalibrationError::side_unseen()),
     }
 }

@@ -71,11 +71,13 @@ pub(super) fn find(
     }
     holes.sort_by_key(|hole| std::cmp::Reverse(hole.cells.len()));
     let mut holes = holes.into_iter();
-    let largest = holes.next().ok_or(CalibrationError::NoRim)?;
+    let largest = holes.next().ok_or_else(CalibrationError::no_rim)?;
     if let Some(other) = holes.next()
         && other.cells.len() as f64 > OTHER_SHARE * largest.cells.len() as f64
     {
-        return Err(CalibrationError::Several);
+        return Err(CalibrationError::new(
+            "more than one container is seen: leave one in view, or give the size of the one that is meant",
+        ));
     }
     map.opening(levelled, &largest, settings.least_depth_m)
 }
@@ -224,8 +226,8 @@ impl Map {
                 rim_m.push(point.z);
             }
         }
-        let floor_m = densest_m(&mut deep_m).ok_or(CalibrationError::NoFloor(0.0))?;
-        let rim_m = densest_m(&mut rim_m).ok_or(CalibrationError::NoRim)?;
+        let floor_m = densest_m(&mut deep_m).ok_or_else(|| CalibrationError::no_floor(0.0))?;
+        let rim_m = densest_m(&mut rim_m).ok_or_else(CalibrationError::no_rim)?;
         Ok(Opening {
             rim_m,
             floor_m,
@@ -283,7 +285,9 @@ fn spacing_m(points_m: &[Point3<f64>], corner: &Point2<f64>) -> Result<f64, Cali
     let mut occupied: Vec<f64> = occupied.map(|count| f64::from(*count)).collect();
     let spacing_m = DENSITY_SQUARE_M / median(&mut occupied).max(1e-6).sqrt();
     if spacing_m > WIDEST_SPACING_M {
-        return Err(CalibrationError::Sparse(spacing_m));
+        return Err(CalibrationError::new(format_args!(
+            "points are {spacing_m:.4} m apart where 0.007 m is too coarse to see a rim"
+        )));
     }
     Ok(spacing_m)
 }

@@ -82,7 +82,7 @@ pub(super) fn find(
             |one: bool, other: bool| (one && other) || (settings.size.is_some() && (one || other));
         match is_known(a, c) && is_known(b, d) {
             true => Ok(rectangle),
-            false => Err(CalibrationError::SideUnseen),
+            false => Err(CalibrationError::side_unseen()),
         }
     };
     let first = look(around(opening))?;

@@ -33,9 +33,6 @@ settings! {
 
 impl CalibrationSettings {
     /// Checks that every number is possible.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
         if let Some(size) = self.size {
             let side = within("0.01 to 3 m a side", 0.01..=3.0);

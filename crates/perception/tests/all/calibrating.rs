@@ -11,22 +11,23 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::simulated::{Case, container};
 
-use CalibrationError::{
-    AboveRim, Bent, Distance, FewPoints, NoFloor, NoRim, NotEmpty, RimUnseen, Several, Side, Size,
-    Sparse,
-};
-
 fn found(case: &Case) -> Result<Calibration, CalibrationError> {
     calibrate(case.cloud(), &CalibrationSettings::default())
 }
 
-/// Asks for an error of this kind.
-macro_rules! assert_refused {
-    ($found:expr, $kind:pat) => {
-        let error = $found.unwrap_err();
-        assert!(matches!(error, $kind), "{error}");
-    };
+/// Asks for an error that says one of these.
+fn assert_refused<const N: usize>(
+    found: Result<Calibration, CalibrationError>,
+    reasons: [&str; N],
+) {
+    let error = found.unwrap_err().to_string();
+    assert!(
+        reasons.iter().any(|reason| error.contains(reason)),
+        "{error}"
+    );
 }
+
+const NO_RIM: &str = "no raised rim encloses a hole";
 
 fn with_size(case: &Case, size: ContainerSize) -> Result<Calibration, CalibrationError> {
     let settings = CalibrationSettings {
@@ -104,12 +105,18 @@ fn a_known_size_is_checked_and_decides_which_side_is_x() {
         x_m: 0.41,
         ..case.size()
     };
-    assert_refused!(with_size(&case, wrong), Size { side: "x", .. });
+    assert_refused(
+        with_size(&case, wrong),
+        ["the container's x side was measured"],
+    );
     let shallow = ContainerSize {
         z_m: 0.15,
         ..case.size()
     };
-    assert_refused!(with_size(&case, shallow), Size { side: "z", .. });
+    assert_refused(
+        with_size(&case, shallow),
+        ["the container's z side was measured"],
+    );
 }
 
 /// Sides within the tolerance of each other were taken for one another.
@@ -140,7 +147,7 @@ fn content_is_refused() {
         ([0.2, 0.2, 0.0], [0.3, 0.23, 0.012]),
     ] {
         case.others = vec![Mesh::cuboid(low, high)];
-        assert_refused!(found(&case), NotEmpty { .. });
+        assert_refused(found(&case), ["the container is not empty"]);
     }
 }
 
@@ -148,7 +155,7 @@ fn content_is_refused() {
 fn a_bent_wall_is_refused() {
     let mut case = Case::plain();
     case.bulge_m = 0.015;
-    assert_refused!(found(&case), Bent { .. });
+    assert_refused(found(&case), ["a wall is bent or leans"]);
 }
 
 #[test]
@@ -160,7 +167,7 @@ fn more_than_one_container_needs_a_size() {
     let beside = Isometry3::translation(0.25, 0.0, 0.0);
     let other = other.iter().map(|mesh| mesh.transformed(&beside));
     case.others = other.collect();
-    assert_refused!(found(&case), Several);
+    assert_refused(found(&case), ["more than one container"]);
     let calibration = with_size(&case, case.size()).unwrap();
     assert!(case.errors(&calibration).are_small());
 }
@@ -171,28 +178,39 @@ fn clouds_without_a_container_are_refused() {
     let cloud = case.cloud();
     let settings = CalibrationSettings::default();
     let millimetres = cloud.iter().map(|point| point * 1000.0);
-    let error = calibrate(millimetres, &settings).unwrap_err();
-    assert!(matches!(error, Distance(_)) && error.to_string().contains("millimetres"));
+    assert_refused(
+        calibrate(millimetres, &settings),
+        ["is the cloud in millimetres"],
+    );
 
-    assert_refused!(calibrate([], &settings), FewPoints(0));
+    assert_refused(calibrate([], &settings), ["has 0 measured points"]);
 
     let sparse = cloud.iter().step_by(100).copied();
-    assert_refused!(calibrate(sparse, &settings), Sparse(_) | FewPoints(_));
+    assert_refused(
+        calibrate(sparse, &settings),
+        ["too coarse to see", "measured points"],
+    );
 
     case.look_from(1.0, 1.2, 0.3, 0.2);
-    assert_refused!(found(&case), Side { .. } | NoRim | NoFloor(_));
+    assert_refused(
+        found(&case),
+        ["degrees from above", NO_RIM, "too little of a floor"],
+    );
 
     // Half of the rim is out of sight.
     let mut case = Case::plain();
     case.look_from(0.35, 0.0, 0.0, 0.0);
-    assert_refused!(found(&case), RimUnseen | AboveRim(_));
+    assert_refused(
+        found(&case),
+        ["rim is not seen along", "higher than what seems the rim"],
+    );
 
     // A table with a box on it.
     let table = vec![
         Mesh::cuboid([-5.0, -5.0, -0.1], [5.0, 5.0, 0.0]),
         Mesh::cuboid([0.0; 3], [0.3, 0.3, 0.2]),
     ];
-    assert_refused!(calibrate(simulated_only(&table), &settings), NoRim);
+    assert_refused(calibrate(simulated_only(&table), &settings), [NO_RIM]);
 }
 
 /// What the plain camera sees of meshes without a container.
