@@ -3,7 +3,7 @@
 use ppnpack_packing::check::BoxedCheck;
 use ppnpack_packing::evaluator::Evaluator;
 use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::WeightError;
+use ppnpack_packing::objective::SettingError;
 use ppnpack_packing::proposals::Proposals;
 use ppnpack_packing::search::{Search, SearchSettings};
 use ppnpack_packing::step::{Candidate, Evaluated, StageError, StepInput};
@@ -22,15 +22,12 @@ pub struct Expert {
 impl Expert {
     /// Makes an expert that judges as `settings` say; `with_values` also keeps the value of every
     /// placement.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
     pub fn new(
         grid: &Grid,
         settings: &SearchSettings,
         checks: Vec<BoxedCheck>,
         with_values: bool,
-    ) -> Result<Self, WeightError> {
+    ) -> Result<Self, SettingError> {
         Ok(Self {
             search: Search::new(grid, settings)?,
             checks,

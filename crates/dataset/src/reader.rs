@@ -103,9 +103,6 @@ impl Dataset {
     ///
     /// Values take two bytes per placement and candidate, about 14 kB a step of the reference
     /// setting; where they are not asked for, they take no memory.
-    ///
-    /// # Errors
-    /// [`DatasetError`] where a file cannot be read or is damaged.
     pub fn load(
         &self,
         split: Split,

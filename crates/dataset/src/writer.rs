@@ -92,9 +92,6 @@ impl DatasetWriter {
     }
 
     /// Opens what was written.
-    ///
-    /// # Errors
-    /// [`DatasetError`] where sequences are missing.
     pub fn finish(self) -> Result<Dataset, DatasetError> {
         Dataset::open(&self.folder)
     }

@@ -86,9 +86,6 @@ impl Fill {
 
 impl ClosingRules {
     /// Checks that the rules go together, and with the others.
-    ///
-    /// # Errors
-    /// [`ClosingError`] where they do not.
     pub fn validate(&self, rules: &ContainerRules) -> Result<(), ClosingError> {
         let percent = self.fill_percent;
         if let Some(percent) = percent.filter(|percent| !(1.0..=100.0).contains(percent)) {

@@ -26,9 +26,6 @@ pub struct Found {
 
 /// Plans a step over open containers: what the first attempt that finds a placement finds; else the
 /// last plan of all; `None` without containers. `plan_in` plans in a container of an attempt.
-///
-/// # Errors
-/// What kept `plan_in` from planning.
 pub fn plan_over<E>(
     attempts: &[Attempt],
     candidates: &[Candidate],

@@ -360,9 +360,6 @@ impl GridSettings {
     }
 
     /// Gives the resolution.
-    ///
-    /// # Errors
-    /// As [`GridSettings::build`].
     pub fn resolution(&self) -> Result<Resolution, GridError> {
         let yaws = Yaws::half_turn(self.yaws)?;
         Resolution::new(self.cell_m, self.height_unit_m, yaws)

@@ -10,42 +10,19 @@ use crate::item::ItemView;
 use crate::leaving::Leaving;
 use crate::placement::{Placement, RestingPlacement};
 
-/// Why a heightmap or a surface could not be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum HeightmapError {
-    /// The number of heights is not that of the grid.
-    #[error("a heightmap of {nx} x {ny} cells needs {} heights, but {found} were given", nx * ny)]
-    Size {
-        /// Cells along x.
-        nx: usize,
-        /// Cells along y.
-        ny: usize,
-        /// How many heights were given.
-        found: usize,
-    },
-    /// A map does not cover the grid as its resolution asks.
-    #[error("the {map} has {} x {} values where the grid needs {} x {}", found.0, found.1, expected.0, expected.1)]
-    Sampling {
-        /// `heightmap` or `surface`.
-        map: &'static str,
-        /// Values along x and y that the grid needs.
-        expected: (usize, usize),
-        /// Values along x and y.
-        found: (usize, usize),
-    },
-    /// A height is not a number the engine represents.
-    #[error("the height {height} of cell ({x}, {y}) is not within 0 and {limit}")]
-    Height {
-        /// Cell index along x.
-        x: usize,
-        /// Cell index along y.
-        y: usize,
-        /// The height found.
-        height: f64,
-        /// The greatest height possible.
-        limit: f64,
-    },
+/// Why a heightmap or a surface could not be made, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct HeightmapError(String);
+
+impl HeightmapError {
+    /// Refuses the height of the cell with this index, which is not within 0 and a limit.
+    fn height(index: usize, ny: usize, height: f64, limit: f64) -> Self {
+        let (x, y) = (index / ny, index % ny);
+        Self(format!(
+            "the height {height} of cell ({x}, {y}) is not within 0 and {limit}"
+        ))
+    }
 }
 
 /// The height of a container's content per cell, in units, from the floor.
@@ -232,12 +209,8 @@ impl Surface {
         check_heights(self.nx, self.ny, &support_m, f32::MAX, f64::INFINITY)?;
         let mut pairs = support_m.iter().zip(&self.heights_m).enumerate();
         if let Some((index, (held_m, height_m))) = pairs.find(|(_, (held, height))| held > height) {
-            return Err(HeightmapError::Height {
-                x: index / self.ny,
-                y: index % self.ny,
-                height: f64::from(*held_m),
-                limit: f64::from(*height_m),
-            });
+            let (height, limit) = (f64::from(*held_m), f64::from(*height_m));
+            return Err(HeightmapError::height(index, self.ny, height, limit));
         }
         let is_all = support_m == self.heights_m;
         Ok(Self {
@@ -353,7 +326,10 @@ fn check_heights<T: Copy + PartialOrd + Default + Into<f64>>(
 ) -> Result<(), HeightmapError> {
     let found = heights.len();
     if found != nx * ny {
-        return Err(HeightmapError::Size { nx, ny, found });
+        let needed = nx * ny;
+        return Err(HeightmapError(format!(
+            "a heightmap of {nx} x {ny} cells needs {needed} heights, but {found} were given"
+        )));
     }
     let range = T::default()..=greatest;
     // As a rule all are possible, which a loop without an early exit finds out many times faster.
@@ -364,28 +340,21 @@ fn check_heights<T: Copy + PartialOrd + Default + Into<f64>>(
     let mut heights = heights.iter().enumerate();
     match heights.find(|(_, height)| !range.contains(height)) {
         None => Ok(()),
-        Some((index, height)) => Err(HeightmapError::Height {
-            x: index / ny,
-            y: index % ny,
-            height: (*height).into(),
-            limit,
-        }),
+        Some((index, height)) => Err(HeightmapError::height(index, ny, (*height).into(), limit)),
     }
 }
 
+/// Checks that a map covers the grid as its resolution asks, by values along x and y.
 fn sampled(
     map: &'static str,
-    expected: (usize, usize),
+    (nx, ny): (usize, usize),
     found: (usize, usize),
 ) -> Result<(), HeightmapError> {
-    if found == expected {
-        Ok(())
-    } else {
-        Err(HeightmapError::Sampling {
-            map,
-            expected,
-            found,
-        })
+    match found {
+        found if found == (nx, ny) => Ok(()),
+        (x, y) => Err(HeightmapError(format!(
+            "the {map} has {x} x {y} values where the grid needs {nx} x {ny}"
+        ))),
     }
 }
 
@@ -403,7 +372,7 @@ impl Scene {
     /// A scene from its heightmap, and its fine surface where known, neither from the other.
     ///
     /// # Errors
-    /// [`HeightmapError::Sampling`] where one of them does not cover the grid as its resolution asks.
+    /// [`HeightmapError`] where one of them does not cover the grid as its resolution asks.
     pub fn new(
         grid: &Grid,
         heightmap: Heightmap,
@@ -460,7 +429,7 @@ impl Scene {
     /// and the inside surface at least.
     ///
     /// # Errors
-    /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
+    /// [`HeightmapError`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
@@ -478,7 +447,7 @@ impl Scene {
     /// middle, rounded. What stands between the middles is missed: an item may touch it.
     ///
     /// # Errors
-    /// [`HeightmapError::Sampling`] where the surface is not sampled as the grid's resolution asks.
+    /// [`HeightmapError`] where the surface is not sampled as the grid's resolution asks.
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
@@ -553,14 +522,13 @@ mod tests {
 
     #[test]
     fn heightmaps_of_wrong_size_or_value_are_refused() {
-        assert!(matches!(
-            Heightmap::from_units(2, 2, vec![0; 3]),
-            Err(HeightmapError::Size { .. })
-        ));
-        assert!(matches!(
-            Heightmap::from_units(2, 2, vec![0, 0, 0, -1]),
-            Err(HeightmapError::Height { x: 1, y: 1, .. })
-        ));
+        for (heights, expected) in [
+            (vec![0; 3], "2 x 2 cells needs 4 heights, but 3 were"),
+            (vec![0, 0, 0, -1], "height -1 of cell (1, 1)"),
+        ] {
+            let refused = Heightmap::from_units(2, 2, heights).unwrap_err();
+            assert!(refused.to_string().contains(expected), "{refused}");
+        }
         assert!(Surface::from_metres(1, 1, 0.01, vec![f32::NAN]).is_err());
     }
 
@@ -572,10 +540,8 @@ mod tests {
         assert!(Scene::new(&grid, heightmap.clone(), Some(surface(128, 128))).is_ok());
         let turned = Heightmap::from_units(64, 16, vec![0; 1024]).unwrap();
         for (heightmap, surface) in [(turned, None), (heightmap, Some(surface(64, 256)))] {
-            assert!(matches!(
-                Scene::new(&grid, heightmap, surface),
-                Err(HeightmapError::Sampling { .. })
-            ));
+            let refused = Scene::new(&grid, heightmap, surface).unwrap_err();
+            assert!(refused.to_string().contains("where the grid needs"));
         }
     }
 }

@@ -32,9 +32,6 @@ impl ContainerSize {
     }
 
     /// Checks that the walls neither meet nor lean inwards, and that the corners fit between them.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the number that is impossible.
     pub fn validate_shape(&self) -> Result<(), SettingError> {
         let leaning = within("at least 0 and below pi/4 (45 degrees)", 0.0..FRAC_PI_4);
         leaning("container.draft_rad", self.draft_rad)?;

@@ -10,54 +10,10 @@ use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::layout::ViewLayout;
 use crate::placement::{Placement, RestingPlacement};
 
-/// Why an item could not be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ItemError {
-    /// A map does not have the footprint's number of cells.
-    #[error("the {map} of item {item} has {found} values where its footprint of {nx} x {ny} needs {}", nx * ny)]
-    Size {
-        /// The item's name.
-        item: String,
-        /// Name of the map.
-        map: &'static str,
-        /// Values along x.
-        nx: usize,
-        /// Values along y.
-        ny: usize,
-        /// How many values were given.
-        found: usize,
-    },
-    /// A cell's surfaces are out of order or out of range.
-    #[error(
-        "cell ({x}, {y}) of item {item} has its upper surface at {top} and its lower one at {bottom}; \
-         0 <= lower < upper <= {MAX_UNITS} is needed, or a lower one of -1 where there is no material"
-    )]
-    Surfaces {
-        /// The item's name.
-        item: String,
-        /// Cell index along x.
-        x: usize,
-        /// Cell index along y.
-        y: usize,
-        /// Upper surface, in units.
-        top: Units,
-        /// Lower surface, in units.
-        bottom: Units,
-    },
-    /// No cell has material, or none at height 0.
-    #[error("item {item} has no material at its lowest height")]
-    Empty {
-        /// The item's name.
-        item: String,
-    },
-    /// There is no view.
-    #[error("item {item} has no yaw")]
-    NoView {
-        /// The item's name.
-        item: String,
-    },
-}
+/// Why an item could not be made, or does not have what it is asked for, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ItemError(String);
 
 /// An item that was made for another number of yaws than a grid has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -66,17 +22,6 @@ pub struct YawsMismatch {
     item: String,
     found: usize,
     expected: usize,
-}
-
-/// A placement at a yaw that its item does not have.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "broken invariant \"a placement's yaw is one of its item's\": {item} has {found} yaws, not yaw {yaw}"
-)]
-pub struct NoSuchYaw {
-    item: Arc<str>,
-    found: usize,
-    yaw: usize,
 }
 
 /// The item's finely sampled lower surface in metres, for contact that does not depend on the cell.
@@ -152,16 +97,12 @@ impl ItemView {
         let (nx, ny) = (surfaces.nx, surfaces.ny);
         let sized = |map: &'static str, nx: usize, ny: usize, found: usize| {
             if found == nx * ny {
-                Ok(())
-            } else {
-                Err(ItemError::Size {
-                    item: item.to_owned(),
-                    map,
-                    nx,
-                    ny,
-                    found,
-                })
+                return Ok(());
             }
+            Err(ItemError(format!(
+                "the {map} of item {item} has {found} values where its footprint of {nx} x {ny} needs {}",
+                nx * ny
+            )))
         };
         sized("upper surface", nx, ny, surfaces.top.len())?;
         sized("lower surface", nx, ny, surfaces.bottom.len())?;
@@ -180,13 +121,10 @@ impl ItemView {
                 continue;
             }
             if *bottom < 0 || *top <= *bottom || *top > MAX_UNITS {
-                return Err(ItemError::Surfaces {
-                    item: item.to_owned(),
-                    x,
-                    y,
-                    top: *top,
-                    bottom: *bottom,
-                });
+                return Err(ItemError(format!(
+                    "cell ({x}, {y}) of item {item} has its upper surface at {top} and its lower one at {bottom}; \
+                     0 <= lower < upper <= {MAX_UNITS} is needed, or a lower one of -1 where there is no material"
+                )));
             }
             height = height.max(*top);
             lowest = lowest.min(*bottom);
@@ -197,9 +135,8 @@ impl ItemView {
             moment += Vector2::new(x as f64 + 0.5, y as f64 + 0.5) * column as f64;
         }
         if lowest != 0 {
-            return Err(ItemError::Empty {
-                item: item.to_owned(),
-            });
+            let empty = format!("item {item} has no material at its lowest height");
+            return Err(ItemError(empty));
         }
         let centroid_cells = Point2::from(moment / voxel_count as f64);
         let layout = ViewLayout::new(ny, &surfaces.top, &surfaces.bottom);
@@ -332,9 +269,7 @@ impl Item {
     ) -> Result<Self, ItemError> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         if views.is_empty() {
-            return Err(ItemError::NoView {
-                item: name.to_owned(),
-            });
+            return Err(ItemError(format!("item {name} has no yaw")));
         }
         let views = views
             .into_iter()
@@ -365,21 +300,16 @@ impl Item {
     }
 
     /// Gives the view at the yaw of a placement.
-    ///
-    /// # Errors
-    /// [`NoSuchYaw`] where there is none.
-    pub fn view(&self, yaw: usize) -> Result<&ItemView, NoSuchYaw> {
-        self.views.get(yaw).ok_or_else(|| NoSuchYaw {
-            item: Arc::clone(&self.name),
-            found: self.views.len(),
-            yaw,
+    pub fn view(&self, yaw: usize) -> Result<&ItemView, ItemError> {
+        self.views.get(yaw).ok_or_else(|| {
+            let (item, found) = (&self.name, self.views.len());
+            ItemError(format!(
+                "broken invariant \"a placement's yaw is one of its item's\": {item} has {found} yaws, not yaw {yaw}"
+            ))
         })
     }
 
     /// Whether it has a view for each yaw of a grid.
-    ///
-    /// # Errors
-    /// [`YawsMismatch`] where it has not.
     pub fn check_yaws(&self, grid: &Grid) -> Result<(), YawsMismatch> {
         let (found, expected) = (self.views.len(), grid.resolution().yaws().count());
         if found == expected {
@@ -449,15 +379,27 @@ mod tests {
             let view = ViewSurfaces::of_cells(1, ny, top.to_vec(), bottom.to_vec());
             Item::new("bad", vec![view], 0.0).unwrap_err()
         };
-        let size = refusal(2, &[1], &[0, 0]);
-        assert!(matches!(size, ItemError::Size { .. }));
-        let surfaces = refusal(1, &[1], &[1]);
-        assert!(matches!(surfaces, ItemError::Surfaces { .. }));
-        for (top, bottom) in [(2, 1), (0, ABSENT)] {
-            let empty = refusal(1, &[top], &[bottom]);
-            assert!(matches!(empty, ItemError::Empty { .. }));
-        }
         let no_view = Item::new("none", vec![], 0.0).unwrap_err();
-        assert!(matches!(no_view, ItemError::NoView { .. }));
+        for (refused, expected) in [
+            (
+                refusal(2, &[1], &[0, 0]),
+                "has 1 values where its footprint",
+            ),
+            (
+                refusal(1, &[1], &[1]),
+                "upper surface at 1 and its lower one at 1",
+            ),
+            (
+                refusal(1, &[2], &[1]),
+                "has no material at its lowest height",
+            ),
+            (
+                refusal(1, &[0], &[ABSENT]),
+                "has no material at its lowest height",
+            ),
+            (no_view, "has no yaw"),
+        ] {
+            assert!(refused.to_string().contains(expected), "{refused}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use serde::{Deserialize, Serialize};
 
 use crate::check::{BoxedCheck, Cost};
@@ -12,11 +12,9 @@ use crate::grid::Grid;
 use crate::item::{Item, ItemError};
 use crate::leaving::Sequence;
 use crate::loads::LoadSettings;
-use crate::objective::{Heuristic, Order, WeightError, Weights};
+use crate::objective::{Heuristic, Order, Weights};
 use crate::plan::Planner;
-use crate::proposals::{
-    OrExhaustive, Percent, PercentError, ProposeAll, ProposeRandom, ProposeTries, Proposer,
-};
+use crate::proposals::{OrExhaustive, Percent, ProposeAll, ProposeRandom, ProposeTries, Proposer};
 use crate::scene_value::{Farsighted, SceneValue};
 use crate::search::{Search, SearchSettings};
 use crate::stability::{PhysicalStability, PhysicalStabilitySettings, PublishedStability};
@@ -29,34 +27,34 @@ const PROPOSAL_CELL_M: f64 = 0.01;
 /// The number of items that may be set aside for the next container where nothing is said.
 pub const SET_ASIDE: usize = 20;
 
-/// A packing method: which placements are evaluated, how judged, and what they must pass.
-///
-/// The default is what commands, services, bindings and experiments do where nothing is said, on
-/// the default [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Method {
-    /// Objective.
-    pub heuristic: Heuristic,
-    /// Competition among the items of the buffer.
-    pub order: Order,
-    /// Placements that are evaluated.
-    pub proposals: ProposalSource,
-    /// The stability test that they must pass.
-    pub stability: Stability,
-    /// Tries in a simulation of the cell, which placements must pass too.
-    pub trial: TrialSettings,
-    /// Limits of loads and balance.
-    pub loads: LoadSettings,
-    /// The weights of the objective; `None` for [`Weights::for_poses`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub weights: Option<Weights>,
-    /// How much the value of what a placement leaves counts beside the objective.
-    pub scene_value: SceneValue,
-    /// How many of the waiting items may be chosen from.
-    pub buffer: usize,
-    /// The seed of everything that is random.
-    pub seed: u64,
+settings! {
+    /// A packing method: which placements are evaluated, how judged, and what they must pass.
+    ///
+    /// The default is what commands, services, bindings and experiments do where nothing is said,
+    /// on the default [`GridSettings`](crate::grid::GridSettings) and with [`SET_ASIDE`].
+    pub struct Method {
+        /// Objective.
+        pub heuristic: Heuristic = Heuristic::Sdfm,
+        /// Competition among the items of the buffer.
+        pub order: Order = Order::Balance,
+        /// Placements that are evaluated.
+        pub proposals: ProposalSource = ProposalSource::Bounded,
+        /// The stability test that they must pass.
+        pub stability: Stability = Stability::None,
+        /// Tries in a simulation of the cell, which placements must pass too.
+        pub trial: TrialSettings = TrialSettings::default(),
+        /// Limits of loads and balance.
+        pub loads: LoadSettings = LoadSettings::default(),
+        /// The weights of the objective; `None` for [`Weights::for_poses`].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub weights: Option<Weights> = None,
+        /// How much the value of what a placement leaves counts beside the objective.
+        pub scene_value: SceneValue = SceneValue::default(),
+        /// How many of the waiting items may be chosen from.
+        pub buffer: usize = 5,
+        /// The seed of everything that is random.
+        pub seed: u64 = 0,
+    }
 }
 
 /// Stability test that placements must pass.
@@ -107,9 +105,6 @@ pub enum ProposalSource {
 /// Opens the network that a method names.
 pub trait OpenNetwork {
     /// A proposer of the best-scored `share` of each item's placements; `items` are known ahead.
-    ///
-    /// # Errors
-    /// What keeps the network from running.
     fn open(
         &self,
         grid: &Grid,
@@ -127,18 +122,12 @@ pub trait OpenNetwork {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum MethodError {
-    /// `K` is no share.
-    #[error(transparent)]
-    Share(#[from] PercentError),
     /// There is no such coarse grid.
     #[error(transparent)]
     Coarse(#[from] CoarseGridError),
     /// An item has no place on the coarse grid.
     #[error(transparent)]
     Item(#[from] ItemError),
-    /// A weight is not possible.
-    #[error(transparent)]
-    Weight(#[from] WeightError),
     /// A number is not possible.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -154,23 +143,6 @@ pub enum MethodError {
     /// The threads cannot be had.
     #[error(transparent)]
     Threads(#[from] rayon::ThreadPoolBuildError),
-}
-
-impl Default for Method {
-    fn default() -> Self {
-        Self {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            proposals: ProposalSource::Bounded,
-            stability: Stability::None,
-            trial: TrialSettings::default(),
-            loads: LoadSettings::default(),
-            weights: None,
-            scene_value: SceneValue::default(),
-            buffer: 5,
-            seed: 0,
-        }
-    }
 }
 
 impl Method {
@@ -196,9 +168,6 @@ impl Method {
     }
 
     /// Checks every number; what a grid or a network has to do with it is seen where it is built.
-    ///
-    /// # Errors
-    /// [`MethodError`] names the first that is not.
     pub fn validate(&self) -> Result<(), MethodError> {
         if let Some(weights) = self.weights {
             weights.validate()?;

@@ -14,6 +14,8 @@
 //! [`Order::Balance`] adds `80 (1 - cbrt(V / C))` to each, the size-balancing term of SDF-Pack,
 //! which prefers large items early. The other weights are in [`Weights`].
 
+pub use ppnpack_numbers::SettingError;
+use ppnpack_numbers::{settings, within};
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Grid, Units};
@@ -25,6 +27,9 @@ const REFERENCE_UNIT_M: f64 = 0.002;
 
 /// Offsets along the floor enter them in centimetres.
 const REFERENCE_CELL_M: f64 = 0.01;
+
+/// The range of a weight, in words.
+const WEIGHT: &str = "a finite number of at least 0";
 
 /// Objective of a placement; lower is better.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -61,41 +66,28 @@ pub enum Order {
     Shuffled,
 }
 
-/// The weights of the objectives' terms; the defaults are the published ones.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Weights {
-    /// Weight of the resting height, per 0.2 cm.
-    pub resting_height: f64,
-    /// Weight of the mean truncated distance to content, per step of 1 cm.
-    pub distance: f64,
-    /// Weight of the item's own height, per 0.2 cm: with that of the resting height, a price for
-    /// where the top comes to lie. Of SDFM.
-    pub top_height: f64,
-    /// Weight of `1 - cbrt(V / B)`, the item's share of its bounding box.
-    pub box_share: f64,
-    /// Weight of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
-    pub balance: f64,
-    /// Weight of the offset from the origin's corner, per centimetre.
-    pub corner: f64,
-    /// Weight of the volume under the surface, per square centimetre and 0.2 cm.
-    pub surface_volume: f64,
-    /// Weight of the touching area, per square centimetre.
-    pub touching_area: f64,
-}
-
-impl Default for Weights {
-    fn default() -> Self {
-        Self {
-            resting_height: 1.0,
-            distance: 2.5,
-            top_height: 0.0,
-            box_share: 10.0,
-            balance: 80.0,
-            corner: 1.0,
-            surface_volume: 1.0,
-            touching_area: 1.0,
-        }
+settings! {
+    /// The weights of the objectives' terms; the defaults are the published ones. The search's
+    /// bounds rely on all being finite and at least 0.
+    #[derive(Copy)]
+    pub struct Weights with validate as "the weight " {
+        /// Weight of the resting height, per 0.2 cm.
+        pub resting_height: f64 = 1.0 => within(WEIGHT, 0.0..),
+        /// Weight of the mean truncated distance to content, per step of 1 cm.
+        pub distance: f64 = 2.5 => within(WEIGHT, 0.0..),
+        /// Weight of the item's own height, per 0.2 cm: with that of the resting height, a price
+        /// for where the top comes to lie. Of SDFM.
+        pub top_height: f64 = 0.0 => within(WEIGHT, 0.0..),
+        /// Weight of `1 - cbrt(V / B)`, the item's share of its bounding box.
+        pub box_share: f64 = 10.0 => within(WEIGHT, 0.0..),
+        /// Weight of `1 - cbrt(V / C)`, the item's share of the container, in the Balance order.
+        pub balance: f64 = 80.0 => within(WEIGHT, 0.0..),
+        /// Weight of the offset from the origin's corner, per centimetre.
+        pub corner: f64 = 1.0 => within(WEIGHT, 0.0..),
+        /// Weight of the volume under the surface, per square centimetre and 0.2 cm.
+        pub surface_volume: f64 = 1.0 => within(WEIGHT, 0.0..),
+        /// Weight of the touching area, per square centimetre.
+        pub touching_area: f64 = 1.0 => within(WEIGHT, 0.0..),
     }
 }
 
@@ -124,38 +116,6 @@ impl Weights {
         match poses {
             0 | 1 => Self::low(),
             _ => Self::dense(),
-        }
-    }
-}
-
-/// A weight that is negative or not finite.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("the weight {name} must be a finite number of at least 0, but is {value}")]
-pub struct WeightError {
-    name: &'static str,
-    value: f64,
-}
-
-impl Weights {
-    /// Checks that every weight is finite and at least 0, which the search's bounds rely on.
-    ///
-    /// # Errors
-    /// [`WeightError`] names the first that is not.
-    pub fn validate(&self) -> Result<(), WeightError> {
-        let named = [
-            ("resting_height", self.resting_height),
-            ("distance", self.distance),
-            ("top_height", self.top_height),
-            ("box_share", self.box_share),
-            ("balance", self.balance),
-            ("corner", self.corner),
-            ("surface_volume", self.surface_volume),
-            ("touching_area", self.touching_area),
-        ];
-        let is_wrong = |value: f64| !value.is_finite() || value < 0.0;
-        match named.into_iter().find(|(_, value)| is_wrong(*value)) {
-            Some((name, value)) => Err(WeightError { name, value }),
-            None => Ok(()),
         }
     }
 }

@@ -4,6 +4,8 @@ mod drawn;
 
 use std::ops::Range;
 
+use ppnpack_numbers::{SettingError, require};
+
 use crate::grid::Grid;
 use crate::item::Item;
 use crate::placement::Placement;
@@ -95,9 +97,6 @@ impl Proposals {
 /// Proposes placements for every candidate of a step: the first stage of Algorithm 1.
 pub trait Proposer: Send {
     /// Fills `proposals` with one entry per candidate, in their order.
-    ///
-    /// # Errors
-    /// What kept the proposer from answering.
     fn propose(&mut self, input: &StepInput<'_>, proposals: &mut Proposals) -> StageResult;
 }
 
@@ -172,21 +171,17 @@ impl Proposer for OrExhaustive {
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub struct Percent(f64);
 
-/// A share that is not above 0 and at most 100.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("the share of placements K must be above 0 and at most 100 percent, but is {0}")]
-pub struct PercentError(f64);
-
 impl Percent {
     /// A share in percent.
     ///
     /// # Errors
-    /// [`PercentError`] where it is not above 0 and at most 100.
-    pub fn new(percent: f64) -> Result<Self, PercentError> {
-        let is_share = percent > 0.0 && percent <= 100.0;
-        is_share
-            .then_some(Self(percent))
-            .ok_or(PercentError(percent))
+    /// [`SettingError`] where it is not above 0 and at most 100.
+    pub fn new(percent: f64) -> Result<Self, SettingError> {
+        let expected = "above 0 and at most 100 percent";
+        require("the share of placements K", percent, expected, |percent| {
+            percent > 0.0 && percent <= 100.0
+        })?;
+        Ok(Self(percent))
     }
 
     /// The share, in percent.

@@ -5,7 +5,7 @@ use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::kernel::{BlockOffsets, PaddedMap, TOGETHER, resting_heights_at};
-use crate::objective::{Heuristic, Objective, WeightError, Weights};
+use crate::objective::{Heuristic, Objective, SettingError, Weights};
 use crate::placement::{Placement, RestingPlacement};
 use crate::search::value::Valuation;
 use crate::stability::PublishedStability;
@@ -28,16 +28,13 @@ pub struct Surveyed {
 }
 
 /// Looks at every placement of a view, by x, then y; none where its footprint is too large.
-///
-/// # Errors
-/// [`WeightError`] where a weight is negative or not finite.
 pub fn survey(
     grid: &Grid,
     heightmap: &Heightmap,
     view: &ItemView,
     heuristic: Heuristic,
     weights: &Weights,
-) -> Result<Vec<Surveyed>, WeightError> {
+) -> Result<Vec<Surveyed>, SettingError> {
     weights.validate()?;
     let objective = Objective::new(grid, heuristic, weights, true);
     let constant = objective.constant(view);

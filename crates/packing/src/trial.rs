@@ -2,64 +2,44 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use ppnpack_numbers::{SettingError, within};
+use ppnpack_numbers::{SettingError, settings, within};
 use serde::{Deserialize, Serialize};
 
 /// Tolerance above the rim, in metres: bodies of a simulation are not quite where they touch.
 pub const RIM_TOLERANCE_M: f64 = 0.001;
 
-/// Settings of tries. The check itself is the simulation's
-/// ([`Cost::Simulation`](crate::check::Cost)).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TrialSettings {
-    /// Limits that a tried placement has to keep.
-    pub limits: TrialLimits,
-    /// Tries of an item in a step, after which it is left out. With 0 nothing is tried.
-    pub tries_per_item: usize,
-    /// How far a placement must be from one of the same item and yaw that was refused in the step,
-    /// to be tried too, in metres: nearer ones are refused unasked.
-    pub neighbour_m: f64,
-    /// How far above the rim an item may reach as it is placed, in metres: many sink by some
-    /// millimetres as they come to rest. One that sticks out when it has been tried is refused.
-    pub above_rim_m: f64,
-}
-
-/// Limits that a tried placement has to keep.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct TrialLimits {
-    /// The most that the item may tilt, in radians.
-    pub tilt_rad: f64,
-    /// Maximum tilt of an item that rolls on a floor, in radians: it seldom stops where a try says.
-    /// A step in which nothing else can be placed allows it as much as any other.
-    pub rolling_tilt_rad: f64,
-    /// The most that its centre of mass may move sideways, in metres.
-    pub slide_m: f64,
-    /// The most that any other item may move, in metres.
-    pub disturbance_m: f64,
-}
-
-impl Default for TrialSettings {
-    fn default() -> Self {
-        Self {
-            limits: TrialLimits::default(),
-            tries_per_item: 40,
-            neighbour_m: 0.005,
-            above_rim_m: 0.02,
-        }
+settings! {
+    /// Settings of tries. The check itself is the simulation's
+    /// ([`Cost::Simulation`](crate::check::Cost)).
+    #[derive(Copy)]
+    pub struct TrialSettings {
+        /// Limits that a tried placement has to keep.
+        pub limits: TrialLimits = TrialLimits::default(),
+        /// Tries of an item in a step, after which it is left out. With 0 nothing is tried.
+        pub tries_per_item: usize = 40,
+        /// How far a placement must be from one of the same item and yaw that was refused in the
+        /// step, to be tried too, in metres: nearer ones are refused unasked.
+        pub neighbour_m: f64 = 0.005,
+        /// How far above the rim an item may reach as it is placed, in metres: many sink by some
+        /// millimetres as they come to rest. One that sticks out when it has been tried is refused.
+        pub above_rim_m: f64 = 0.02,
     }
 }
 
-/// A little less than what counts as steady once an item is placed: 30 degrees and 2 cm.
-impl Default for TrialLimits {
-    fn default() -> Self {
-        Self {
-            tilt_rad: 25.0_f64.to_radians(),
-            rolling_tilt_rad: 18.0_f64.to_radians(),
-            slide_m: 0.018,
-            disturbance_m: 0.02,
-        }
+settings! {
+    /// Limits that a tried placement has to keep. The defaults are a little less than what counts
+    /// as steady once an item is placed: 30 degrees and 2 cm.
+    #[derive(Copy)]
+    pub struct TrialLimits {
+        /// The most that the item may tilt, in radians.
+        pub tilt_rad: f64 = 25.0_f64.to_radians(),
+        /// Maximum tilt of an item that rolls on a floor, in radians: it seldom stops where a try
+        /// says. A step in which nothing else can be placed allows it as much as any other.
+        pub rolling_tilt_rad: f64 = 18.0_f64.to_radians(),
+        /// The most that its centre of mass may move sideways, in metres.
+        pub slide_m: f64 = 0.018,
+        /// The most that any other item may move, in metres.
+        pub disturbance_m: f64 = 0.02,
     }
 }
 
@@ -89,9 +69,6 @@ impl TrialSettings {
     }
 
     /// Checks that every number is possible.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
         let tries = within("between 0 and 10000", 0.0..=1e4);
         tries("the trial's tries per item", self.tries_per_item as f64)?;

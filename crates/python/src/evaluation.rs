@@ -4,7 +4,7 @@ use numpy::{PyArray3, PyUntypedArrayMethods};
 use ppnpack_packing::grid::{self, Units};
 use ppnpack_packing::heightmap::Heightmap;
 use ppnpack_packing::item;
-use ppnpack_packing::objective::{Heuristic, WeightError, Weights};
+use ppnpack_packing::objective::{Heuristic, SettingError, Weights};
 use ppnpack_packing::resting::RestingHeights;
 use ppnpack_packing::survey::survey;
 use pyo3::exceptions::PyValueError;
@@ -149,7 +149,7 @@ impl Surveys {
         item: &item::Item,
         heuristic: Heuristic,
         weights: &Weights,
-    ) -> Result<Self, WeightError> {
+    ) -> Result<Self, SettingError> {
         let cells = grid.nx() * grid.ny();
         let placements = item.views().len() * cells;
         let mut all = Self {

@@ -32,22 +32,10 @@ impl Coarsening {
     }
 }
 
-/// Why a grid cannot be made coarser.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum CoarseGridError {
-    /// A factor of 0.
-    #[error("a grid cannot be made 0 times coarser")]
-    Zero,
-    /// The coarse grid is not possible.
-    #[error("{cells} x {cells} cells of the grid make no coarse cell: {source}")]
-    Grid {
-        /// Fine cells along a side of a coarse one.
-        cells: usize,
-        /// Error of the coarse grid.
-        source: GridError,
-    },
-}
+/// Why a grid cannot be made coarser, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct CoarseGridError(String);
 
 /// A grid and a coarser one over the same container.
 ///
@@ -70,14 +58,19 @@ impl CoarseGrid {
     pub fn new(fine: &Grid, coarsening: Coarsening) -> Result<Self, CoarseGridError> {
         let Coarsening { cells, yaws } = coarsening;
         if cells == 0 || yaws == 0 {
-            return Err(CoarseGridError::Zero);
+            let zero = "a grid cannot be made 0 times coarser".to_owned();
+            return Err(CoarseGridError(zero));
         }
         let resolution = fine.resolution();
         let every = resolution.yaws().every(yaws);
         let cell_m = resolution.cell_m() * cells as f64;
+        let none = |error: GridError| {
+            let what = format!("{cells} x {cells} cells of the grid make no coarse cell");
+            CoarseGridError(format!("{what}: {error}"))
+        };
         let coarse = Resolution::new(cell_m, resolution.height_unit_m(), every)
             .and_then(|resolution| Grid::new(fine.container(), resolution))
-            .map_err(|source| CoarseGridError::Grid { cells, source })?;
+            .map_err(none)?;
         let mut fine_yaws = vec![Vec::new(); coarse.resolution().yaws().count()];
         for (yaw, angle) in resolution.yaws().radians().iter().enumerate() {
             let nearest = nearest(*angle, coarse.resolution().yaws().radians());
@@ -200,8 +193,8 @@ mod tests {
     fn impossible_coarsenings_are_refused() {
         let fine = Grid::reference();
         let coarsened = |cells, yaws| CoarseGrid::new(&fine, Coarsening { cells, yaws });
-        assert_eq!(coarsened(0, 1).unwrap_err(), CoarseGridError::Zero);
-        let error = coarsened(33, 1).unwrap_err();
-        assert!(matches!(error, CoarseGridError::Grid { cells: 33, .. }));
+        let refused = |cells, yaws| coarsened(cells, yaws).unwrap_err().to_string();
+        assert!(refused(0, 1).contains("0 times coarser"));
+        assert!(refused(33, 1).contains("33 x 33 cells of the grid make no"));
     }
 }

@@ -7,7 +7,7 @@ use super::CoarseGrid;
 use crate::evaluator::Evaluator;
 use crate::heightmap::Scene;
 use crate::item::{Item, ItemError, ShapeId};
-use crate::objective::{Order, WeightError};
+use crate::objective::{Order, SettingError};
 use crate::placement::Placement;
 use crate::proposals::{Percent, Proposals, Proposer, all_count, possible_count};
 use crate::search::{Search, SearchSettings};
@@ -41,15 +41,12 @@ pub struct CoarseToFine {
 impl CoarseToFine {
     /// Keeps `share` of all coarse placements, out of what `wide` proposes for each candidate on
     /// the coarse grid. `wide` had best propose [`Self::wider`] shares.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
     pub fn new(
         grids: CoarseGrid,
         settings: &SearchSettings,
         share: Percent,
         wide: Box<dyn Proposer>,
-    ) -> Result<Self, WeightError> {
+    ) -> Result<Self, SettingError> {
         Ok(Self {
             search: Search::new(grids.coarse(), settings)?,
             grids,

@@ -15,8 +15,7 @@ mod stack;
 
 use std::sync::Arc;
 
-use ppnpack_numbers::{SettingError, within};
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{SettingError, settings, within};
 
 pub use balance::BalanceCheck;
 pub use bearing::bearing_shares;
@@ -31,36 +30,25 @@ use crate::refusal::{Cause, Refusal};
 const UNKNOWN_MASS: &str =
     "the item's mass is not known: it was left out of the loads and of the balance";
 
-/// Settings of loads and balance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LoadSettings {
-    /// The estimated load of an item is held against what it may carry this many times.
-    pub margin: f64,
-    /// The load of an item where the placement was tried is held against what it may carry this
-    /// many times, but never more than all that is above.
-    pub tried_margin: f64,
-    /// How far out of balance a container may be: the mass in it times the distance of its centre
-    /// of mass from the container's middle, along the floor, in kg m; `None`: as it comes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub imbalance_kg_m: Option<f64>,
-}
-
-impl Default for LoadSettings {
-    fn default() -> Self {
-        Self {
-            margin: 1.5,
-            tried_margin: 2.0,
-            imbalance_kg_m: None,
-        }
+settings! {
+    /// Settings of loads and balance.
+    #[derive(Copy)]
+    pub struct LoadSettings {
+        /// The estimated load of an item is held against what it may carry this many times.
+        pub margin: f64 = 1.5,
+        /// The load of an item where the placement was tried is held against what it may carry this
+        /// many times, but never more than all that is above.
+        pub tried_margin: f64 = 2.0,
+        /// How far out of balance a container may be: the mass in it times the distance of its
+        /// centre of mass from the container's middle, along the floor, in kg m; `None`: as it
+        /// comes.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub imbalance_kg_m: Option<f64> = None,
     }
 }
 
 impl LoadSettings {
     /// Checks that every number is possible.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
         let factor = within("between 1 and 1000", 1.0..=1e3);
         factor("the margin of loads", self.margin)?;

@@ -12,8 +12,7 @@
 mod figures;
 mod ranking;
 
-use ppnpack_numbers::{SettingError, within};
-use serde::{Deserialize, Serialize};
+use ppnpack_numbers::{SettingError, settings, within};
 
 pub use figures::{FIGURES, FIGURES_OF_ITEMS, Squares, figures};
 pub use ranking::Farsighted;
@@ -32,24 +31,15 @@ const COEFFICIENTS: [f64; FIGURES] = [
     0.008377, -0.013401, 0.208770, -0.030876, -0.010762, 0.004201, 0.003675, 0.108153,
 ];
 
-/// How much the value of what a placement leaves counts, where the items of the buffer compete
-/// together. The default is what fills containers most tightly.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SceneValue {
-    /// Worth of a litre, in the objective's units; with 0 nothing is valued.
-    pub weight: f64,
-    /// One for each of the [`FIGURES`]; where there are none, those that are built in.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub coefficients: Vec<f64>,
-}
-
-impl Default for SceneValue {
-    fn default() -> Self {
-        Self {
-            weight: 30.0,
-            coefficients: Vec::new(),
-        }
+settings! {
+    /// How much the value of what a placement leaves counts, where the items of the buffer compete
+    /// together. The default is what fills containers most tightly.
+    pub struct SceneValue {
+        /// Worth of a litre, in the objective's units; with 0 nothing is valued.
+        pub weight: f64 = 30.0,
+        /// One for each of the [`FIGURES`]; where there are none, those that are built in.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub coefficients: Vec<f64> = Vec::new(),
     }
 }
 
@@ -68,9 +58,6 @@ impl SceneValue {
     }
 
     /// Checks that every number is possible.
-    ///
-    /// # Errors
-    /// [`SettingError`] names the first that is not.
     pub fn validate(&self) -> Result<(), SettingError> {
         let weight = within("between 0 and 1000000", 0.0..=1e6);
         weight("the weight of the scene's value", self.weight)?;

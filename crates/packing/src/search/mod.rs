@@ -29,7 +29,7 @@ use crate::grid::{Grid, MAX_UNITS, Units};
 use crate::heightmap::Heightmap;
 use crate::item::ItemView;
 use crate::kernel::BlockOffsets;
-use crate::objective::{Heuristic, Objective, Order, WeightError, Weights};
+use crate::objective::{Heuristic, Objective, Order, SettingError, Weights};
 use crate::proposals::{CandidateProposals, Proposals, possible_count_below_rim};
 use crate::resting::RestingHeights;
 use crate::step::{Evaluated, PlacementCounts, Shortfall, StageResult, StepInput};
@@ -94,10 +94,7 @@ impl Default for SearchSettings {
 
 impl Search {
     /// A search on one thread.
-    ///
-    /// # Errors
-    /// [`WeightError`] where a weight is negative or not finite.
-    pub fn new(grid: &Grid, settings: &SearchSettings) -> Result<Self, WeightError> {
+    pub fn new(grid: &Grid, settings: &SearchSettings) -> Result<Self, SettingError> {
         settings.weights.validate()?;
         let balanced = settings.order == Order::Balance;
         let needs_distance = settings.heuristic == Heuristic::Sdfm;

@@ -1,7 +1,7 @@
 //! The physical stability test.
 
+use ppnpack_numbers::settings;
 use pulp::{Arch, Simd, WithSimd};
-use serde::{Deserialize, Serialize};
 
 use super::polygon::SupportPolygon;
 use crate::check::{Condition, Cost, Question};
@@ -15,22 +15,14 @@ use crate::step::StepInput;
 /// Samples compared at once along y.
 const LANES: usize = 8;
 
-/// Settings of the physical stability test.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PhysicalStabilitySettings {
-    /// Surfaces closer than this when the item has come to rest are in contact, in metres.
-    pub contact_tolerance_m: f64,
-    /// The centre of mass must lie at least this far inside the support polygon, in metres.
-    pub margin_m: f64,
-}
-
-impl Default for PhysicalStabilitySettings {
-    fn default() -> Self {
-        Self {
-            contact_tolerance_m: 0.002,
-            margin_m: 0.002,
-        }
+settings! {
+    /// Settings of the physical stability test.
+    #[derive(Copy)]
+    pub struct PhysicalStabilitySettings {
+        /// Surfaces closer than this when the item has come to rest are in contact, in metres.
+        pub contact_tolerance_m: f64 = 0.002,
+        /// The centre of mass must lie at least this far inside the support polygon, in metres.
+        pub margin_m: f64 = 0.002,
     }
 }
 
