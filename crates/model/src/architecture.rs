@@ -68,9 +68,6 @@ impl Architecture {
     }
 
     /// Checks that the network can be built.
-    ///
-    /// # Errors
-    /// [`ArchitectureError`] where a number is out of range.
     pub fn validate(&self) -> Result<(), ArchitectureError> {
         if self.widths.is_empty() || self.widths.len() > MAX_DEPTH {
             return Err(ArchitectureError::Depth(self.widths.len()));

@@ -1,60 +1,22 @@
 //! Files of weights, checked before they are used.
 
 use std::collections::{BTreeMap, HashMap};
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
+use std::path::Path;
 
 use safetensors::tensor::TensorView;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
-use crate::architecture::ArchitectureError;
 use crate::card::{FORMAT, ModelCard};
 
 /// Maximum size of a weights' file that is read, in bytes: no network of this architecture comes
 /// near.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// A model that cannot be used; each fault comes with the file or the origin of the model.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelError {
-    /// A file that cannot be read.
-    #[error("{path} cannot be read: {1}; a model is a .safetensors file with its .json card beside it", path = .0.display())]
-    Read(PathBuf, #[source] std::io::Error),
-    /// A file of weights that is larger than any network, with its bytes.
-    #[error("{path} has {1} bytes, too many for weights of a placement proposal network", path = .0.display())]
-    TooLarge(PathBuf, u64),
-    /// A card that is no model card.
-    #[error("{path} is no model card: {1}", path = .0.display())]
-    Card(PathBuf, #[source] serde_json::Error),
-    /// A card of another format than this version reads.
-    #[error("{0}: the model has format {1}, but this version reads {FORMAT}; train it again")]
-    Format(String, u32),
-    /// A card that names a network that cannot be built.
-    #[error("{0}: {1}")]
-    Architecture(String, #[source] ArchitectureError),
-    /// Weights with another hash than the card says.
-    #[error(
-        "{origin}: the weights' hash is {found}, but the card says {expected}: the file is damaged, or not the card's; \
-         fetch both again"
-    )]
-    Hash {
-        /// The origin of the model.
-        origin: String,
-        /// The card's hash.
-        expected: String,
-        /// The file's hash.
-        found: String,
-    },
-    /// Damaged weights.
-    #[error("{0}: the weights are damaged: {1}")]
-    Weights(String, #[source] SafeTensorError),
-    /// A tensor, by name, that is not of 32-bit floats.
-    #[error("{0}: tensor {1} is not of 32-bit floats")]
-    Kind(String, String),
-    /// A tensor, by name, with a value that is no number.
-    #[error("{0}: tensor {1} has a value that is not finite")]
-    NotFinite(String, String),
-}
+/// Why a model cannot be used, with the file or the origin of the model, for people.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ModelError(String);
 
 /// A tensor of weights, row-major.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,15 +43,24 @@ impl Model {
     pub fn read(weights: &Path) -> Result<Self, ModelError> {
         let card_path = weights.with_extension("json");
         let read = |path: &Path| {
-            std::fs::read(path).map_err(|error| ModelError::Read(path.to_owned(), error))
+            let with = "a model is a .safetensors file with its .json card beside it";
+            let unread = |error| {
+                ModelError(format!(
+                    "{} cannot be read: {error}; {with}",
+                    path.display()
+                ))
+            };
+            std::fs::read(path).map_err(unread)
         };
         let bytes = std::fs::metadata(weights).map_or(0, |metadata| metadata.len());
         if bytes > MAX_BYTES {
-            return Err(ModelError::TooLarge(weights.to_owned(), bytes));
+            return Err(ModelError(format!(
+                "{} has {bytes} bytes, too many for weights of a placement proposal network",
+                weights.display()
+            )));
         }
         let (weights_bytes, card_bytes) = (read(weights)?, read(&card_path)?);
-        let no_card = |error| ModelError::Card(card_path, error);
-        let card = serde_json::from_slice(&card_bytes).map_err(no_card)?;
+        let card = card(&card_path.display(), &card_bytes)?;
         Self::new(&weights.display().to_string(), &weights_bytes, card)
     }
 
@@ -99,10 +70,8 @@ impl Model {
     /// [`ModelError`] where it was damaged before it was built in.
     pub fn shipped() -> Result<Self, ModelError> {
         let origin = "the shipped model";
-        let no_card = |error| ModelError::Card(origin.into(), error);
-        let card = serde_json::from_slice(include_bytes!("../shipped/ppn.json"));
-        let weights = include_bytes!("../shipped/ppn.safetensors");
-        Self::new(origin, weights, card.map_err(no_card)?)
+        let card = card(&origin, include_bytes!("../shipped/ppn.json"))?;
+        Self::new(origin, include_bytes!("../shipped/ppn.safetensors"), card)
     }
 
     /// Makes a model from its parts; `origin` names it in errors.
@@ -110,26 +79,26 @@ impl Model {
     /// # Errors
     /// [`ModelError`] where the parts do not belong together.
     pub fn new(origin: &str, weights: &[u8], card: ModelCard) -> Result<Self, ModelError> {
-        let origin = origin.to_owned();
+        let wrong = |why: String| ModelError(format!("{origin}: {why}"));
         if card.format != FORMAT {
-            return Err(ModelError::Format(origin, card.format));
+            return Err(wrong(format!(
+                "the model has format {}, but this version reads {FORMAT}; train it again",
+                card.format
+            )));
         }
-        if let Err(error) = card.architecture.validate() {
-            return Err(ModelError::Architecture(origin, error));
-        }
+        let valid = card.architecture.validate();
+        valid.map_err(|error| wrong(error.to_string()))?;
         let found = blake3::hash(weights).to_hex().to_string();
         if found != card.weights_blake3 {
-            return Err(ModelError::Hash {
-                origin,
-                expected: card.weights_blake3,
-                found,
-            });
+            return Err(wrong(format!(
+                "the weights' hash is {found}, but the card says {}: the file is damaged, or not the card's; fetch both again",
+                card.weights_blake3
+            )));
         }
-        let tensors = tensors(&origin, weights)?;
         Ok(Self {
-            origin,
+            origin: origin.to_owned(),
             card,
-            tensors,
+            tensors: tensors(origin, weights)?,
         })
     }
 
@@ -149,22 +118,29 @@ impl Model {
     }
 }
 
+fn card(path: &dyn Display, bytes: &[u8]) -> Result<ModelCard, ModelError> {
+    let card = serde_json::from_slice(bytes);
+    card.map_err(|error| ModelError(format!("{path} is no model card: {error}")))
+}
+
 /// Reads named tensors of finite 32-bit floats from the bytes of a `.safetensors` file.
 ///
 /// # Errors
 /// [`ModelError`] where the bytes are damaged or hold something else.
 pub fn tensors(origin: &str, bytes: &[u8]) -> Result<BTreeMap<String, WeightTensor>, ModelError> {
-    let damaged = |error| ModelError::Weights(origin.to_owned(), error);
+    let damaged = |error| ModelError(format!("{origin}: the weights are damaged: {error}"));
     let file = SafeTensors::deserialize(bytes).map_err(damaged)?;
     let mut tensors = BTreeMap::new();
     for (name, view) in file.iter() {
         if view.dtype() != Dtype::F32 {
-            return Err(ModelError::Kind(origin.to_owned(), name.to_owned()));
+            let why = format!("{origin}: tensor {name} is not of 32-bit floats");
+            return Err(ModelError(why));
         }
         let (values, _) = view.data().as_chunks();
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
         if values.iter().any(|value| !value.is_finite()) {
-            return Err(ModelError::NotFinite(origin.to_owned(), name.to_owned()));
+            let why = format!("{origin}: tensor {name} has a value that is not finite");
+            return Err(ModelError(why));
         }
         let shape = view.shape().to_vec();
         tensors.insert(name.to_owned(), WeightTensor { shape, values });

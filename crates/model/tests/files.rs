@@ -71,8 +71,10 @@ fn truncated_and_exchanged_weights_have_another_hash() {
     *flipped.last_mut().unwrap() ^= 1;
     assert!(refused(&flipped, CARD).contains("hash"));
     // Truncated before the hash was taken: the tensors do not hold together.
-    assert!(matches!(with_hash(half), Err(ModelError::Weights { .. })));
-    assert!(matches!(with_hash(b""), Err(ModelError::Weights { .. })));
+    for weights in [half, b""] {
+        let message = with_hash(weights).unwrap_err().to_string();
+        assert!(message.contains("the weights are damaged"), "{message}");
+    }
 }
 
 #[test]
@@ -99,8 +101,6 @@ fn weights_that_are_not_finite_are_refused() {
     *values.first_mut().unwrap() = f32::NAN;
     tensors.insert(name.clone(), WeightTensor { shape, values });
     let error = with_hash(&to_bytes(&tensors, None).unwrap()).unwrap_err();
-    assert!(
-        matches!(&error, ModelError::NotFinite(_, tensor) if *tensor == name),
-        "{error}"
-    );
+    let expected = format!("tensor {name} has a value that is not finite");
+    assert!(error.to_string().contains(&expected), "{error}");
 }

@@ -39,11 +39,9 @@ impl HeightField<'_> {
         let Self { nx, ny, .. } = *self;
         let found = self.heights_m.len();
         if nx.checked_mul(ny) != Some(found) {
-            return Err(PictureError::HeightCount {
-                columns: nx,
-                rows: ny,
-                found,
-            });
+            return Err(PictureError::Impossible(format!(
+                "a height field of {nx} x {ny} cells needs as many heights, but {found} were given"
+            )));
         }
         let side = |cells: usize| u32::try_from(cells).unwrap_or(u32::MAX);
         Size::new(side(nx), side(ny)).map(drop)
@@ -77,8 +75,8 @@ impl HeightField<'_> {
 /// Draws a height field with x to the right and y up.
 ///
 /// # Errors
-/// [`PictureError::HeightCount`] where the number of heights is not `nx * ny`,
-/// [`PictureError::Size`] where the field is empty or too large.
+/// [`PictureError`] where the number of heights is not `nx * ny`, or the field is empty or too
+/// large.
 pub fn heightmap(title: &str, field: &HeightField<'_>) -> Result<Image, PictureError> {
     field.check()?;
     let (nx, ny) = (field.nx, field.ny);

@@ -17,15 +17,14 @@ impl Size {
     /// Makes a size of `width` x `height` pixels.
     ///
     /// # Errors
-    /// [`PictureError::Size`] where either is zero or the product exceeds [`Size::MAX_PIXELS`].
+    /// [`PictureError`] where either is zero or the product exceeds [`Size::MAX_PIXELS`].
     pub fn new(width: u32, height: u32) -> Result<Self, PictureError> {
         let pixels = u64::from(width) * u64::from(height);
         if pixels == 0 || pixels > Self::MAX_PIXELS as u64 {
-            return Err(PictureError::Size {
-                width,
-                height,
-                limit: Self::MAX_PIXELS,
-            });
+            let limit = Self::MAX_PIXELS;
+            return Err(PictureError::Impossible(format!(
+                "a picture of {width} x {height} pixels: it needs at least 1 and at most {limit} pixels"
+            )));
         }
         Ok(Self { width, height })
     }
@@ -120,9 +119,6 @@ impl Image {
     }
 
     /// Writes the picture as the bytes of a PNG file.
-    ///
-    /// # Errors
-    /// [`PictureError::Png`] where the encoder fails.
     pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
         let channels = |colour: &Colour| [colour.red, colour.green, colour.blue];
         let rgb: Vec<u8> = self.pixels.iter().flat_map(channels).collect();

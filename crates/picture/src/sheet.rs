@@ -30,8 +30,7 @@ pub struct Tile<'a> {
 /// Draws a sheet of tiles under a title, each `tile_px` pixels wide, in order, about 4 : 3 in all.
 ///
 /// # Errors
-/// [`PictureError::Size`] where the sheet has too many pixels or `tile_px` is 0,
-/// [`PictureError::SceneTooLarge`] for an oversized mesh.
+/// [`PictureError`] where the sheet has too many pixels, `tile_px` is 0, or a mesh is oversized.
 pub fn contact_sheet(title: &str, tiles: &[Tile<'_>], tile_px: u32) -> Result<Image, PictureError> {
     let picture = Size::new(tile_px, tile_px.saturating_mul(4) / 5)?;
     let name = TextStyle::new((f64::from(tile_px) * 0.062).max(9.0), Colour::INK).bold();

@@ -9,8 +9,8 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_packing::model::mesh::Mesh;
 use ppnpack_picture::{
-    Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, Tile, TriangleMesh,
-    contact_sheet, heightmap, render,
+    Camera, Colour, HeightField, Image, Item, Scene3d, Size, Tile, TriangleMesh, contact_sheet,
+    heightmap, render,
 };
 
 const RED: Colour = colour(220, 40, 40);
@@ -156,8 +156,8 @@ fn oversized_scenes_are_refused() {
         items: vec![item(&mesh, [0.0; 3], RED)],
         container_m: None,
     };
-    let result = render(&scene, &Camera::overlooking(&scene), small());
-    assert!(matches!(result, Err(PictureError::SceneTooLarge { .. })));
+    let refused = render(&scene, &Camera::overlooking(&scene), small()).unwrap_err();
+    assert!(refused.to_string().contains("triangles or vertices"));
 }
 
 #[test]
@@ -206,10 +206,8 @@ fn odd_height_fields_give_a_picture_or_an_error() {
         heights_m: &[],
         scale_top_m: None,
     };
-    assert!(matches!(
-        heightmap("", &field),
-        Err(PictureError::HeightCount { .. })
-    ));
+    let refused = heightmap("", &field).unwrap_err().to_string();
+    assert!(refused.contains("needs as many heights"), "{refused}");
     assert!(heightmap("", &HeightField { nx: 0, ..field }).is_err());
     for heights_m in [[f64::NAN, f64::INFINITY], [1e308, -1e308], [0.0, 0.0]] {
         for cell_m in [0.0, f64::NAN, 1e300, -1.0, 1e-300] {

@@ -35,13 +35,20 @@ pub(crate) fn network_of(model: &Model, device: Device) -> Result<Network, Netwo
     let (network, parameters) = Network::new(&model.card().architecture, device)?;
     let (origin, given) = (model.origin(), model.tensors());
     for (name, tensor) in parameters.tensors() {
-        let missing = || NetworkError::MissingTensor(origin.to_owned(), name.clone());
+        let missing = || {
+            NetworkError::Other(format!(
+                "{origin}: the weights have no tensor {name}; they belong to another architecture"
+            ))
+        };
         copy_into(origin, name, given.get(name).ok_or_else(missing)?, tensor)?;
     }
     let is_unknown = |name: &&String| !parameters.tensors().contains_key(*name);
-    let unknown = |name: &String| NetworkError::UnknownTensor(origin.to_owned(), name.clone());
-    let unknown = given.keys().find(is_unknown).map(unknown);
-    unknown.map_or(Ok(network), Err)
+    match given.keys().find(is_unknown) {
+        None => Ok(network),
+        Some(name) => Err(NetworkError::Other(format!(
+            "{origin}: the architecture has no tensor {name}; the weights belong to another one"
+        ))),
+    }
 }
 
 /// Takes values over into a tensor of the network; they must have its shape.
@@ -53,12 +60,10 @@ pub(crate) fn copy_into(
 ) -> Result<(), NetworkError> {
     let found: Vec<i64> = values.shape.iter().map(|side| *side as i64).collect();
     if found != tensor.size() {
-        return Err(NetworkError::Shape {
-            origin: origin.to_owned(),
-            tensor: name.to_owned(),
-            expected: tensor.size(),
-            found,
-        });
+        return Err(NetworkError::Other(format!(
+            "{origin}: tensor {name} has shape {found:?}, but the architecture needs {:?}",
+            tensor.size()
+        )));
     }
     let source = Tensor::f_from_slice(&values.values)?.f_view(found.as_slice())?;
     tch::no_grad(|| tensor.shallow_clone().f_copy_(&source))?;

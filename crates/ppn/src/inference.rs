@@ -150,7 +150,10 @@ impl Inference {
             }
             let mut scored = scores.iter().zip(fits);
             if !scored.all(|(score, fits)| !fits || score.is_finite()) {
-                return Err(NetworkError::NotFinite(item.name().to_string()));
+                return Err(NetworkError::Other(format!(
+                    "the network's scores for item {} are not finite",
+                    item.name()
+                )));
             }
             let all = (maps * self.grid.nx() * self.grid.ny()) as u64;
             let wanted = share.of(all) as usize;

@@ -12,7 +12,11 @@ pub(crate) fn device(device: Device) -> Result<tch::Device, NetworkError> {
     match device {
         Device::Cpu => Ok(tch::Device::Cpu),
         Device::Cuda if tch::Cuda::is_available() => Ok(tch::Device::Cuda(0)),
-        Device::Cuda => Err(NetworkError::NoCuda),
+        Device::Cuda => Err(NetworkError::Other(
+            "there is no CUDA device that libtorch can use: run on the cpu, or name a full installation of torch 2.11 with \
+             PPNPACK_TORCH"
+                .to_owned(),
+        )),
     }
 }
 

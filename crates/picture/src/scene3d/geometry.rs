@@ -28,7 +28,7 @@ impl Geometry {
     /// Collects the items and the container's floor and frame.
     ///
     /// # Errors
-    /// [`PictureError::SceneTooLarge`] where there are more than [`MOST_TRIANGLES`].
+    /// [`PictureError`] where there are more than [`MOST_TRIANGLES`].
     pub(super) fn of(scene: &Scene3d<'_>) -> Result<Self, PictureError> {
         let mut geometry = Self::default();
         for item in &scene.items {
@@ -50,9 +50,9 @@ impl Geometry {
         if !room(self.vertices.len(), mesh.vertices.len())
             || !room(self.triangles.len(), mesh.triangles.len())
         {
-            return Err(PictureError::SceneTooLarge {
-                limit: MOST_TRIANGLES,
-            });
+            return Err(PictureError::Impossible(format!(
+                "the scene has more than {MOST_TRIANGLES} triangles or vertices"
+            )));
         }
         let vertices: Vec<Point3<f32>> = mesh
             .vertices

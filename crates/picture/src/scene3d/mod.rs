@@ -35,7 +35,7 @@ const BACKGROUND: Colour = Colour::hex(0xf1f3f5);
 /// Draws a scene. Equal input gives equal pixels.
 ///
 /// # Errors
-/// [`PictureError::SceneTooLarge`] where the scene has more than four million triangles or
+/// [`PictureError`] where the scene has more than four million triangles or
 /// vertices.
 pub fn render(scene: &Scene3d<'_>, camera: &Camera, size: Size) -> Result<Image, PictureError> {
     let geometry = Geometry::of(scene)?;

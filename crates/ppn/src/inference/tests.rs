@@ -248,12 +248,18 @@ fn weights_of_another_architecture_are_refused() {
         resting_heights: false,
         ..narrow.clone()
     };
-    let error = open(narrow.clone(), wide).unwrap_err();
-    assert!(matches!(error, NetworkError::Shape { .. }), "{error}");
-    let error = open(narrow.clone(), without.clone()).unwrap_err();
-    assert!(matches!(error, NetworkError::MissingTensor(..)), "{error}");
-    let error = open(without, narrow).unwrap_err();
-    assert!(matches!(error, NetworkError::UnknownTensor(..)), "{error}");
+    for (card, weights, expected) in [
+        (narrow.clone(), wide, "but the architecture needs"),
+        (
+            narrow.clone(),
+            without.clone(),
+            "the weights have no tensor",
+        ),
+        (without, narrow, "the architecture has no tensor"),
+    ] {
+        let error = open(card, weights).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 #[test]
@@ -274,7 +280,7 @@ fn scores_that_are_no_numbers_are_refused() {
     let error = inference
         .best(&heightmap(&grid, 6), &[&items[0]], share)
         .unwrap_err();
-    assert!(matches!(error, NetworkError::NotFinite(_)), "{error}");
+    assert!(error.to_string().contains("are not finite"), "{error}");
 }
 
 #[test]

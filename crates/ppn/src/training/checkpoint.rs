@@ -91,14 +91,19 @@ pub(crate) fn load(
     optimiser: &mut AdamW,
 ) -> Result<(State, Option<BTreeMap<String, WeightTensor>>), NetworkError> {
     let path = path(folder);
-    let bytes = std::fs::read(&path).map_err(|error| NetworkError::Read(path.clone(), error))?;
+    let bytes = std::fs::read(&path).map_err(|error| {
+        NetworkError::Other(format!("{} cannot be read: {error}", path.display()))
+    })?;
     let (_, header) = SafeTensors::read_metadata(&bytes).map_err(|error| damaged(&path, &error))?;
     let texts = header.metadata().as_ref();
     let text = texts.and_then(|texts| texts.get(STATE));
     let text = text.ok_or_else(|| damaged(&path, &"it has no state"))?;
     let state: State = serde_json::from_str(text).map_err(|error| damaged(&path, &error))?;
     if let Some(difference) = difference(&state, expected) {
-        return Err(NetworkError::OtherTraining(path, difference));
+        return Err(NetworkError::Other(format!(
+            "{} is the checkpoint of another training ({difference}): choose another --out, or give the same settings",
+            path.display()
+        )));
     }
     let origin = path.display().to_string();
     let kept = tensors(&origin, &bytes).map_err(|error| damaged(&path, &error))?;
@@ -141,7 +146,10 @@ fn difference(found: &State, expected: &State) -> Option<String> {
 }
 
 pub(super) fn damaged(path: &Path, what: &dyn std::fmt::Display) -> NetworkError {
-    NetworkError::Checkpoint(path.to_owned(), what.to_string())
+    let path = path.display();
+    NetworkError::Other(format!(
+        "{path} is damaged: {what}; delete it to train anew"
+    ))
 }
 
 #[cfg(test)]

@@ -46,7 +46,8 @@ impl Data {
             (true, &data.test, "test steps"),
         ] {
             if is_needed && count(steps) == 0 {
-                return Err(NetworkError::NoData(what));
+                let none = format!("the dataset has no {what} with a valid placement");
+                return Err(NetworkError::Other(none));
             }
         }
         Ok(data)

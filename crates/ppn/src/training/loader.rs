@@ -116,8 +116,12 @@ impl Loader {
     pub(crate) fn next(&mut self) -> Result<Batch, NetworkError> {
         let started = Instant::now();
         let turn = self.given % self.batches.len().max(1);
-        let batches = self.batches.get(turn).ok_or(NetworkError::Loader)?;
-        let batch = batches.recv().map_err(|_| NetworkError::Loader)?;
+        let batch = self
+            .batches
+            .get(turn)
+            .and_then(|batches| batches.recv().ok());
+        let stopped = || "the thread that prepares batches stopped".to_owned();
+        let batch = batch.ok_or_else(|| NetworkError::Other(stopped()))?;
         self.given += 1;
         self.waited += started.elapsed();
         Ok(batch)

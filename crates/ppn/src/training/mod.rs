@@ -54,7 +54,10 @@ pub fn train(
     tch::set_num_threads(request.threads.max(1) as i32);
     let dataset = Dataset::open(&request.dataset)?;
     if request.settings.loss == Loss::Mse && !dataset.settings().has_values {
-        return Err(NetworkError::NoValues);
+        return Err(NetworkError::Other(
+            "--loss mse needs a dataset with values: make it with `ppnpack dataset --values`"
+                .to_owned(),
+        ));
     }
     let data = Data::load(&dataset, &request.settings, watch)?;
     let mut training = Training::start(request, &dataset, &data, device)?;
@@ -108,7 +111,10 @@ impl<'a> Training<'a> {
         let path = checkpoint::path(&request.folder);
         if path.exists() {
             if !request.resume {
-                return Err(NetworkError::Unfinished(path));
+                return Err(NetworkError::Other(format!(
+                    "{} is the checkpoint of a training: go on with --resume, or choose another --out",
+                    path.display()
+                )));
             }
             let found = checkpoint::load(&request.folder, &state, &parameters, &mut optimiser)?;
             (state, best) = found;
@@ -217,11 +223,12 @@ impl<'a> Training<'a> {
         let named = tensors.named()?;
         let plain = all_to_plain(named.iter().map(|(name, tensor)| (*name, tensor)))?;
         write_whole(&kept, &to_bytes(&plain, None)?)?;
-        Ok(NetworkError::LossNotFinite {
-            epoch: self.state.epoch + 1,
-            batch: self.state.batch,
-            kept,
-        })
+        Ok(NetworkError::Other(format!(
+            "the loss of batch {} of epoch {} is not finite; the batch is kept in {}: try a lower --learning-rate",
+            self.state.batch,
+            self.state.epoch + 1,
+            kept.display()
+        )))
     }
 
     fn save(&mut self) -> Result<(), NetworkError> {
