@@ -46,18 +46,6 @@ const LIFTED_M: f64 = 0.001;
 /// Number of attempts that a try consists of: the rough one, and the disturbed ones.
 const ATTEMPTS: usize = 3;
 
-/// How far an item sinks, at most, below where it first touches what lies there, in metres.
-const SUNK_M: f64 = 0.003;
-
-/// The outcome for an item that stays as it is planned.
-const UNMOVED: Settling = Settling {
-    tilt_rad: 0.0,
-    slide_m: 0.0,
-    disturbance_m: 0.0,
-    above_rim_m: 0.0,
-    is_still: true,
-};
-
 /// The outcome for an item that the engine gave up on.
 const GIVEN_UP: Settling = Settling {
     tilt_rad: PI,
@@ -390,11 +378,6 @@ impl Twin {
             Some(held) => (held, &self.disturbed),
             None => (planned, &self.rough),
         };
-        if number == 0
-            && let Some(hopeless) = self.above_rim(template, planned)
-        {
-            return Ok(hopeless);
-        }
         let mut released = *held;
         released.translation.z += cell.release.height_m;
         let mut world = World::new(cell);
@@ -419,22 +402,6 @@ impl Twin {
         Ok(Settling {
             above_rim_m: attempt.above_rim_m(cell.container.z_m),
             ..settling
-        })
-    }
-
-    /// Gives the outcome for an item that sticks out above the rim by far where it touches what lies
-    /// there: it would have to topple to come below.
-    fn above_rim(&self, template: &BodyTemplate, planned: &Isometry3<f64>) -> Option<Settling> {
-        let top_m = template.bounds(planned).highest.z;
-        let highest_m = self.settings.cell.container.z_m + SUNK_M;
-        let most_m = top_m - highest_m;
-        if most_m <= 0.0 {
-            return None;
-        }
-        let lowered_m = self.laid.clearance_m(template, planned, most_m);
-        (lowered_m < most_m).then_some(Settling {
-            above_rim_m: most_m - lowered_m + SUNK_M,
-            ..UNMOVED
         })
     }
 
