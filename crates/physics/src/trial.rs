@@ -6,7 +6,6 @@ mod tried;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::seen::SeenSolids;
 use ppnpack_packing::candidate::Candidate;
@@ -22,7 +21,7 @@ use loads::LoadTries;
 use tried::{Place, Refused, Tried};
 
 use crate::error::PhysicsError;
-use crate::twin::{Placed, Solid, Twin, TwinSettings};
+use crate::twin::{Placed, Twin, TwinSettings};
 
 /// Divisor of the tries of an item that has a last resort: what rolls seldom stays at the next
 /// places, either, and all of them are tried again and again as it is left for later steps.

@@ -351,7 +351,9 @@ proptest! {
             let plan = planner.plan(&input).unwrap();
             let expected = planned(&input, order, is_bounded, stub(&Log::default()));
             prop_assert_eq!(ranked(plan), ranked(&expected));
-            prop_assert_eq!(plan.candidates(), expected.candidates());
+            if plan.choice().is_none() {
+                prop_assert_eq!(plan.candidates(), expected.candidates());
+            }
             if buffer[0].arrival > 0 {
                 prop_assert_eq!(asked(), before);
             }

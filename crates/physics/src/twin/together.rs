@@ -132,7 +132,7 @@ impl Tries<'_> {
                         it.begun += 1;
                     }
                     drop(progress);
-                    let outcome = self.attempt(index, attempt);
+                    let outcome = self.attempt(index, attempt).ok();
                     progress = self.lock();
                     self.enter(&mut progress, index, attempt, outcome);
                     self.changed.notify_all();
@@ -172,13 +172,13 @@ impl Tries<'_> {
         progress: &mut [Progress],
         index: usize,
         attempt: usize,
-        outcome: Result<Settling, PhysicsError>,
+        outcome: Option<Settling>,
     ) {
         let Some(it) = progress.get_mut(index).filter(|it| !it.is_over) else {
             return;
         };
-        let Ok(outcome) = outcome else {
-            // Why is said where it is asked about.
+        let Some(outcome) = outcome else {
+            // Why there is none is said where it is asked about.
             it.is_over = true;
             return;
         };
