@@ -7,6 +7,7 @@ import random
 import signal
 import socket
 import subprocess
+import threading
 import time
 import uuid
 from concurrent.futures import ThreadPoolExecutor
@@ -53,13 +54,18 @@ class Bridge:
         self.command, self.pid = [str(pathlib.Path(program).with_name("ppnpack-bridge")), *arguments], folder / "pid"
 
     def restart_command(self):
-        """A command of the shell that kills it and starts it again, in the background."""
+        """A command of the shell that kills it and starts it again, in the background.
+
+        The second one starts when the first is gone: a process that is being killed still has its port and its journal.
+        """
         quoted = " ".join(f"'{part}'" for part in self.command)
-        return f"kill -9 $(cat '{self.pid}'); {quoted} >/dev/null 2>&1 & echo $! > '{self.pid}'"
+        gone = f"pid=$(cat '{self.pid}'); kill -9 $pid; while kill -0 $pid 2>/dev/null; do sleep 0.05; done"
+        return f"{gone}; {quoted} >/dev/null 2>&1 & echo $! > '{self.pid}'"
 
     def __enter__(self):
         self.child = subprocess.Popen(self.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.pid.write_text(str(self.child.pid))
+        threading.Thread(target=self.child.wait, daemon=True).start()
         try:
             self.wait_ready(time.monotonic() + READY_WITHIN_S)
         except BaseException:
