@@ -45,6 +45,20 @@ impl Session {
         &self.0.closed
     }
 
+    /// Gives the containers that are to be renewed, and the ids of the requests; none where somebody
+    /// has to look first.
+    pub fn to_be_renewed(&self) -> impl Iterator<Item = (&v1::SessionContainer, &str)> {
+        let containers = self.containers().iter();
+        let containers = containers.filter(|_| !self.has_failed());
+        let renewing = containers.filter(|container| !container.renewal_id.is_empty());
+        renewing.map(|container| (container, container.renewal_id.as_str()))
+    }
+
+    /// Says whether an empty container comes for one that was closed.
+    pub fn is_renewing(&self) -> bool {
+        self.to_be_renewed().next().is_some()
+    }
+
     /// Finds a container by its name.
     ///
     /// # Errors

@@ -39,6 +39,12 @@ impl<T> PendingRequests<T> {
         self.extract(|_, request| can_be_answered(request))
     }
 
+    /// Takes out the oldest.
+    pub fn take_first(&mut self) -> Option<T> {
+        let is_there = !self.requests.is_empty();
+        is_there.then(|| self.requests.remove(0).1)
+    }
+
     /// Takes out those that have to be answered now.
     pub fn take_expired(&mut self) -> Vec<T> {
         let now = Instant::now();
@@ -97,10 +103,8 @@ mod tests {
         assert_eq!(pending.next_expiry(), Some(later));
         assert!(pending.take_expired().is_empty());
         assert_eq!(pending.keep(5, later), Ok(()));
-        assert_eq!(
-            pending.take(|request| request % 2 == 1 && *request > 1),
-            [3, 5]
-        );
-        assert_eq!(pending.take(|_| true), [1]);
+        assert_eq!(pending.take_first(), Some(1));
+        assert_eq!(pending.take(|request| request % 2 == 1), [3, 5]);
+        assert_eq!(pending.take_first(), None);
     }
 }

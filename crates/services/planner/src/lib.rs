@@ -4,16 +4,21 @@
 //! [`packing`](ppnpack_packing); here its stages ask the services that are alive, and do without
 //! those that are not.
 
+mod bridge;
 mod cell;
-mod interruption;
+mod counts;
+mod fill;
 mod objects;
+mod orders;
 mod planning;
 mod record;
+mod refusal;
 mod remote;
 pub mod replay;
 mod scenes;
 mod settings;
-mod step_plan;
+mod shapes;
+mod step;
 mod store;
 
 use std::sync::Arc;
@@ -28,14 +33,13 @@ use ppnpack_service::actor::{self, Address};
 use ppnpack_service::alive::Alive;
 use ppnpack_service::lease::{self, Lease};
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{Client, Incoming, Listener};
+use ppnpack_service::rpc::{Client, Listener};
 use ppnpack_service::stream::{self, Subscription};
 use ppnpack_service::{HealthLatch, ServiceError, join};
 use ppnpack_wire::keys::{Cell, Service, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use cell::{CellPlanner, Message, Own, Shared};
-use interruption::Interruption;
+use cell::{CellPlanner, Message, Shared};
 use objects::Objects;
 use planning::Helpers;
 pub use settings::{CellSettings, ClosingSettings, ContainerSettings, Settings, Where};
@@ -114,15 +118,11 @@ impl PlannerService {
         }
         self.leases.push(lease);
         let (address, mailbox) = actor::mailbox(queue.max(1));
-        let interruption = Interruption::default();
-        let own = Own {
-            address: address.downgrade(),
-            interruption: interruption.clone(),
-        };
-        let planner = CellPlanner::new(process, cell, settings, shared, own)?;
+        let own = address.downgrade();
+        let (planner, stepper) = CellPlanner::new(process, cell, settings, shared, own)?;
         let thread = actor::spawn(process, &format!("cell-{cell}"), planner, mailbox)?;
-        self.threads.push(thread);
-        self.listen(process, cell, &address, interruption)?;
+        self.threads.extend([thread, stepper]);
+        self.listen(process, cell, &address)?;
         for container in settings.container_plans(cell)? {
             self.hear(process, &container.address, &address)?;
         }
@@ -135,7 +135,6 @@ impl PlannerService {
         process: &Process,
         cell: &Cell,
         address: &Address<Message>,
-        interruption: Interruption,
     ) -> Result<(), ServiceError> {
         self.listeners.extend([
             address.listen(process, Some(cell), Message::Begin)?,
@@ -146,15 +145,7 @@ impl PlannerService {
             address.listen(process, Some(cell), Message::Open)?,
             address.listen(process, Some(cell), Message::Close)?,
             address.listen(process, Some(cell), Message::Explain)?,
-            address.listen(
-                process,
-                Some(cell),
-                move |incoming: Incoming<v1::AutomaticRequest>| {
-                    let is_off = !incoming.message().is_automatic;
-                    let interrupting = is_off.then(|| interruption.begin());
-                    Message::Automatic(incoming, interrupting)
-                },
-            )?,
+            address.listen(process, Some(cell), Message::Automatic)?,
             address.listen(process, Some(cell), Message::Session)?,
             address.listen(process, Some(cell), Message::Shapes)?,
         ]);

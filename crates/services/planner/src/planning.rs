@@ -17,7 +17,6 @@ use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::Cell;
 
-use crate::interruption::Interruption;
 use crate::remote::{Peers, RemoteProposer, ServiceEvaluator};
 use crate::settings::{CellSettings, Where};
 
@@ -46,7 +45,6 @@ impl Planning {
         cell: &Cell,
         settings: &CellSettings,
         helpers: &Helpers,
-        interruption: &Interruption,
     ) -> Result<Self, String> {
         let peers = |alive: &Arc<Alive>, limit_s: f64| Peers {
             cell: cell.clone(),
@@ -59,7 +57,6 @@ impl Planning {
             settings,
             threads: helpers.threads.clone(),
             network: Some(&network),
-            interruption: Some(interruption),
         };
         match settings.evaluate {
             Where::Services => {
@@ -84,7 +81,6 @@ impl Planning {
             settings,
             threads,
             network: None,
-            interruption: None,
         };
         parts.build(Box::new(parts.search()?))
     }
@@ -110,7 +106,6 @@ struct Parts<'a> {
     settings: &'a CellSettings,
     threads: Option<Arc<rayon::ThreadPool>>,
     network: Option<&'a dyn OpenNetwork>,
-    interruption: Option<&'a Interruption>,
 }
 
 impl Parts<'_> {
@@ -135,9 +130,6 @@ impl Parts<'_> {
         let proposer = proposer.map_err(|error| error.to_string())?;
         let mut checks = rules::checks();
         checks.extend(method.loads.checks());
-        if let Some(interruption) = self.interruption {
-            checks.push(Box::new(interruption.clone()));
-        }
         if let Some(station) = settings.station().map_err(|error| error.to_string())? {
             // The planner asks the arm itself, last, going through the placements by increasing
             // value: it is asked for a handful of placements, and a heuristic service would need

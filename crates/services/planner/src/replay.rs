@@ -19,7 +19,7 @@ use crate::planning::Planning;
 use crate::record;
 pub use crate::record::Unreadable;
 use crate::settings::CellSettings;
-use crate::step_plan::PlansContainers;
+use crate::step::plan::PlansContainers;
 
 /// Why a step is not planned again.
 #[derive(Debug, thiserror::Error)]

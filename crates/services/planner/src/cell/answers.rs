@@ -10,17 +10,17 @@ use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header::RequestHeader;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Method;
-use ppnpack_wire::rpc::Request;
+use ppnpack_wire::rpc;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
 use super::closing::read_start;
-use super::decide::Decided;
 use super::place::Place;
 use super::poses::PossiblePoses;
-use super::refusal::Refusal;
 use super::{CellPlanner, Message};
-use crate::settings::{MAX_ALTERNATIVES, set_aside_in_range};
+use crate::refusal::Refusal;
+use crate::settings::set_aside_in_range;
+use crate::step::Request;
 use ppnpack_protocol::session::{Session, SessionError, closed_container, message, open_container};
 
 /// Maximum number of regions that one session keeps free.
@@ -32,31 +32,27 @@ const GREATEST_LEAN_RAD: f64 = 0.15;
 /// Maximum number of items that one request may announce.
 const MAX_ANNOUNCED: usize = 1_000;
 
+/// Maximum number of shapes that one request may ask for.
+const MOST_SHAPES: usize = 1_024;
+
 impl CellPlanner {
     pub(crate) fn answer(&mut self, message: Message) {
         match message {
             Message::Begin(incoming) => self.tell_session(incoming, Self::begin),
             Message::Announce(incoming) => self.tell_session(incoming, Self::announce),
             Message::Withdraw(incoming) => self.tell_session(incoming, Self::withdraw),
-            Message::Plan(incoming) if self.is_inspecting() => self.keep_plan(incoming),
-            Message::Plan(incoming) => self.carry_out(incoming, Self::plan_step),
+            Message::Plan(incoming) => self.wait_for_step(Request::Plan(incoming), None),
             Message::Report(incoming) => self.tell_session(incoming, Self::report),
             Message::Open(incoming) => self.tell_session(incoming, Self::open),
             Message::Close(incoming) => self.tell_session(incoming, Self::close),
-            Message::Explain(incoming) => self.carry_out(incoming, |planner, request| {
-                planner.explain(&request.message().item_id, request.deadline())
-            }),
-            Message::Automatic(incoming, interrupting) => {
-                // No plan is being made any more.
-                drop(interrupting);
-                self.tell_session(incoming, Self::switch);
-            }
+            Message::Explain(incoming) => self.wait_for_step(Request::Explain(incoming), None),
+            Message::Automatic(incoming) => self.tell_session(incoming, Self::switch),
             Message::Session(incoming) => self.tell_session(incoming, |_, _| Ok(())),
             Message::Shapes(incoming) => self.carry_out(incoming, |planner, request| {
                 planner.shapes(&request.message().ids)
             }),
             Message::Outcome(outcome) => self.on_outcome(&outcome),
-            Message::Inspected(decision_id, answer) => self.on_inspected(&decision_id, *answer),
+            Message::Stepped(stepped) => self.on_stepped(*stepped),
             Message::Renewed(id, answer) => self.on_renewed(&id, answer),
         }
     }
@@ -67,7 +63,7 @@ impl CellPlanner {
         incoming: Incoming<R>,
         work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<(), Refusal>,
     ) where
-        R: Request<Reply: From<v1::Session>>,
+        R: rpc::Request<Reply: From<v1::Session>>,
     {
         self.carry_out(incoming, |planner, request| {
             work(planner, request)?;
@@ -75,7 +71,7 @@ impl CellPlanner {
         });
     }
 
-    pub(super) fn carry_out<R: Request>(
+    fn carry_out<R: rpc::Request>(
         &mut self,
         incoming: Incoming<R>,
         work: impl FnOnce(&mut Self, &Incoming<R>) -> Result<R::Reply, Refusal>,
@@ -102,7 +98,7 @@ impl CellPlanner {
 
     /// Refuses what is meant for another session than the one under way, such as by a controller
     /// whose session was replaced.
-    fn must_be_meant(&self, header: &RequestHeader) -> Result<(), Refusal> {
+    pub(super) fn must_be_meant(&self, header: &RequestHeader) -> Result<(), Refusal> {
         match (&header.session_id, self.session.id()) {
             (Some(meant), own) if meant != own => Err(Refusal::new(
                 Status::Conflict,
@@ -132,7 +128,6 @@ impl CellPlanner {
                 }
             }
             self.session.begin(session)?;
-            self.is_compared = true;
             // The container may be another one since the last picture.
             self.containers_changed();
             self.to_inspect = None;
@@ -220,9 +215,10 @@ impl CellPlanner {
         }
         self.must_not_lie_there(&announced, incoming.deadline())?;
         self.session
-            .change_with(&shapes, |session| session.announce(announced))?;
+            .announce(&shapes, |session| session.announce(announced))?;
         self.automatic.go_on();
-        self.shapes.add(items, self.session.items());
+        self.shapes.keep(self.session.items());
+        self.shapes.add(items);
         Ok(())
     }
 
@@ -337,42 +333,14 @@ impl CellPlanner {
         }
     }
 
-    pub(super) fn plan_step(
-        &mut self,
-        incoming: &Incoming<v1::PlanRequest>,
-    ) -> Result<v1::PlanReply, Refusal> {
-        let alternatives = incoming.message().alternatives as usize;
-        if alternatives > MAX_ALTERNATIVES {
+    fn shapes(&self, ids: &[Vec<u8>]) -> Result<v1::ShapesReply, Refusal> {
+        if !(1..=MOST_SHAPES).contains(&ids.len()) {
             return Err(Refusal::invalid(format_args!(
-                "alternatives: {alternatives} where at most {MAX_ALTERNATIVES} are possible"
+                "ids: {} where 1 to {MOST_SHAPES} are possible",
+                ids.len()
             )));
         }
-        let request_id = &incoming.header().request_id;
-        let decided = match self.session.answered(request_id)? {
-            Some(decision) => Decided::Decision(Box::new(decision.clone())),
-            None if self.session.is_automatic() && !self.session.has_ended() => {
-                let on = "the automatic mode is on: switch it off to plan by request";
-                return Err(Refusal::new(Status::Conflict, on));
-            }
-            None => self.decide(request_id, alternatives, incoming.deadline())?,
-        };
-        let mut reply = v1::PlanReply {
-            set_aside: self.session.reasons_set_aside_now(),
-            ..v1::PlanReply::default()
-        };
-        match decided {
-            Decided::Decision(decision) => {
-                reply.set_result(v1::PlanResult::Decided);
-                reply.set_aside.clone_from(&decision.set_aside);
-                reply.decision = Some(*decision);
-            }
-            Decided::NothingFits(reasons) => {
-                reply.set_result(v1::PlanResult::NothingFits);
-                reply.reasons = reasons;
-            }
-            Decided::NothingWaits => reply.set_result(v1::PlanResult::NothingWaits),
-        }
-        Ok(reply)
+        Ok(self.recorder.shapes(ids))
     }
 
     fn report(&mut self, incoming: &Incoming<v1::ReportRequest>) -> Result<(), Refusal> {

@@ -13,8 +13,9 @@ use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 use super::CellPlanner;
-use super::decide::Decided;
-use super::refusal::Refusal;
+use super::steps::{Entered, NotEntered};
+use crate::refusal::Refusal;
+use crate::step::Work;
 
 /// Maximum time to plan one step, for each open container, with the wait for a heightmap.
 const PLAN_LIMIT: Duration = Duration::from_secs(2);
@@ -106,32 +107,54 @@ impl CellPlanner {
         }
         let went = match self.session.pending().cloned() {
             Some(decision) => self.pursue(&decision),
-            None => tracing::info_span!("step", cell = %self.cell).in_scope(|| self.next_step()),
+            None => {
+                self.next_step();
+                Ok(())
+            }
         };
         if let Err(refusal) = went {
-            tracing::warn!(cell = %self.cell, reason = refusal.message, "trying again");
-            self.automatic.pause(PAUSE);
+            self.try_again(&refusal);
         }
     }
 
-    fn next_step(&mut self) -> Result<(), Refusal> {
+    fn try_again(&mut self, refusal: &Refusal) {
+        tracing::warn!(cell = %self.cell, reason = refusal.message, "trying again");
+        self.automatic.pause(PAUSE);
+    }
+
+    fn next_step(&mut self) {
+        if self.step_under_way.is_some() {
+            return;
+        }
         let containers = self.session.containers().iter();
         let open = containers.filter(|container| container.is_open).count();
         if open == 0 && self.session.buffer(1).next().is_some() {
             // It goes on when one is opened.
             self.automatic.pause(RENEWAL_PAUSE);
-            return Ok(());
+            return;
         }
         let open = u32::try_from(open).unwrap_or(u32::MAX).max(1);
-        let alternatives = self.settings.alternatives;
-        let end = match self.decide("", alternatives, Instant::now() + PLAN_LIMIT * open)? {
-            Decided::Decision(_) => return Ok(()),
-            Decided::NothingWaits => self.session.end_of_items(),
-            Decided::NothingFits(reasons) => End::NothingFits(reasons),
+        self.begin_step(Work::Automatic(Instant::now() + PLAN_LIMIT * open));
+    }
+
+    /// Goes on after a step of the automatic mode.
+    pub(super) fn go_on_after(&mut self, entered: Result<Entered, NotEntered>) {
+        let went = match entered {
+            Ok(Entered::Decision(_)) | Err(NotEntered::Again(None)) => Ok(()),
+            Ok(Entered::NothingWaits) => self.end_or_renew(self.session.end_of_items()),
+            Ok(Entered::NothingFits(reasons)) => self.end_or_renew(End::NothingFits(reasons)),
+            Err(NotEntered::Again(Some(refusal)) | NotEntered::Refused(refusal)) => Err(refusal),
         };
-        // Items that are left are for the next container, where one comes.
+        if let Err(refusal) = went {
+            self.try_again(&refusal);
+        }
+    }
+
+    /// Ends the automatic mode, or has a container renewed: items that are left are for the next
+    /// one, where one comes.
+    fn end_or_renew(&mut self, end: End) -> Result<(), Refusal> {
         if end != End::AllPacked {
-            if self.is_renewing() {
+            if self.session.is_renewing() {
                 self.automatic.pause(RENEWAL_PAUSE);
                 return Ok(());
             }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{Closing, ClosingRules, Fill};
+use ppnpack_packing::closing::{Closing, ClosingRules};
 use ppnpack_packing::grid::ContainerSize;
 use ppnpack_protocol::session::open_container;
 use ppnpack_service::rpc::Incoming;
@@ -10,7 +10,9 @@ use ppnpack_wire::{header, v1};
 
 use super::CellPlanner;
 use super::answers::read_regions;
-use super::refusal::Refusal;
+use crate::fill::{fill, open_by_fullness};
+use crate::orders::orders;
+use crate::refusal::Refusal;
 
 /// Pause before a container that could not be closed is looked at again.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -70,7 +72,12 @@ impl CellPlanner {
         if !self.settings.closing.renews {
             return Ok(false);
         }
-        let open = self.open_by_fullness();
+        let places = &self.places;
+        let size = |name: &str| {
+            let place = places.iter().find(|place| place.name == name)?;
+            Some(place.grid.container())
+        };
+        let open = open_by_fullness(&self.session, &mut self.shapes, size);
         let is_empty = |name: &String| self.session.packed_in(name).next().is_none();
         let (empty, begun): (Vec<String>, Vec<String>) = open.into_iter().partition(is_empty);
         let empty = empty.iter().map(|name| self.size(name));
@@ -112,7 +119,8 @@ impl CellPlanner {
         if pending.is_some_and(|pending| pending.container == name) {
             return Ok(());
         }
-        let fill = self.fill(name)?;
+        let size = self.size(name)?;
+        let fill = fill(&self.session, &mut self.shapes, name, size);
         let rules = self.settings.closing.rules;
         let by_fill = rules.closing(&fill);
         let is_complete = by_fill.is_none() && self.is_complete(name);
@@ -125,49 +133,18 @@ impl CellPlanner {
     }
 
     fn size(&mut self, name: &str) -> Result<ContainerSize, Refusal> {
-        Ok(self.place_of(name)?.planning.grid().container())
-    }
-
-    fn fill(&mut self, name: &str) -> Result<Fill, Refusal> {
-        let size = self.size(name)?;
-        Ok(Fill::of(self.filled_m3(name), size))
+        Ok(self.place_of(name)?.grid.container())
     }
 
     /// Says whether a container is for one order of which all that was announced lies in it.
     fn is_complete(&mut self, name: &str) -> bool {
+        let rules = &self.settings.rules;
         if !self.settings.closing.rules.order_complete {
             return false;
         }
-        let orders = self.orders(&[name.to_owned()]);
+        let open = [name.to_owned()];
+        let orders = orders(rules, &self.session, &mut self.shapes, &open);
         orders.is_some_and(|orders| orders.complete() == Some(0))
-    }
-
-    /// Gives the open containers by the share of them that is filled, the greatest first; equal
-    /// ones in the order of the cell.
-    pub(super) fn open_by_fullness(&mut self) -> Vec<String> {
-        let containers = self.session.containers().iter();
-        let open = containers.filter(|container| container.is_open);
-        let names: Vec<String> = open.map(|container| container.container.clone()).collect();
-        if names.len() < 2 {
-            return names;
-        }
-        let open = names.into_iter().map(|name| {
-            let percent = self.fill(&name).map_or(0.0, |fill| fill.percent());
-            (percent, name)
-        });
-        let mut open: Vec<(f64, String)> = open.collect();
-        open.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        open.into_iter().map(|(_, name)| name).collect()
-    }
-
-    /// Gives the volume of the items in an open container, in cubic metres, without those whose
-    /// shape is not known any more.
-    fn filled_m3(&mut self, name: &str) -> f64 {
-        let volumes_m3 = self.session.packed_in(name).filter_map(|item| {
-            let shape = self.shapes.shape(item).ok()?;
-            Some(shape.item.mesh_volume_m3())
-        });
-        volumes_m3.sum()
     }
 }
 

@@ -2,62 +2,51 @@
 
 mod answers;
 mod automatic;
-mod believed;
-mod bridge;
 mod closing;
-mod content;
-mod counts;
-mod decide;
-mod footprint;
 mod inspect;
 mod known;
-mod leaving;
-mod orders;
 mod place;
 mod poses;
-mod prepare;
 mod recording;
-mod refusal;
 mod renew;
 mod reported;
 mod session;
-mod shapes;
+mod steps;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use ppnpack_service::ServiceError;
-use ppnpack_service::actor::{Actor, PendingRequests, WeakAddress};
+use ppnpack_service::actor::{Actor, Address, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
-use ppnpack_service::process::{Process, thread};
+use ppnpack_service::process::Process;
 use ppnpack_service::rpc::{CallError, Client, Incoming, Once};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
-use ppnpack_wire::rpc::Request;
 use ppnpack_wire::v1;
 
-use crate::interruption::{Interrupting, Interruption};
+use crate::counts;
 use crate::objects::Objects;
 use crate::planning::Helpers;
 use crate::record::Recorder;
 use crate::settings::CellSettings;
+use crate::shapes::ItemShapes;
+use crate::step::{Step, Stepped, Stepper};
 use crate::store::Store;
 use automatic::Automatic;
 use inspect::ToInspect;
 use place::Place;
 use ppnpack_protocol::session::{End, SessionError};
 use session::KeptSession;
-use shapes::ItemShapes;
+use steps::{UnderWay, Waiting};
 
 /// Maximum sleep of the actor, so that a lost message of the bridge is made up for.
 const TICK: Duration = Duration::from_millis(250);
 
-/// Slack, beyond the time of its request, for a thread that makes one to send the answer.
-const ANSWER_SLACK: Duration = Duration::from_secs(1);
-
-/// Maximum number of plans that wait for an inspection.
-const MOST_PLANS: usize = 64;
+/// Maximum number of requests that wait for a step.
+const MOST_WAITING: usize = 64;
 
 /// A message to a cell's actor.
 pub(crate) enum Message {
@@ -69,15 +58,13 @@ pub(crate) enum Message {
     Open(Incoming<v1::OpenRequest>),
     Close(Incoming<v1::CloseRequest>),
     Explain(Incoming<v1::ExplainRequest>),
-    /// Switches the automatic mode; off: the plan that is being made is interrupted until the
-    /// second field is dropped.
-    Automatic(Incoming<v1::AutomaticRequest>, Option<Interrupting>),
+    Automatic(Incoming<v1::AutomaticRequest>),
     Session(Incoming<v1::SessionRequest>),
     Shapes(Incoming<v1::ShapesRequest>),
     /// Says how a placement ended, by the bridge.
     Outcome(v1::Outcome),
-    /// Gives perception's answer about the placement of this decision.
-    Inspected(String, Box<Result<v1::InspectReply, CallError>>),
+    /// Gives the result of the step that was under way.
+    Stepped(Box<Stepped>),
     /// Gives the bridge's answer to the request of this id for an empty container.
     Renewed(String, Result<v1::RenewReply, CallError>),
 }
@@ -89,36 +76,29 @@ pub(crate) struct CellPlanner {
     client: Client,
     shapes: ItemShapes,
     session: KeptSession,
-    /// Whether the session is known to be the newest, by what the bridges know.
-    is_compared: bool,
     /// The places of its containers.
     places: Vec<Place>,
     /// Times when the bridge is asked again for empty containers, by the ids of the requests.
     renewals: BTreeMap<String, Instant>,
     decisions: Publisher<v1::Decision>,
-    recorder: Recorder,
+    recorder: Arc<Recorder>,
     news: News,
     /// The last decision's item, until it is known how it lies.
     to_inspect: Option<ToInspect>,
-    /// Plans that wait until it is inspected.
-    plans: PendingRequests<Incoming<v1::PlanRequest>>,
+    stepper: Address<Step>,
+    step_under_way: Option<UnderWay>,
+    waiting: PendingRequests<Waiting>,
     automatic: Automatic,
     /// Requests that switched the automatic mode.
     switched: Once,
-    own: Own,
-}
-
-/// Handles by which a cell's actor is reached, and its plans are interrupted.
-pub(crate) struct Own {
-    pub(crate) address: WeakAddress<Message>,
-    pub(crate) interruption: Interruption,
+    own_address: WeakAddress<Message>,
 }
 
 /// Messages that are published after the request that led to them is answered.
 #[derive(Debug, Default)]
 struct News {
-    decisions: Vec<v1::Decision>,
-    records: Vec<v1::PlanningRecord>,
+    decision: Option<v1::Decision>,
+    record: Option<v1::PlanningRecord>,
 }
 
 impl Actor for CellPlanner {
@@ -130,8 +110,8 @@ impl Actor for CellPlanner {
 
     fn tick(&mut self) {
         self.publish_news();
-        self.inspect();
-        self.answer_plans();
+        self.go_on_inspecting();
+        self.go_on_with_requests();
         self.close_done();
         self.renew_closed();
         self.advance();
@@ -140,15 +120,14 @@ impl Actor for CellPlanner {
 
     fn next_tick(&self) -> Option<Instant> {
         // How the last item lies is known before the automatic mode goes on.
-        let automatic = match self.is_inspecting() {
-            true => None,
-            false => self.automatic.wakes_at(&self.session),
-        };
-        let inspection = self.to_inspect.as_ref().and_then(ToInspect::goes_on_at);
+        let is_free = self.step_under_way.is_none();
+        let goes_on = is_free && !self.is_inspecting();
+        let automatic = goes_on.then(|| self.automatic.wakes_at(&self.session));
+        let inspection = self.to_inspect.as_ref().filter(|_| is_free);
         let due = [
-            automatic,
-            inspection,
-            self.plans.next_expiry(),
+            automatic.flatten(),
+            inspection.and_then(ToInspect::goes_on_at),
+            self.waiting.next_expiry(),
             self.next_renewal(),
             self.session.closes_at,
         ];
@@ -163,35 +142,45 @@ impl CellPlanner {
         cell: &Cell,
         settings: &CellSettings,
         shared: &Arc<Shared>,
-        own: Own,
-    ) -> Result<Self, ServiceError> {
+        own_address: WeakAddress<Message>,
+    ) -> Result<(Self, JoinHandle<()>), ServiceError> {
         let plans = settings.container_plans(cell)?;
         let places = plans
             .into_iter()
-            .map(|plan| Place::new(process, plan, shared, &own));
+            .map(|plan| Place::new(process, plan, shared));
         let places = places.collect::<Result<Vec<Place>, _>>()?;
         let session = KeptSession::read(process, cell, settings, shared)?;
         counts::begin(cell);
+        let recorder = Arc::new(Recorder::new(process, cell, settings)?);
+        let (stepper, thread) = Stepper::start(
+            process,
+            cell,
+            settings,
+            (shared, &recorder),
+            &session,
+            own_address.clone(),
+        )?;
         let mut planner = Self {
             cell: cell.clone(),
             settings: settings.clone(),
             client: shared.helpers.client.clone(),
             shapes: ItemShapes::new(cell, settings, shared)?,
-            is_compared: session.id().is_empty() || session.has_failed(),
             session,
             places,
             renewals: BTreeMap::new(),
             decisions: Publisher::new(process, cell, Stream::Plan)?,
-            recorder: Recorder::new(process, cell, settings)?,
+            recorder,
             news: News::default(),
             to_inspect: None,
-            plans: PendingRequests::new(MOST_PLANS),
+            stepper,
+            step_under_way: None,
+            waiting: PendingRequests::new(MOST_WAITING),
             automatic: Automatic::default(),
             switched: Once::default(),
-            own,
+            own_address,
         };
         planner.must_have_its_containers()?;
-        Ok(planner)
+        Ok((planner, thread))
     }
 
     /// Ends a session whose containers are not those of the settings any more.
@@ -224,36 +213,15 @@ impl CellPlanner {
         place.ok_or_else(|| SessionError::UnknownContainer(container.to_owned()))
     }
 
-    /// Makes a request from a thread of its own, which sends the answer to the cell's actor.
-    fn ask_aside<R: Request>(
-        &self,
-        thread_name: &str,
-        address: Cell,
-        request: R,
-        limit: Duration,
-        tell: impl FnOnce(Result<R::Reply, CallError>) -> Message + Send + 'static,
-    ) -> Result<(), ServiceError> {
-        let client = self.client.clone();
-        let own = self.own.address.clone();
-        let ask = move || {
-            let answer = client.call(&address, request, Instant::now() + limit);
-            if let Some(actor) = own.upgrade() {
-                // An actor that has ended needs no answer.
-                actor.send(tell(answer)).ok();
-            }
-        };
-        thread(thread_name, ask).map(drop)
-    }
-
     fn publish_news(&mut self) {
-        let News { decisions, records } = std::mem::take(&mut self.news);
-        for decision in decisions {
-            if let Err(error) = self.decisions.put(&decision) {
-                tracing::warn!(cell = %self.cell, %error, "a decision is not published");
-            }
+        let News { decision, record } = std::mem::take(&mut self.news);
+        if let Some(decision) = decision
+            && let Err(error) = self.decisions.put(&decision)
+        {
+            tracing::warn!(cell = %self.cell, %error, "a decision is not published");
         }
-        for record in &records {
-            self.recorder.publish(record);
+        if let Some(record) = record {
+            self.recorder.publish(&record);
         }
         self.session.publish();
     }

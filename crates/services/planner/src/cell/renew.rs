@@ -9,34 +9,25 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_protocol::session::open_container;
+use ppnpack_service::process::thread;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::v1;
 
-use super::{ANSWER_SLACK, CellPlanner, Message};
+use super::{CellPlanner, Message};
 
 /// Pause before a container is asked for again.
 const PAUSE: Duration = Duration::from_secs(1);
+
+/// Slack, beyond the time of the request, for its thread to send the answer.
+const ANSWER_SLACK: Duration = Duration::from_secs(1);
 
 /// Maximum wait for the bridge to say which state that is.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 impl CellPlanner {
-    pub(super) fn is_renewing(&self) -> bool {
-        self.to_be_renewed().next().is_some()
-    }
-
-    /// Gives the containers that are to be renewed, and the ids of the requests; none where
-    /// somebody has to look first.
-    fn to_be_renewed(&self) -> impl Iterator<Item = (&v1::SessionContainer, &str)> {
-        let containers = self.session.containers().iter();
-        let containers = containers.filter(|_| !self.session.has_failed());
-        let renewing = containers.filter(|container| !container.renewal_id.is_empty());
-        renewing.map(|container| (container, container.renewal_id.as_str()))
-    }
-
     pub(super) fn next_renewal(&self) -> Option<Instant> {
         // A last item that is still inspected is looked for where it lies.
-        let due = self.to_be_renewed();
+        let due = self.session.to_be_renewed();
         let due = due.filter(|(container, _)| !self.is_inspecting_in(&container.container));
         let due = due.map(|(_, id)| {
             let again_at = self.renewals.get(id).copied();
@@ -48,7 +39,7 @@ impl CellPlanner {
     /// Asks the bridge for an empty container in place of each that was closed so.
     pub(super) fn renew_closed(&mut self) {
         let now = Instant::now();
-        let wanted = self.to_be_renewed();
+        let wanted = self.session.to_be_renewed();
         let wanted = wanted.map(|(container, id)| (container.container.clone(), id.to_owned()));
         let wanted: Vec<(String, String)> = wanted.collect();
         self.renewals
@@ -93,13 +84,20 @@ impl CellPlanner {
             }),
             state_number: state.state_number,
         };
-        let tell = |answer| Message::Renewed(request_id, answer);
-        let asked = self.ask_aside("renewal", address, request, limit, tell);
-        asked.map(|()| limit).map_err(|error| error.to_string())
+        let (client, own) = (self.client.clone(), self.own_address.clone());
+        let ask = move || {
+            let answer = client.call(&address, request, Instant::now() + limit);
+            if let Some(actor) = own.upgrade() {
+                // An actor that has ended needs no answer.
+                actor.send(Message::Renewed(request_id, answer)).ok();
+            }
+        };
+        let asked = thread("renewal", ask);
+        asked.map(|_| limit).map_err(|error| error.to_string())
     }
 
     pub(super) fn on_renewed(&mut self, id: &str, answer: Result<v1::RenewReply, CallError>) {
-        let wanted = self.to_be_renewed().find(|(_, wanted)| *wanted == id);
+        let wanted = self.session.to_be_renewed().find(|(_, wanted)| *wanted == id);
         // Of a session that is gone it is of no use.
         let Some(closed) = wanted.map(|(container, _)| container.clone()) else {
             return;

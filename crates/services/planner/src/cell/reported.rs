@@ -6,8 +6,8 @@ use ppnpack_wire::convert::pose;
 use ppnpack_wire::v1::{self, OutcomeKind, Status};
 
 use super::CellPlanner;
-use super::bridge::Bridge;
-use super::refusal::Refusal;
+use crate::bridge::Bridge;
+use crate::refusal::Refusal;
 
 /// Maximum distance beside a container that what lies in it may reach, in metres.
 const BESIDE_M: f64 = 0.1;
@@ -29,7 +29,7 @@ impl CellPlanner {
         check_names(&decision, outcome)?;
         check_lengths(outcome)?;
         let place = self.place_of(&decision.container)?;
-        let size = place.planning.grid().container();
+        let size = place.grid.container();
         let farthest_m = size.x_m.hypot(size.y_m).hypot(size.z_m) + BESIDE_M;
         check_place(&decision, outcome, farthest_m)?;
         check_state(&decision, outcome, &mut place.bridge, deadline)

@@ -11,10 +11,26 @@ use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
-use super::refusal::Refusal;
-use super::{Shared, counts};
+use super::Shared;
+use crate::counts;
+use crate::refusal::Refusal;
 use crate::settings::CellSettings;
 use crate::store::StoreError;
+
+/// The number of changes of a session.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Version {
+    announcements: u64,
+    /// Those that are no announcements.
+    others: u64,
+}
+
+impl Version {
+    /// Says whether nothing has changed since an earlier version but for items that are new.
+    pub(super) fn is_but_for_new_items(&self, since: &Self) -> bool {
+        self.others == since.others
+    }
+}
 
 /// A session on disk.
 pub(super) struct KeptSession {
@@ -24,6 +40,7 @@ pub(super) struct KeptSession {
     buffer: usize,
     publisher: Publisher<v1::Session>,
     session: Session,
+    version: Version,
     /// The session on disk, where that is not this one.
     on_disk: Option<Session>,
     is_published: bool,
@@ -54,11 +71,16 @@ impl KeptSession {
             buffer: settings.method.buffer,
             publisher: Publisher::new(process, cell, Stream::Session)?,
             session,
+            version: Version::default(),
             on_disk: None,
             is_published: false,
             // The container that was closed last may not be on disk as such.
             closes_at: Some(Instant::now()),
         })
+    }
+
+    pub(super) fn version(&self) -> Version {
+        self.version
     }
 
     pub(super) fn message(&self) -> v1::Session {
@@ -78,6 +100,7 @@ impl KeptSession {
         let saved = self.shared.store.begin(&self.cell, &next);
         self.saved(saved)?;
         self.session = next;
+        self.version.others += 1;
         self.is_published = false;
         Ok(())
     }
@@ -95,20 +118,29 @@ impl KeptSession {
         &mut self,
         change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
     ) -> Result<(), Refusal> {
-        self.change_with(&[], change)
-    }
-
-    /// Changes the session as [`Self::change`] does, and saves the heightmaps of new items with it.
-    pub(super) fn change_with(
-        &mut self,
-        shapes: &[v1::Item],
-        change: impl FnOnce(&mut Session) -> Result<(), SessionError>,
-    ) -> Result<(), Refusal> {
         let had_ended = self.has_ended();
         self.change_unsaved(change)?;
-        self.save_with(shapes)?;
+        self.save_with(&[])?;
         if self.has_ended() && !had_ended {
             counts::sessions_ended(&self.cell, self.message().end(), 1);
+        }
+        Ok(())
+    }
+
+    /// Announces items as [`Self::change`] changes the session, and saves their heightmaps with it.
+    pub(super) fn announce(
+        &mut self,
+        shapes: &[v1::Item],
+        announce: impl FnOnce(&mut Session) -> Result<(), SessionError>,
+    ) -> Result<(), Refusal> {
+        let before = self.version;
+        self.change_unsaved(announce)?;
+        self.save_with(shapes)?;
+        if self.version != before {
+            self.version = Version {
+                announcements: before.announcements + 1,
+                ..before
+            };
         }
         Ok(())
     }
@@ -123,6 +155,7 @@ impl KeptSession {
         if next != self.session {
             let before = std::mem::replace(&mut self.session, next);
             self.on_disk.get_or_insert(before);
+            self.version.others += 1;
             self.is_published = false;
             self.closes_at = Some(Instant::now());
         }

@@ -4,15 +4,18 @@ mod read;
 mod shapes;
 mod write;
 
+use std::sync::Mutex;
+
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::now_ns;
 use ppnpack_service::process::Process;
 use ppnpack_service::stream::Publisher;
+use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
 
 use crate::settings::CellSettings;
-use crate::step_plan::{Found, StepPlan};
+use crate::step::plan::{Found, StepPlan};
 pub use read::Unreadable;
 pub(crate) use read::step;
 use shapes::Shapes;
@@ -20,7 +23,7 @@ use shapes::Shapes;
 /// Publishes the records of a cell while somebody reads them.
 pub(crate) struct Recorder {
     records: Publisher<v1::PlanningRecord>,
-    shapes: Shapes,
+    shapes: Mutex<Shapes>,
     cell: String,
     versions: v1::Versions,
     /// The settings of the cell, as JSON.
@@ -35,27 +38,27 @@ impl Recorder {
     ) -> Result<Self, ServiceError> {
         Ok(Self {
             records: Publisher::new(process, cell, Stream::Record)?,
-            shapes: Shapes::default(),
+            shapes: Mutex::default(),
             cell: cell.to_string(),
             versions: process.versions(),
             settings: serde_json::to_string(settings).map_err(ServiceError::start)?,
         })
     }
 
-    pub(crate) fn is_wanted(&self) -> bool {
-        self.records.has_readers()
-    }
-
-    /// Makes the record of a step and its result.
+    /// Makes the record of a step and its result; `None` where nobody reads records.
     pub(crate) fn record(
-        &mut self,
+        &self,
         session_id: &str,
         plan: &StepPlan,
         found: &Found,
         decision: Option<&v1::Decision>,
-    ) -> v1::PlanningRecord {
-        self.shapes.make_room();
-        v1::PlanningRecord {
+    ) -> Option<v1::PlanningRecord> {
+        if !self.records.has_readers() {
+            return None;
+        }
+        let mut shapes = lock(&self.shapes);
+        shapes.make_room();
+        Some(v1::PlanningRecord {
             cell: self.cell.clone(),
             session_id: session_id.to_owned(),
             planned_at_ns: i64::try_from(now_ns()).unwrap_or(i64::MAX),
@@ -63,8 +66,8 @@ impl Recorder {
             settings: self.settings.clone(),
             is_cut: found.is_cut,
             decision: decision.cloned(),
-            ..write::step(plan, &mut self.shapes)
-        }
+            ..write::step(plan, &mut shapes)
+        })
     }
 
     pub(crate) fn publish(&self, record: &v1::PlanningRecord) {
@@ -74,6 +77,6 @@ impl Recorder {
     }
 
     pub(crate) fn shapes(&self, ids: &[Vec<u8>]) -> v1::ShapesReply {
-        self.shapes.reply(ids)
+        lock(&self.shapes).reply(ids)
     }
 }

@@ -12,7 +12,7 @@ use ppnpack_protocol::session::message;
 use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{WireError, convert, v1};
 
-use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
+use crate::step::plan::{AttemptPlan, ContainerStep, StepPlan};
 
 /// Why a record is no step.
 #[derive(Debug, thiserror::Error)]

@@ -7,7 +7,7 @@ use ppnpack_protocol::session::message;
 use ppnpack_wire::{convert, v1};
 
 use super::shapes::Shapes;
-use crate::step_plan::{AttemptPlan, ContainerStep, StepPlan};
+use crate::step::plan::{AttemptPlan, ContainerStep, StepPlan};
 
 /// Writes what a step was planned on.
 pub(super) fn step(plan: &StepPlan, shapes: &mut Shapes) -> v1::PlanningRecord {

@@ -12,8 +12,6 @@ use ppnpack_service::stream::{Arrived, Latest};
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::{MAX_MESSAGE_BYTES, WireError, convert, v1};
 
-use crate::interruption::{INTERRUPTED, Interruption};
-
 /// Maximum wait for the stream before perception is asked: streams drop what they cannot deliver.
 const STREAM_PATIENCE: Duration = Duration::from_millis(30);
 
@@ -40,7 +38,6 @@ pub(crate) struct Scenes {
     stream: Latest<v1::Heightmap>,
     client: Client,
     limits: SceneLimits,
-    interruption: Interruption,
     newest: Option<Seen>,
     /// Time when the last clouds came of a heightmap by other settings than the newest.
     other_settings_at: Option<Boottime>,
@@ -71,7 +68,6 @@ impl Scenes {
         cell: &Cell,
         grid: &Grid,
         limits: SceneLimits,
-        interruption: &Interruption,
     ) -> Result<Self, ServiceError> {
         Ok(Self {
             cell: cell.clone(),
@@ -79,7 +75,6 @@ impl Scenes {
             stream: Latest::subscribe(process, cell, Stream::Heightmap, MAX_MESSAGE_BYTES)?,
             client: Client::new(process.session()),
             limits,
-            interruption: interruption.clone(),
             newest: None,
             other_settings_at: None,
             shown_after: None,
@@ -87,9 +82,9 @@ impl Scenes {
         })
     }
 
-    /// Tells that the container's content changed just now.
-    pub(crate) fn changed(&mut self) {
-        self.shown_after = Some(Boottime::now() + self.limits.sensor_latency);
+    /// Tells that the container's content changed at this time.
+    pub(crate) fn changed(&mut self, at: Boottime) {
+        self.shown_after = Some(at + self.limits.sensor_latency);
     }
 
     /// Has a heightmap count as doubtful, for this reason, until it is
@@ -124,9 +119,6 @@ impl Scenes {
                 && self.is_usable(seen, least_state_number)
             {
                 return Ok(seen.clone());
-            }
-            if self.interruption.is_asked_for() {
-                return Err(INTERRUPTED.to_owned());
             }
             if Instant::now() >= deadline {
                 return Err(self.why(least_state_number));

@@ -62,14 +62,7 @@ impl Rig {
         let planner = embedded::process(&hub, Service::Planner, "planner-1").unwrap();
         let perception = embedded::process(&hub, Service::Perception, "perception-1").unwrap();
         Self {
-            scenes: Scenes::subscribe(
-                &planner,
-                &cell(),
-                &Grid::reference(),
-                limits,
-                &Interruption::default(),
-            )
-            .unwrap(),
+            scenes: Scenes::subscribe(&planner, &cell(), &Grid::reference(), limits).unwrap(),
             heightmaps: Publisher::new(&perception, &cell(), Stream::Heightmap).unwrap(),
             planner,
             perception,
@@ -172,7 +165,7 @@ fn a_heightmap_that_was_held_up_on_its_way_from_perception_is_as_old_as_it_is() 
         sensor_latency: Duration::ZERO,
         ..LIMITS
     });
-    rig.scenes.changed();
+    rig.scenes.changed(Boottime::now());
     let old = heightmap(1, 0, v1::HeightmapQuality::default());
     let _listener = rig.answer(old.clone(), LIMITS.age / 2);
     rig.publish_until_it_came(&old);
@@ -204,7 +197,7 @@ fn a_cloud_that_was_on_its_way_does_not_show_the_change() {
     let mut rig = Rig::new();
     rig.show(&heightmap(1, 0, v1::HeightmapQuality::default()));
     assert!(rig.scenes.current(0, in_ms(0)).is_ok());
-    rig.scenes.changed();
+    rig.scenes.changed(Boottime::now());
     let changed = Instant::now();
     assert!(rig.scenes.current(0, in_ms(0)).is_err());
     for sequence in 2.. {
@@ -221,7 +214,7 @@ fn a_cloud_that_was_on_its_way_does_not_show_the_change() {
         age: Duration::from_secs(60),
         sensor_latency: Duration::ZERO,
     });
-    rig.scenes.changed();
+    rig.scenes.changed(Boottime::now());
     let slow = v1::HeightmapQuality {
         processing_ns: 30_000_000_000,
         ..v1::HeightmapQuality::default()

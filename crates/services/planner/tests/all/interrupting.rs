@@ -1,10 +1,10 @@
-//! The automatic mode is switched off at once, whatever plan is being made.
+//! Nobody waits for a plan that is being made.
 
 use std::sync::Mutex;
 use std::sync::mpsc::channel;
 use std::thread;
 
-use crate::common::{self, Rig, cell, in_ms};
+use crate::common::{self, Rig, announcement, block, cell, in_ms};
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, Status};
 
@@ -20,8 +20,8 @@ fn a_plan_that_cannot_be_made_in_time_is_refused_in_time() {
 }
 
 #[test]
-fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode_off() {
-    // Perception never answers, and says when it is asked.
+fn a_plan_that_waits_for_minutes_holds_up_nobody() {
+    // Perception does not answer, and says when it is asked.
     let (asked, is_asked) = channel();
     let kept = Mutex::new(Vec::new());
     let heightmap = move |incoming: Incoming<v1::HeightmapRequest>| {
@@ -32,19 +32,30 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody_who_switches_the_automatic_mode
     rig.begin_with(&["a"]);
     let plan = |span_ms| {
         let request = v1::PlanRequest::default();
-        rig.client
-            .call(&cell(), request, in_ms(span_ms))
-            .unwrap_err()
+        rig.client.call(&cell(), request, in_ms(span_ms))
     };
     thread::scope(|scope| {
         let planned = scope.spawn(|| plan(300_000));
         is_asked.recv().unwrap();
+        // Others are answered at once, also those that change what is planned on.
+        rig.announce([announcement("b", block())]);
+        rig.switch(true);
+        let refused = planned.join().unwrap().unwrap_err();
+        assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
         rig.switch(false);
-        let refused = planned.join().unwrap();
-        assert_eq!(refused.status(), Some(Status::Unavailable));
-        assert!(refused.to_string().contains("switched off"), "{refused}");
     });
-    assert!(!rig.session().is_automatic);
-    // Plans are made again.
-    assert!(!plan(600).to_string().contains("switched off"));
+    // One that waits for long lets others by, which are refused in time.
+    is_asked.try_iter().count();
+    thread::scope(|scope| {
+        let planned = scope.spawn(|| plan(300_000));
+        is_asked.recv().unwrap();
+        let refused = plan(10_000).unwrap_err();
+        assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+        rig.call(v1::BeginRequest {
+            session_id: "next".to_owned(),
+            ..v1::BeginRequest::default()
+        });
+        let reply = planned.join().unwrap().unwrap();
+        assert_eq!(reply.result(), v1::PlanResult::NothingWaits);
+    });
 }

@@ -393,7 +393,6 @@ impl Rig {
     pub(crate) fn switch(&self, is_automatic: bool) {
         self.call(v1::AutomaticRequest {
             is_automatic,
-            // A plan that is being made is to be interrupted: nothing is asked before.
             failure_id: match is_automatic {
                 true => self.session().failure_id,
                 false => String::new(),

@@ -13,10 +13,10 @@ use ppnpack_protocol::session::item::told_kg;
 use ppnpack_protocol::session::{Packed, message};
 use ppnpack_wire::v1;
 
-use super::CellPlanner;
-use super::shapes::{ItemShapes, lying};
+use super::Stepper;
+use crate::shapes::{ItemShapes, lying};
 
-impl CellPlanner {
+impl Stepper {
     /// Gives the content of a container: where the bridge found it, else where the session last
     /// knew each packed item.
     pub(super) fn content(&mut self, container: &str, deadline: Instant) -> Content {
@@ -35,10 +35,10 @@ impl CellPlanner {
 
     /// Gives the present content of a container where the bridge tells it.
     fn told(&mut self, container: &str, deadline: Instant) -> Option<Content> {
-        let place = self.place_of(container).ok()?;
-        let state = place.bridge.useful_state(deadline)?;
-        place.has_told_bodies |= !state.bodies.is_empty();
-        let has_told = place.has_told_bodies;
+        let own = self.container(container).ok()?;
+        let state = own.bridge.useful_state(deadline)?;
+        own.has_told_bodies |= !state.bodies.is_empty();
+        let has_told = own.has_told_bodies;
         if state.state_number < self.session.least_state_number(container) {
             return None;
         }

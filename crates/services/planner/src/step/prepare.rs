@@ -9,14 +9,19 @@ use ppnpack_packing::orders::Orders;
 use ppnpack_packing::step::Candidate;
 use ppnpack_wire::v1::{self, Status};
 
-use super::CellPlanner;
-use super::counts;
 use super::footprint::footprint;
-use super::refusal::Refusal;
+use super::plan::{ContainerStep, StepPlan};
+use super::{NotPlanned, Stepper};
+use crate::counts;
+use crate::fill::open_by_fullness;
+use crate::orders::orders;
+use crate::refusal::Refusal;
 use crate::scenes::Seen;
-use crate::step_plan::{ContainerStep, StepPlan};
 use ppnpack_protocol::session::item::arrival;
 use ppnpack_protocol::session::{Packed, SessionError, message};
+
+/// Maximum time of looking into the open containers, after which another step may be planned.
+const LOOK_LIMIT: Duration = Duration::from_secs(2);
 
 /// Maximum wait of a step for the heightmaps of all open containers. Then it goes on.
 const ALL_PATIENCE: Duration = Duration::from_secs(1);
@@ -84,13 +89,20 @@ pub(super) fn poses_of(candidates: &[Candidate], item: &v1::SessionItem) -> Rang
     first..first + poses.count()
 }
 
-impl CellPlanner {
-    /// Looks into the open containers; waits for heightmaps until the deadline.
+impl Stepper {
+    /// Looks into the open containers; waits for heightmaps for a while.
     ///
     /// # Errors
-    /// [`Status::Conflict`] where no container is open, [`Status::Unavailable`] where none is usable.
-    pub(super) fn look(&mut self, deadline: Instant) -> Result<Sights, Refusal> {
-        let open = self.open_by_fullness();
+    /// [`NotPlanned`] where no container is open or seen, or the session cannot be that of the cell.
+    pub(super) fn look(&mut self, deadline: Instant) -> Result<Sights, NotPlanned> {
+        let deadline = deadline.min(Instant::now() + LOOK_LIMIT);
+        self.must_be_newest(deadline)?;
+        let containers = &self.containers;
+        let size = |name: &str| {
+            let own = containers.iter().find(|own| own.name == name)?;
+            Some(own.planning.grid().container())
+        };
+        let open = open_by_fullness(&self.session, &mut self.shapes, size);
         let (containers, left_out) = self.prepare_containers(&open, deadline)?;
         Ok(Sights {
             open,
@@ -113,7 +125,8 @@ impl CellPlanner {
         }
         let (containers, seen): (Vec<ContainerStep>, Vec<(usize, Seen)>) =
             sights.containers.iter().cloned().unzip();
-        let mut orders = self.orders(&sights.open);
+        let rules = &self.settings.rules;
+        let mut orders = orders(rules, &self.session, &mut self.shapes, &sights.open);
         if let Some(orders) = &mut orders {
             orders.begin(&candidates);
         }
@@ -153,7 +166,7 @@ impl CellPlanner {
         &mut self,
         open: &[String],
         deadline: Instant,
-    ) -> Result<(Vec<PreparedContainer>, Vec<String>), Refusal> {
+    ) -> Result<(Vec<PreparedContainer>, Vec<String>), NotPlanned> {
         let is_only = open.len() == 1;
         let (mut containers, mut left_out) = (Vec::new(), Vec::new());
         let sights = self.see(open, deadline)?;
@@ -167,7 +180,7 @@ impl CellPlanner {
                 Err(refusal) => {
                     counts::stale_scenes(&self.cell, 1);
                     if is_only {
-                        return Err(refusal);
+                        return Err(NotPlanned::Unseen(refusal));
                     }
                     left_out.push(format!("container {name} is left out: {}", refusal.message));
                 }
@@ -175,11 +188,14 @@ impl CellPlanner {
         }
         match (containers.is_empty(), left_out.is_empty()) {
             (false, _) => Ok((containers, left_out)),
-            (true, false) => Err(Refusal::unavailable(left_out.join("; "))),
-            (true, true) => Err(Refusal::new(
-                Status::Conflict,
-                "no container is open: open one first",
-            )),
+            (true, false) => {
+                let none = Refusal::unavailable(left_out.join("; "));
+                Err(NotPlanned::Unseen(none))
+            }
+            (true, true) => {
+                let text = "no container is open: open one first";
+                Err(Refusal::new(Status::Conflict, text).into())
+            }
         }
     }
 
@@ -201,8 +217,7 @@ impl CellPlanner {
             seen.push((name.clone(), first));
         }
         while Instant::now() + PAUSE < until
-            && !self.own.interruption.is_asked_for()
-            && self.places.iter().all(|place| place.behind.is_none())
+            && self.containers.iter().all(|own| own.behind.is_none())
         {
             let mut unseen = seen.iter_mut().filter(|(_, seen)| seen.is_err()).peekable();
             if unseen.peek().is_none() {
@@ -214,7 +229,7 @@ impl CellPlanner {
             }
         }
         for name in open {
-            self.place_of(name)?.scenes.reconsider();
+            self.container(name)?.scenes.reconsider();
         }
         Ok(seen)
     }
@@ -237,14 +252,13 @@ impl CellPlanner {
         name: String,
         mut seen: Seen,
     ) -> Result<(ContainerStep, Seen), Refusal> {
-        let place = self.place_of(&name)?;
-        seen.scene = place.complete(seen.scene);
+        seen.scene = self.container(&name)?.complete(seen.scene);
         if let Some(leaving) = self.leaving(&name)? {
             seen.scene = seen.scene.with_leaving(leaving);
         }
         let container = ContainerStep {
             scene: self.blocked(&name, &seen.scene)?,
-            grid: self.place_of(&name)?.planning.grid().clone(),
+            grid: self.container(&name)?.planning.grid().clone(),
             name,
         };
         Ok((container, seen))
@@ -252,7 +266,7 @@ impl CellPlanner {
 
     /// Blocks everything in the scene of a container that must stay free.
     fn blocked(&mut self, name: &str, scene: &Scene) -> Result<Scene, Refusal> {
-        let grid = self.place_of(name)?.planning.grid().clone();
+        let grid = self.container(name)?.planning.grid().clone();
         let mut regions = message::read_regions(&self.session.container(name)?.keep_out);
         let packed = self.session.packed_in(name);
         let fragile = packed.filter(|item| item.rules.is_some_and(|rules| rules.is_fragile));

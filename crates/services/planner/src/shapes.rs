@@ -15,13 +15,13 @@ use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::{WireError, convert, v1};
 
-use super::Shared;
-use super::refusal::Refusal;
+use crate::cell::Shared;
 use crate::objects::{GridObjects, Object};
+use crate::refusal::Refusal;
 use crate::settings::CellSettings;
 
 /// The shapes of the items of a cell's session.
-pub(super) struct ItemShapes {
+pub(crate) struct ItemShapes {
     cell: Cell,
     shared: Arc<Shared>,
     resolution: Resolution,
@@ -38,14 +38,14 @@ pub(super) struct ItemShapes {
 }
 
 /// The shape of an item, as far as it is known.
-pub(super) struct Shape {
-    pub(super) item: Arc<Item>,
+pub(crate) struct Shape {
+    pub(crate) item: Arc<Item>,
     /// In the frame of the heightmaps.
-    pub(super) model: Option<Arc<Model>>,
+    pub(crate) model: Option<Arc<Model>>,
 }
 
 impl ItemShapes {
-    pub(super) fn new(
+    pub(crate) fn new(
         cell: &Cell,
         settings: &CellSettings,
         shared: &Arc<Shared>,
@@ -64,32 +64,35 @@ impl ItemShapes {
     }
 
     /// Forgets the items of a session that is over.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.announced.clear();
         self.posed_models.clear();
     }
 
-    /// Adds items that were announced with heightmaps, in place of those that the session does not
-    /// have any more.
-    pub(super) fn add(&mut self, new: Vec<(ItemId, Arc<Item>)>, all: &[v1::SessionItem]) {
-        if new.is_empty() {
+    /// Adds items that were announced with heightmaps.
+    pub(crate) fn add(&mut self, new: Vec<(ItemId, Arc<Item>)>) {
+        for (shape, item) in new {
+            self.announced.entry(shape).or_insert(item);
+        }
+    }
+
+    /// Forgets shapes that no item of the session has any more, where there are such.
+    pub(crate) fn keep(&mut self, all: &[v1::SessionItem]) {
+        if self.announced.len().max(self.posed_models.len()) <= all.len() {
             return;
         }
         let used: HashSet<&[u8]> = all.iter().map(|item| item.shape.as_slice()).collect();
         let is_used = |shape: &ItemId| used.contains(shape.to_bytes().as_slice());
         self.announced.retain(|shape, _| is_used(shape));
         self.posed_models.retain(|shape, _| is_used(shape));
-        for (shape, item) in new {
-            self.announced.entry(shape).or_insert(item);
-        }
     }
 
-    pub(super) fn named(&self, object: &str) -> Option<&Object> {
+    pub(crate) fn named(&self, object: &str) -> Option<&Object> {
         self.objects.as_ref()?.named(object)
     }
 
     /// Says whether some objects of the catalogue may not carry anything.
-    pub(super) fn have_limits(&self) -> bool {
+    pub(crate) fn have_limits(&self) -> bool {
         let objects = self.objects.as_ref();
         objects.is_some_and(|objects| objects.have_limits)
     }
@@ -101,7 +104,7 @@ impl ItemShapes {
     }
 
     /// Gives an item in each pose in which it may be packed, first as it was announced.
-    pub(super) fn candidates(&mut self, item: &v1::SessionItem) -> Result<Vec<Candidate>, Refusal> {
+    pub(crate) fn candidates(&mut self, item: &v1::SessionItem) -> Result<Vec<Candidate>, Refusal> {
         let mass_kg = self.mass_kg(item);
         let rules = message::read_rules(item.rules.as_ref())?;
         let own = lying(item)?;
@@ -141,7 +144,7 @@ impl ItemShapes {
     }
 
     /// Gives the heightmaps of an item in one of its poses.
-    pub(super) fn heightmaps(
+    pub(crate) fn heightmaps(
         &mut self,
         item: &v1::SessionItem,
         pose: usize,
@@ -155,7 +158,7 @@ impl ItemShapes {
     }
 
     /// Gives an item's heightmaps as announced, and its solid where the catalogue has it.
-    pub(super) fn shape(&mut self, item: &v1::SessionItem) -> Result<Shape, Refusal> {
+    pub(crate) fn shape(&mut self, item: &v1::SessionItem) -> Result<Shape, Refusal> {
         if let Some(known) = self.object(item) {
             return Ok(Shape {
                 item: Arc::clone(&known.item),
@@ -199,13 +202,13 @@ impl ItemShapes {
         Ok(item)
     }
 
-    pub(super) fn seen_model(&mut self, item: &Item) -> Option<Arc<Model>> {
+    pub(crate) fn seen_model(&mut self, item: &Item) -> Option<Arc<Model>> {
         self.seen.of(item, &self.resolution)
     }
 
     /// Gives the mass of an item in kilograms: as it was told, as the catalogue has it, or as what
     /// was seen is estimated to have.
-    pub(super) fn mass_kg(&mut self, item: &v1::SessionItem) -> Option<f64> {
+    pub(crate) fn mass_kg(&mut self, item: &v1::SessionItem) -> Option<f64> {
         if let Some(told_kg) = told_kg(item) {
             return Some(told_kg);
         }
@@ -215,7 +218,7 @@ impl ItemShapes {
     }
 }
 
-pub(super) fn lying(item: &v1::SessionItem) -> Result<Lying, WireError> {
+pub(crate) fn lying(item: &v1::SessionItem) -> Result<Lying, WireError> {
     message::read_lying(item.heightmap_from_item.as_ref(), item.waits_at.as_deref())
 }
 

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use ppnpack_packing::heightmap::Scene;
 use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
 use ppnpack_packing::refusal::Refusals;
 use ppnpack_packing::step::{PlacementCounts, StepInput};
@@ -9,12 +10,10 @@ use ppnpack_packing::valid::Tally;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 
-use super::CellPlanner;
-use super::counts;
+use super::plan::{Found, PlansContainers, StepPlan, write_ranked};
 use super::prepare::{Prepared, poses_of};
-use super::refusal::Refusal;
-use crate::interruption::INTERRUPTED;
-use crate::step_plan::{Found, PlansContainers, write_ranked};
+use super::{NotPlanned, Planned, Stepper};
+use crate::refusal::Refusal;
 
 /// Share of a request's remaining time that is kept for checking, saving and answering.
 const KEPT_SHARE: f64 = 0.05;
@@ -24,90 +23,96 @@ const LEAST_KEPT: Duration = Duration::from_millis(10);
 
 /// The result of planning a step.
 pub(crate) enum Decided {
-    Decision(Box<v1::Decision>),
+    Decision(Box<Chosen>),
     NothingFits(Vec<v1::ItemReason>),
     NothingWaits,
 }
 
-impl CellPlanner {
-    /// Plans the next step and enters the decision; it is on disk when this returns. Where nothing
-    /// in the buffer has a valid placement, items are set aside, as many as may be, until one that
-    /// arrives after them has.
-    pub(crate) fn decide(
+/// A decision, and what it was made on.
+pub(crate) struct Chosen {
+    pub(crate) decision: v1::Decision,
+    /// The content of its container, without anything blocked.
+    pub(crate) before: Scene,
+    pub(crate) plan: StepPlan,
+    pub(crate) found: Found,
+}
+
+impl Stepper {
+    /// Plans a step for a request, or for the automatic mode. Where nothing in the buffer has a valid
+    /// placement, items are set aside, as many as may be, until one that arrives after them has.
+    pub(super) fn decide(
         &mut self,
-        request_id: &str,
+        request_id: Option<&str>,
         alternatives: usize,
         deadline: Instant,
-    ) -> Result<Decided, Refusal> {
-        let decided = self.decide_and_set_aside(request_id, alternatives, deadline);
-        // What was set aside without a decision.
-        self.session.save()?;
-        decided
+    ) -> Planned {
+        let mut set_aside = Vec::new();
+        let decided =
+            self.decide_and_set_aside(request_id, alternatives, deadline, &mut set_aside);
+        Planned { set_aside, decided }
     }
 
     fn decide_and_set_aside(
         &mut self,
-        request_id: &str,
+        request_id: Option<&str>,
         alternatives: usize,
         deadline: Instant,
-    ) -> Result<Decided, Refusal> {
+        set_aside: &mut Vec<v1::ItemReason>,
+    ) -> Result<Decided, NotPlanned> {
         let begun = Instant::now();
         let until = planned_by(begun, deadline);
-        self.must_be_newest(until)?;
         let mut items = self.buffered();
         if items.is_empty() {
             return Ok(Decided::NothingWaits);
         }
-        let started = Instant::now();
         let sights = self.look(until)?;
-        let waited = started.elapsed();
+        let waited = begun.elapsed();
         let mut setting_aside = Duration::ZERO;
         let (prepared, found) = loop {
             let mut prepared = self.prepare(&sights, items, alternatives, until)?;
             // Whoever gives a plan less time than it takes wants something by then; nobody waits
             // for the automatic mode.
-            prepared.plan.takes_untried = !self.session.is_automatic();
+            prepared.plan.takes_untried = request_id.is_some();
             let found = self.plan(&prepared)?;
             if found.plan.choice().is_some() {
                 break (prepared, found);
             }
-            self.record(&prepared, &found, None);
+            let id = self.session.id();
+            if let Some(record) = self.recorder.record(id, &prepared.plan, &found, None) {
+                self.recorder.publish(&record);
+            }
             // What fits nowhere now may fit into a container that comes.
-            let may_set_aside = self.session.may_set_aside() && !self.is_renewing();
+            let may_set_aside = self.session.may_set_aside() && !self.session.is_renewing();
             if may_set_aside {
                 in_time(until)?;
             }
-            if !may_set_aside || !self.set_aside(&prepared, &found)? {
+            let reason = may_set_aside.then(|| self.to_set_aside(&prepared, &found));
+            let Some(reason) = reason.transpose()?.flatten() else {
                 let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
-            }
+            };
+            self.session.set_aside(reason.clone())?;
+            set_aside.push(reason);
             setting_aside = begun.elapsed();
             items = self.buffered();
             if items.is_empty() {
                 return Ok(Decided::NothingWaits);
             }
         };
-        // Whoever asked may have left, and a decision that nobody knows of keeps others waiting.
-        in_time(deadline)?;
         let mut decision = self.decision(request_id, &prepared, &found, deadline)?;
         decision.stages.insert(0, header::stage("prepare", waited));
         if !setting_aside.is_zero() {
             let stage = header::stage("set_aside", setting_aside);
             decision.stages.insert(0, stage);
         }
-        let saving = Instant::now();
-        let entered = decision.clone();
-        self.session.change(|session| session.decide(entered))?;
-        decision
-            .stages
-            .push(header::stage("save", saving.elapsed()));
-        counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
-        self.record(&prepared, &found, Some(&decision));
-        if let Some((_, seen)) = prepared.seen.get(found.container) {
-            self.will_inspect(&decision, &seen.scene);
-        }
-        self.news.decisions.push(decision.clone());
-        Ok(Decided::Decision(Box::new(decision)))
+        let Prepared { plan, mut seen, .. } = prepared;
+        let (_, seen) = seen.swap_remove(found.container);
+        Ok(Decided::Decision(Box::new(Chosen {
+            decision,
+            before: seen.scene,
+            plan,
+            found,
+        })))
     }
 
     fn buffered(&self) -> Vec<v1::SessionItem> {
@@ -115,10 +120,14 @@ impl CellPlanner {
         buffer.cloned().collect()
     }
 
-    /// Sets aside the largest item of a step in which none has a valid placement; of equal ones the
-    /// first to arrive. Says whether there was one: what rules keep out waits for another
-    /// container. It is saved with the decision that comes of it.
-    fn set_aside(&mut self, prepared: &Prepared, found: &Found) -> Result<bool, Refusal> {
+    /// Gives the largest item of a step in which none has a valid placement, to be set aside, and
+    /// why; of equal ones the first to arrive. `None` where there is none: what rules keep out waits
+    /// for another container.
+    fn to_set_aside(
+        &mut self,
+        prepared: &Prepared,
+        found: &Found,
+    ) -> Result<Option<v1::ItemReason>, Refusal> {
         let volume_m3 = |item: &&v1::SessionItem| {
             let candidates = &prepared.plan.candidates;
             let held = candidates.get(poses_of(candidates, item).start);
@@ -128,24 +137,21 @@ impl CellPlanner {
         let items = items.filter(|item| prepared.barred(item, found.container, true).is_none());
         // Of equal ones, `min_by` gives the first.
         let Some(largest) = items.min_by(|a, b| volume_m3(b).total_cmp(&volume_m3(a))) else {
-            return Ok(false);
+            return Ok(None);
         };
         let reason = self.reason(prepared, found, largest);
         let lost = || Refusal::new(Status::Failed, "the plan says nothing of an item");
         let reason = reason.ok_or_else(lost)?;
-        let entered = reason.clone();
-        self.session
-            .change_unsaved(|session| session.set_aside(entered))?;
-        let v1::ItemReason { item_id, text, .. } = reason;
+        let v1::ItemReason { item_id, text, .. } = &reason;
         tracing::info!(cell = %self.cell, item_id, reason = text, "set aside");
-        Ok(true)
+        Ok(Some(reason))
     }
 
-    pub(crate) fn explain(
+    pub(super) fn explain(
         &mut self,
         item_id: &str,
         deadline: Instant,
-    ) -> Result<v1::ExplainReply, Refusal> {
+    ) -> Result<v1::ExplainReply, NotPlanned> {
         let items = vec![self.session.waiting(item_id)?.clone()];
         let until = planned_by(Instant::now(), deadline);
         let sights = self.look(until)?;
@@ -183,7 +189,7 @@ impl CellPlanner {
 
     fn decision(
         &mut self,
-        request_id: &str,
+        request_id: Option<&str>,
         prepared: &Prepared,
         found: &Found,
         deadline: Instant,
@@ -191,12 +197,12 @@ impl CellPlanner {
         let lost = || Refusal::new(Status::Failed, "the plan chose an item that is not there");
         let (_, seen) = prepared.seen.get(found.container).ok_or_else(lost)?;
         let chosen = prepared.plan.decision(found).ok_or_else(lost)?;
-        let place = self.place_of(&chosen.container)?;
-        let decided_at_ns = place.bridge.now_ns(deadline);
+        let container = self.container(&chosen.container)?;
+        let decided_at_ns = container.bridge.now_ns(deadline);
         let Found { plan, timings, .. } = found;
         Ok(v1::Decision {
             decision_id: format!("{:032x}", rand::random::<u128>()),
-            request_id: request_id.to_owned(),
+            request_id: request_id.unwrap_or_default().to_owned(),
             session_id: self.session.id().to_owned(),
             step: self.session.step(),
             heightmap: Some(seen.id),
@@ -266,16 +272,11 @@ impl CellPlanner {
     }
 }
 
-impl PlansContainers for CellPlanner {
+impl PlansContainers for Stepper {
     type Error = Refusal;
 
     fn plan_in(&mut self, container: &str, input: &StepInput<'_>) -> Result<Plan, Refusal> {
-        let plan = self.place_of(container)?.planning.plan(input).cloned();
-        let is_interrupted = self.own.interruption.is_asked_for();
-        let plan = plan.map_err(|error| match is_interrupted {
-            true => Refusal::unavailable(INTERRUPTED),
-            false => error.into(),
-        })?;
+        let plan = self.container(container)?.planning.plan(input)?.clone();
         if plan.choice().is_none() && plan.is_cut() {
             let late =
                 "the time limit passed before a valid placement was found: give it more time";
@@ -292,7 +293,7 @@ fn planned_by(now: Instant, deadline: Instant) -> Instant {
     now + left.saturating_sub(kept)
 }
 
-fn in_time(deadline: Instant) -> Result<(), Refusal> {
+pub(crate) fn in_time(deadline: Instant) -> Result<(), Refusal> {
     if Instant::now() < deadline {
         return Ok(());
     }

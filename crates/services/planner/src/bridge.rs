@@ -11,10 +11,9 @@ use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::rpc::Request;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, v1};
 
-use super::refusal::Refusal;
-use crate::interruption::{INTERRUPTED, Interruption};
+use crate::refusal::Refusal;
 
-/// Maximum wait for a state that is needed, by one request: an interruption is heeded between two.
+/// Maximum wait for a state that is needed, by one request.
 const NEEDED_LIMIT: Duration = Duration::from_secs(1);
 
 /// Maximum wait for a state that can be done without.
@@ -27,29 +26,26 @@ const LEFT_ALONE: Duration = Duration::from_secs(30);
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// The bridge of a container.
-pub(super) struct Bridge {
+pub(crate) struct Bridge {
     address: Cell,
     client: Client,
-    interruption: Interruption,
     states: Latest<v1::CellState>,
     /// The clock as it was told last, with a state.
     clock_ns: Option<Arrived<u64>>,
     /// The state in the last answer; 0 before the first one.
-    pub(super) told_state: u64,
+    pub(crate) told_state: u64,
     left_alone_until: Option<Instant>,
 }
 
 impl Bridge {
-    pub(super) fn subscribe(
+    pub(crate) fn subscribe(
         process: &Process,
         address: &Cell,
         client: &Client,
-        interruption: &Interruption,
     ) -> Result<Self, ServiceError> {
         Ok(Self {
             address: address.clone(),
             client: client.clone(),
-            interruption: interruption.clone(),
             states: Latest::subscribe(process, address, Stream::State, MAX_MESSAGE_BYTES)?,
             clock_ns: None,
             told_state: 0,
@@ -57,7 +53,7 @@ impl Bridge {
         })
     }
 
-    pub(super) fn call<R: Request>(
+    pub(crate) fn call<R: Request>(
         &self,
         request: R,
         until: Instant,
@@ -65,7 +61,7 @@ impl Bridge {
         self.client.call(&self.address, request, until)
     }
 
-    pub(super) fn was_heard(&mut self) -> bool {
+    pub(crate) fn was_heard(&mut self) -> bool {
         if let Some(Ok(arrived)) = self.states.take().map(Arrived::transpose) {
             self.clock_ns = Some(arrived.map(|state| state.clock_ns));
         }
@@ -73,7 +69,7 @@ impl Bridge {
     }
 
     /// Takes over a state that was answered just now.
-    pub(super) fn heard(&mut self, state: v1::CellState) -> v1::CellState {
+    pub(crate) fn heard(&mut self, state: v1::CellState) -> v1::CellState {
         self.clock_ns = Some(Arrived::now(state.clock_ns));
         self.told_state = state.state_number;
         self.left_alone_until = None;
@@ -81,7 +77,7 @@ impl Bridge {
     }
 
     /// Asks for the present state once, also where the bridge did not answer last.
-    pub(super) fn ask_state(&mut self, until: Instant) -> Option<v1::CellState> {
+    pub(crate) fn ask_state(&mut self, until: Instant) -> Option<v1::CellState> {
         let reply = self.call(v1::CellStateRequest::default(), until);
         let state = reply.ok().and_then(|reply| reply.state);
         state.map(|state| self.heard(state))
@@ -89,7 +85,7 @@ impl Bridge {
 
     /// Gives the present state where a step can do without; a bridge that did not say it is left
     /// alone for a while.
-    pub(super) fn useful_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
+    pub(crate) fn useful_state(&mut self, deadline: Instant) -> Option<v1::CellState> {
         let now = Instant::now();
         if self.left_alone_until.is_some_and(|until| now < until) {
             return None;
@@ -103,7 +99,7 @@ impl Bridge {
 
     /// Gives the present state where a step can do without, with more patience for a bridge that
     /// was heard of.
-    pub(super) fn state_if_there(&mut self, deadline: Instant) -> Option<v1::CellState> {
+    pub(crate) fn state_if_there(&mut self, deadline: Instant) -> Option<v1::CellState> {
         match self.was_heard() {
             true => self.ask_state(deadline.min(Instant::now() + NEEDED_LIMIT)),
             false => self.useful_state(deadline),
@@ -115,7 +111,7 @@ impl Bridge {
     ///
     /// # Errors
     /// [`Unavailable`](v1::Status::Unavailable) where it does not say.
-    pub(super) fn state(
+    pub(crate) fn state(
         &mut self,
         is_needed: bool,
         deadline: Instant,
@@ -127,9 +123,6 @@ impl Bridge {
             let until = deadline.min(Instant::now() + NEEDED_LIMIT);
             if let Some(state) = self.ask_state(until) {
                 return Ok(Some(state));
-            }
-            if self.interruption.is_asked_for() {
-                return Err(Refusal::unavailable(INTERRUPTED));
             }
             if Instant::now() + USEFUL_LIMIT >= deadline {
                 return Err(Refusal::unavailable(format_args!(
@@ -143,7 +136,7 @@ impl Bridge {
 
     /// Gives what its clock shows now, in nanoseconds: a little less, as a state is on its way for
     /// a while; 0 where no bridge is heard of, not even when it is asked.
-    pub(super) fn now_ns(&mut self, deadline: Instant) -> u64 {
+    pub(crate) fn now_ns(&mut self, deadline: Instant) -> u64 {
         if !self.was_heard() {
             self.useful_state(deadline);
         }

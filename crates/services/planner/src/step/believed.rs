@@ -5,11 +5,11 @@ use std::time::Instant;
 use ppnpack_packing::heightmap::Surface;
 use ppnpack_protocol::session::SessionError;
 
-use super::CellPlanner;
-use super::refusal::Refusal;
+use super::Stepper;
+use crate::refusal::Refusal;
 use crate::scenes::Seen;
 
-impl CellPlanner {
+impl Stepper {
     /// Gives a picture of a container that nothing contradicts, with its content where plans need
     /// that. Picture and bridge are waited for until then; the plan has time until its deadline.
     pub(super) fn believed(
@@ -22,8 +22,8 @@ impl CellPlanner {
         // The automatic mode has its decisions carried out by a bridge.
         let needs_bridge = self.session.is_automatic();
         loop {
-            let place = self.place_of(container)?;
-            let mut seen = match place.seen(least, needs_bridge, until, bridge_until) {
+            let own = self.container(container)?;
+            let mut seen = match own.seen(least, needs_bridge, until, bridge_until) {
                 Ok(seen) => seen,
                 Err(refusal) => return Ok(Err(refusal)),
             };
@@ -36,7 +36,7 @@ impl CellPlanner {
             let content = self.content(container, deadline);
             if is_compared
                 && self
-                    .place_of(container)?
+                    .container(container)?
                     .contradicts(least, &seen, &content)
             {
                 continue;

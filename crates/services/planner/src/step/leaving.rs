@@ -5,9 +5,9 @@ use ppnpack_packing::leaving::{Leaving, Stop};
 use ppnpack_protocol::session::Packed;
 use ppnpack_protocol::session::item::stop;
 
-use super::CellPlanner;
+use super::Stepper;
 use super::footprint::footprint;
-use super::refusal::Refusal;
+use crate::refusal::Refusal;
 
 /// Maximum turn of an item that counts as lying as planned, in radians.
 const AS_PLANNED_RAD: f64 = 0.035;
@@ -15,11 +15,11 @@ const AS_PLANNED_RAD: f64 = 0.035;
 /// Maximum shift of an item that counts as lying as planned, in cells.
 const AS_PLANNED_CELLS: f64 = 0.25;
 
-impl CellPlanner {
+impl Stepper {
     /// Gives the stops at which the items of a container leave, each where it lies now; `None`
     /// where no item has a stop.
     pub(super) fn leaving(&mut self, container: &str) -> Result<Option<Leaving>, Refusal> {
-        let grid = self.place_of(container)?.planning.grid().clone();
+        let grid = self.container(container)?.planning.grid().clone();
         let packed = self.session.packed_in(container);
         let mut packed = packed.filter(|item| stop(item) != Stop::LAST).peekable();
         if packed.peek().is_none() {
