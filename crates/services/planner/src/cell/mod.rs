@@ -7,7 +7,6 @@ mod inspect;
 mod known;
 mod place;
 mod poses;
-mod recording;
 mod renew;
 mod reported;
 mod session;
