@@ -89,6 +89,15 @@ impl Content {
         self.has_unknown
     }
 
+    /// The same content, beside which something else lies there.
+    #[must_use]
+    pub fn with_unknown(self) -> Self {
+        Self {
+            has_unknown: true,
+            ..self
+        }
+    }
+
     /// Whether more lies there than [`Self::solids`]: where it is, a picture has to say.
     pub fn is_partial(&self) -> bool {
         self.has_unknown || !self.assumed().is_empty()

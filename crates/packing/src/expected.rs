@@ -118,18 +118,22 @@ impl Expected {
         self.last = None;
     }
 
-    /// Says what contradicts a picture of a container with this content, or remembers it.
-    pub fn contradiction(
+    /// Holds a picture of a container against its content, and remembers it. Gives the content with
+    /// something unknown in it where the picture shows more, such as what lay there before.
+    ///
+    /// # Errors
+    /// [`Contradiction`] where both cannot be.
+    pub fn compare(
         &mut self,
         grid: &Grid,
         scene: &Scene,
-        content: &Content,
-    ) -> Option<Contradiction> {
-        let picture = match scene.surface() {
-            Some(surface) => surface.clone(),
-            None => of_cells(grid, scene.heightmap())?,
+        content: Content,
+    ) -> Result<Content, Contradiction> {
+        let surface = scene.surface().cloned();
+        let Some(picture) = surface.or_else(|| of_cells(grid, scene.heightmap())) else {
+            return Ok(content);
         };
-        self.follow(content, &picture);
+        self.follow(&content, &picture);
         let comparison = Comparison::new(&self.tops, &picture, grid);
         let tops = self.tops.iter().enumerate();
         let missing = tops.filter_map(|(solid, top)| comparison.miss(solid, top));
@@ -139,10 +143,15 @@ impl Expected {
             true if content.is_partial() => None,
             true => comparison.foreign(self.last.as_ref()),
         };
-        if contradiction.is_none() {
-            self.last = Some(picture);
+        if let Some(contradiction) = contradiction {
+            return Err(contradiction);
         }
-        contradiction
+        let shows_more = !content.is_partial() && comparison.shows_more();
+        self.last = Some(picture);
+        Ok(match shows_more {
+            true => content.with_unknown(),
+            false => content,
+        })
     }
 
     /// Draws the solids that came or moved.
@@ -333,14 +342,24 @@ impl<'a> Comparison<'a> {
         let last = last.filter(|last| last.has_size_of(self.picture))?;
         let both = self.shown.iter().zip(last.heights_m());
         let known_m = both.map(|(shown, last_m)| shown.highest_m.max(*last_m));
-        let known_m: Vec<f32> = known_m.collect();
+        self.higher_than(&known_m.collect::<Vec<f32>>())
+    }
+
+    /// Says whether something lies there beside the known solids.
+    fn shows_more(&self) -> bool {
+        let known_m = self.shown.iter().map(|shown| shown.highest_m);
+        self.higher_than(&known_m.collect::<Vec<f32>>()).is_some()
+    }
+
+    /// Finds what is higher than all that is known to lie there.
+    fn higher_than(&self, known_m: &[f32]) -> Option<Contradiction> {
         let area_m2 = |above_m: &[f32]| above_m.len() as f64 * self.sample_m2;
         let [reach_m, least_m] = FOREIGN_M;
         // As a rule there is nothing: then nothing has to be widened.
-        if area_m2(&self.above(&known_m, least_m)) < FOREIGN_M2 {
+        if area_m2(&self.above(known_m, least_m)) < FOREIGN_M2 {
             return None;
         }
-        let above_m = self.above(&self.widened(&known_m, reach_m), least_m);
+        let above_m = self.above(&self.widened(known_m, reach_m), least_m);
         let area_m2 = area_m2(&above_m);
         (area_m2 >= FOREIGN_M2).then(|| Contradiction::Foreign {
             area_m2,

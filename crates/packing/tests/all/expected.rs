@@ -83,8 +83,9 @@ impl Watch {
     }
 
     fn see(&mut self, surface: Surface, content: &Content) -> Option<Contradiction> {
-        self.0
-            .contradiction(&Grid::reference(), &scene(surface), content)
+        let grid = Grid::reference();
+        let compared = self.0.compare(&grid, &scene(surface), content.clone());
+        compared.err()
     }
 }
 
@@ -289,7 +290,7 @@ fn a_heightmap_without_a_surface_is_compared_by_its_cells() {
     let grid = Grid::reference();
     let seen = |shown: &[LyingSolid], believed: &[LyingSolid]| {
         let shown = Scene::from_heightmap(scene(picture(shown)).heightmap().clone());
-        Expected::default().contradiction(&grid, &shown, &known(believed))
+        Expected::default().compare(&grid, &shown, known(believed)).err()
     };
     assert_eq!(seen(&solids, &solids), None);
     assert!(is_gone(seen(&[], &solids).as_ref(), "a"));
@@ -300,4 +301,20 @@ fn a_heightmap_without_a_surface_is_compared_by_its_cells() {
         found, None,
         "what lies beside the container is not looked for"
     );
+}
+
+#[test]
+fn what_lay_there_before_is_unknown_content_and_noise_is_none() {
+    let grid = Grid::reference();
+    for seed in 0..20 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let solids = piles(&mut random);
+        let shown = scene(noisy(&picture(&solids), &mut random));
+        let first = |content| Expected::default().compare(&grid, &shown, content);
+        assert!(first(known(&solids)) == Ok(known(&solids)), "{seed}");
+        let nothing = Content::default();
+        assert!(first(nothing.clone()) == Ok(nothing.with_unknown()), "{seed}");
+        // What is assumed may be that.
+        assert!(first(assumed(&solids)) == Ok(assumed(&solids)), "{seed}");
+    }
 }

@@ -33,13 +33,13 @@ impl Stepper {
             if !is_needed && !is_compared {
                 return Ok(Ok(seen));
             }
-            let content = self.content(container, deadline);
-            if is_compared
-                && self
-                    .container(container)?
-                    .contradicts(least, &seen, &content)
-            {
-                continue;
+            let mut content = self.content(container, deadline);
+            if is_compared {
+                let own = self.container(container)?;
+                match own.compared(least, &seen, content) {
+                    Some(compared) => content = compared,
+                    None => continue,
+                }
             }
             if is_needed {
                 seen.scene = seen.scene.with_content(content);

@@ -195,18 +195,25 @@ impl Container {
         self.memory.complete(self.planning.grid(), scene)
     }
 
-    /// Has a picture count as doubtful where it contradicts what is believed to lie here; says
-    /// whether it does. `least` is the state after what the session did last: at a later one
-    /// somebody had a hand in the container.
-    pub(super) fn contradicts(&mut self, least: u64, seen: &Seen, content: &Content) -> bool {
+    /// Holds a picture against what is believed to lie here. Gives the content, with something
+    /// unknown in it where the picture shows more; `None` where the picture contradicts it, which
+    /// then counts as doubtful. `least` is the state after what the session did last: at a later
+    /// one somebody had a hand in the container.
+    pub(super) fn compared(
+        &mut self,
+        least: u64,
+        seen: &Seen,
+        content: Content,
+    ) -> Option<Content> {
         if seen.state_number > least {
             self.expected.forget();
         }
         let grid = self.planning.grid();
-        let contradiction = self.expected.contradiction(grid, &seen.scene, content);
-        if let Some(contradiction) = &contradiction {
-            self.scenes.deny(seen, format!("{contradiction} {REMEDY}"));
-        }
-        contradiction.is_some()
+        let compared = self.expected.compare(grid, &seen.scene, content);
+        let doubt = |contradiction| {
+            let reason = format!("{contradiction} {REMEDY}");
+            self.scenes.deny(seen, reason);
+        };
+        compared.map_err(doubt).ok()
     }
 }

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::common::{Rig, cell, coarse, in_ms};
 use nalgebra::Isometry3;
+use ppnpack_planner::CellSettings;
 use ppnpack_wire::{convert, v1};
 
 fn says(decision: &v1::Decision, what: &str) -> bool {
@@ -75,6 +76,31 @@ fn a_body_of_no_known_shape_is_as_the_heightmap_shows_it() {
         says(&decision, "on the heightmap of the others"),
         "{decision:?}"
     );
+}
+
+#[test]
+fn what_lay_there_before_the_session_is_as_the_heightmap_shows_it() {
+    for has_bridge in [false, true] {
+        let mut rig = Rig::new(CellSettings {
+            compare_content: true,
+            ..coarse()
+        });
+        if has_bridge {
+            // It knows of nothing that it placed.
+            rig.bridge_says(|| v1::CellState {
+                state_number: 1_000,
+                ..v1::CellState::default()
+            });
+        }
+        rig.seen.lock().unwrap().raise((0, 0), 32, 0.05);
+        rig.begin_with(&["a", "b"]);
+        for _ in 0..2 {
+            let decision = rig.decision();
+            assert!(comes_to_rest(&decision), "{decision:?}");
+            assert!(says(&decision, "on the heightmap of the others"));
+            rig.place_square(&decision, 6, true);
+        }
+    }
 }
 
 #[test]
