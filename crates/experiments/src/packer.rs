@@ -114,7 +114,7 @@ impl Packer<'_> {
         let network = self.network.as_ref();
         let network = network.map(|network| network as &dyn OpenNetwork);
         let planner =
-            method.build_with(&self.grid, method.proposer(&self.grid, network)?, trial, 1)?;
+            method.build_with(&self.grid, method.proposer(&self.grid, network)?, trial)?;
         let physics = self.apart.cell(known);
         let cell = self
             .simulated

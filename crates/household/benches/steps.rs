@@ -178,9 +178,6 @@ fn steps(criterion: &mut Criterion) {
         let checks = vec![physical()];
         let random = Planner::new(five, Box::new(sdfm()), checks, Order::Balance, 0);
         alternate("SDFM on a random 5 %", random);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
-        let two_threads = sdfm().with_pool(Arc::new(pool.unwrap()));
-        alternate("SDFM, two threads", planner(two_threads, physical()));
         // The touching area has no useful bound, so MTA computes every value: seconds a step on the
         // finest grid.
         let heuristics = [Heuristic::Dbl, Heuristic::Hm, Heuristic::Mta];

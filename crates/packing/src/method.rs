@@ -140,9 +140,6 @@ pub enum MethodError {
     /// The network does not run here.
     #[error(transparent)]
     Network(StageError),
-    /// The threads cannot be had.
-    #[error(transparent)]
-    Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
 impl Method {
@@ -202,7 +199,7 @@ impl Method {
         }
     }
 
-    /// The planner that follows the method on one thread; `network` opens the method's network.
+    /// The planner that follows the method; `network` opens the method's network.
     ///
     /// # Errors
     /// [`MethodError`] where it cannot be followed on this grid, or the network does not run.
@@ -211,28 +208,23 @@ impl Method {
         grid: &Grid,
         network: Option<&dyn OpenNetwork>,
     ) -> Result<Planner, MethodError> {
-        self.build_with(grid, self.proposer(grid, network)?, [], 1)
+        self.build_with(grid, self.proposer(grid, network)?, [])
     }
 
-    /// The planner that follows the method on `threads` threads, by what `proposer` proposes;
-    /// placements must pass `checks` too, such as the simulation.
+    /// The planner that follows the method by what `proposer` proposes; placements must pass `checks`
+    /// too, such as the simulation.
     ///
     /// # Errors
-    /// [`MethodError`] where a weight is not possible, there are no threads, or the simulation is missing.
+    /// [`MethodError`] where a weight is not possible, or the simulation is missing.
     pub fn build_with(
         &self,
         grid: &Grid,
         proposer: Box<dyn Proposer>,
         checks: impl IntoIterator<Item = BoxedCheck>,
-        threads: u32,
     ) -> Result<Planner, MethodError> {
         let mut search = Search::new(grid, &self.search_settings())?;
         if self.proposals != ProposalSource::All {
             search = search.bounded();
-        }
-        if threads > 1 {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads as usize);
-            search = search.with_pool(Arc::new(pool.build()?));
         }
         let evaluator = self.farsighted(Box::new(search));
         let mut all = self.stability.checks();

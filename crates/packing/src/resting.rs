@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
 
 use crate::grid::{Grid, Units};
 use crate::heightmap::Heightmap;
@@ -154,7 +153,7 @@ impl RestingHeights {
 
     /// The resting heights of an item, one map per yaw.
     pub fn of(&mut self, item: &Item) -> impl Iterator<Item = &RestingMap> {
-        self.prepare(item, None, None);
+        self.prepare(item, None);
         self.views(item.shape()).iter()
     }
 
@@ -206,14 +205,9 @@ impl RestingHeights {
             .sum()
     }
 
-    /// Makes the maps of an item's views current, in parallel where a pool is given. Those that are
+    /// Makes the maps of an item's views current. Those that are
     /// not when the time is over are of no use until they are made anew.
-    pub(crate) fn prepare(
-        &mut self,
-        item: &Item,
-        pool: Option<&rayon::ThreadPool>,
-        deadline: Option<Instant>,
-    ) {
+    pub(crate) fn prepare(&mut self, item: &Item, deadline: Option<Instant>) {
         self.admit(item);
         let Self {
             arch,
@@ -244,10 +238,7 @@ impl RestingHeights {
             map.version = if is_filled { *version } else { 0 };
         };
         let (maps, views) = (&mut maps.views, item.views());
-        match pool {
-            None => maps.iter_mut().zip(views).for_each(refresh),
-            Some(pool) => pool.install(|| maps.par_iter_mut().zip(views).for_each(refresh)),
-        }
+        maps.iter_mut().zip(views).for_each(refresh);
     }
 }
 

@@ -34,7 +34,7 @@ use crate::settings::settings;
 /// evaluator: a heuristic of one's own in place of the method's: called as evaluator(heightmap,
 /// item, resting_height, fits) with int16 [nx, ny], an Item, int16 [yaw, x, y] and bool [yaw, x,
 /// y], it gives the value of each placement, float64 [yaw, x, y], lower is better; those that are
-/// inf or nan are left out. threads: how many a step may use.
+/// inf or nan are left out. threads: how many the tries of a step use.
 ///
 /// A planner keeps what it knows of the buffer's items from step to step, and plans one step at a
 /// time: have one for each thread.
@@ -152,7 +152,7 @@ fn build(
     let trial = trial::check(method.trial, &method.loads, twin, pool).or_value_error()?;
     let proposer = method.proposer(grid, None).or_value_error()?;
     let Some(evaluator) = evaluator else {
-        let planner = method.build_with(grid, proposer, trial, threads);
+        let planner = method.build_with(grid, proposer, trial);
         return planner.or_value_error();
     };
     let mut checks = method.stability.checks();

@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &PackArguments, backend: &dyn Backend) -> Outcome {
     let twin = TwinSettings::of(&simulated.cell);
     let trial = trial::check(method.trial, &method.loads, twin, pool).or_input()?;
     let checks = arm_check.into_iter().chain(trial);
-    let mut planner = method.build_with(grid, proposer, checks, 1)?;
+    let mut planner = method.build_with(grid, proposer, checks)?;
     let objects = settings.sequence.objects.len() as u64;
     let mut watch = Watch(progress::bar("Packing", objects));
     let mut done = simulated.packing_cell(simulated.cell.clone(), grid, &catalogue)?;

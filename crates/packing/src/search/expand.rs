@@ -2,8 +2,7 @@
 
 use std::collections::binary_heap::PeekMut;
 
-use pulp::{Arch, Simd, WithSimd};
-use rayon::prelude::*;
+use pulp::{Simd, WithSimd};
 
 use super::enter::add;
 use super::limits::Clock;
@@ -11,9 +10,6 @@ use super::open::{Extent, Node, OpenList};
 use super::prepared::Ranking;
 use crate::kernel::distance_sum;
 use crate::step::PlacementCounts;
-
-/// Placements evaluated together where there is a pool of threads.
-const PARALLEL_BATCH: usize = 1024;
 
 /// Why a ranking does not go on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,8 +26,6 @@ pub(super) struct Expand<'a> {
     pub(super) counts: &'a mut [PlacementCounts],
     /// Room for what is to enter the list; empty between two nodes.
     pub(super) fresh: &'a mut Vec<Node>,
-    pub(super) arch: Arch,
-    pub(super) pool: Option<&'a rayon::ThreadPool>,
     pub(super) clock: Clock,
     /// Nodes that may be open at most.
     pub(super) most_open: usize,
@@ -56,7 +50,7 @@ impl WithSimd for Expand<'_> {
                     let valued = self.ranking.valued(least);
                     self.replace_least(Some(valued));
                 }
-                Extent::Level => self.evaluate_levels()?,
+                Extent::Level => self.evaluate_level(least)?,
             }
         }
         Ok(())
@@ -121,49 +115,19 @@ impl Expand<'_> {
         }
     }
 
-    /// Evaluates the least node, a level; with a pool the next levels too, so that it has work.
+    /// Evaluates the least node, a level.
     #[inline(always)]
-    fn evaluate_levels(&mut self) -> Result<(), Stopped> {
-        let batch = self.pool.map_or(1, |_| PARALLEL_BATCH);
-        while self.fresh.len() < batch
-            && let Some(least) = self.open.peek().copied()
-            && least.extent == Extent::Level
-        {
-            self.collect(least);
-            if self.open.len() + self.fresh.len() > self.most_open {
-                return Err(Stopped::Full);
-            }
+    fn evaluate_level(&mut self, level: Node) -> Result<(), Stopped> {
+        self.collect(level);
+        if self.open.len() + self.fresh.len() > self.most_open {
+            return Err(Stopped::Full);
         }
         let ranking = self.ranking;
-        let clock = &mut self.clock;
-        match self.pool {
-            Some(pool) if self.fresh.len() > PARALLEL_BATCH / 4 => {
-                let share = self.fresh.len().div_ceil(2 * pool.current_num_threads());
-                let chunks = self.fresh.par_chunks_mut(share.max(1));
-                let arch = self.arch;
-                pool.install(|| {
-                    chunks.for_each(|chunk| {
-                        let clock = clock.clone();
-                        arch.dispatch(Evaluate {
-                            ranking,
-                            chunk,
-                            clock,
-                        });
-                    });
-                });
+        for node in &mut *self.fresh {
+            if self.clock.is_over_before(ranking.footprint(node)) {
+                return Err(Stopped::Late);
             }
-            _ => {
-                for node in &mut *self.fresh {
-                    if clock.is_over_before(ranking.footprint(node)) {
-                        return Err(Stopped::Late);
-                    }
-                    *node = ranking.valued(*node);
-                }
-            }
-        }
-        // What other threads left out for want of time has no value.
-        if self.pool.is_some() && self.clock.is_over_now() {
-            return Err(Stopped::Late);
+            *node = ranking.valued(*node);
         }
         self.open.extend(self.fresh.drain(..));
         Ok(())
@@ -184,26 +148,5 @@ impl Expand<'_> {
             }
         }
         self.replace_least(next);
-    }
-}
-
-/// Computes the values of some placements, until the time is over.
-struct Evaluate<'a> {
-    ranking: Ranking<'a>,
-    chunk: &'a mut [Node],
-    clock: Clock,
-}
-
-impl WithSimd for Evaluate<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, _simd: S) {
-        for node in self.chunk {
-            if self.clock.is_over_before(self.ranking.footprint(node)) {
-                return;
-            }
-            *node = self.ranking.valued(*node);
-        }
     }
 }

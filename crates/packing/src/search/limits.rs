@@ -52,11 +52,6 @@ impl Clock {
         self.is_over
     }
 
-    pub(crate) fn is_over_now(&mut self) -> bool {
-        self.look();
-        self.is_over
-    }
-
     #[cold]
     fn look(&mut self) {
         self.cells = 0;

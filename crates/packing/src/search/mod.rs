@@ -19,8 +19,6 @@ mod proposed;
 pub(crate) mod value;
 mod windows;
 
-use std::sync::Arc;
-
 use pulp::Arch;
 
 use crate::distance::DistanceLevels;
@@ -52,7 +50,6 @@ pub struct Search {
     /// How far above the rim items may reach.
     above_rim: Units,
     arch: Arch,
-    pool: Option<Arc<rayon::ThreadPool>>,
     prepared: Prepared,
     counts: Vec<PlacementCounts>,
     open: OpenList,
@@ -102,7 +99,6 @@ impl Search {
             grid: grid.clone(),
             above_rim: above_rim(grid, settings.above_rim_m),
             arch: Arch::new(),
-            pool: None,
             prepared: Prepared {
                 objective: Objective::new(grid, settings.heuristic, &settings.weights, balanced),
                 seed: settings.seed,
@@ -160,13 +156,6 @@ impl Search {
     /// How many nodes may be open beside what a ranking took before.
     fn most_open(&self) -> usize {
         self.limit_bytes.saturating_sub(self.entered_bytes) / nodes_bytes(1)
-    }
-
-    /// Spreads the work over the threads of a pool; the result is the same, bit for bit.
-    #[must_use]
-    pub fn with_pool(mut self, pool: Arc<rayon::ThreadPool>) -> Self {
-        self.pool = Some(pool);
-        self
     }
 
     /// Looks only where a bound does not rule out the best, for candidates of which all placements
@@ -243,7 +232,7 @@ impl Search {
             (_, Some(_)) => Entrance::Blocks,
             (_, None) => {
                 let resting = &mut self.prepared.resting;
-                resting.prepare(item, self.pool.as_deref(), input.deadline);
+                resting.prepare(item, input.deadline);
                 Entrance::All
             }
         };
@@ -372,8 +361,6 @@ impl Evaluator for Search {
                 open: &mut self.open,
                 counts: &mut self.counts,
                 fresh: &mut self.fresh,
-                arch: self.arch,
-                pool: self.pool.as_deref(),
                 clock: Clock::new(input.deadline),
                 most_open,
             });

@@ -290,7 +290,9 @@ fn a_heightmap_without_a_surface_is_compared_by_its_cells() {
     let grid = Grid::reference();
     let seen = |shown: &[LyingSolid], believed: &[LyingSolid]| {
         let shown = Scene::from_heightmap(scene(picture(shown)).heightmap().clone());
-        Expected::default().compare(&grid, &shown, known(believed)).err()
+        Expected::default()
+            .compare(&grid, &shown, known(believed))
+            .err()
     };
     assert_eq!(seen(&solids, &solids), None);
     assert!(is_gone(seen(&[], &solids).as_ref(), "a"));
@@ -313,7 +315,10 @@ fn what_lay_there_before_is_unknown_content_and_noise_is_none() {
         let first = |content| Expected::default().compare(&grid, &shown, content);
         assert!(first(known(&solids)) == Ok(known(&solids)), "{seed}");
         let nothing = Content::default();
-        assert!(first(nothing.clone()) == Ok(nothing.with_unknown()), "{seed}");
+        assert!(
+            first(nothing.clone()) == Ok(nothing.with_unknown()),
+            "{seed}"
+        );
         // What is assumed may be that.
         assert!(first(assumed(&solids)) == Ok(assumed(&solids)), "{seed}");
     }

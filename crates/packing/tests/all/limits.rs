@@ -31,14 +31,9 @@ fn rank(search: &mut Search, input: &StepInput<'_>) -> StageResult {
 fn a_search_stops_at_its_deadline_however_much_there_is_to_search() {
     let (grid, scene) = rough(500, 16);
     let candidates = Candidate::sequence(vec![block(&grid, [90, 90], 40); 200]);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
-    let pool = Arc::new(pool.unwrap());
     for heuristic in HEURISTICS {
-        for (is_bounded, is_parallel) in [(true, false), (false, false), (false, true)] {
+        for is_bounded in [true, false] {
             let mut search = search(&grid, heuristic, is_bounded);
-            if is_parallel {
-                search = search.with_pool(Arc::clone(&pool));
-            }
             let deadline = Instant::now() + Duration::from_millis(60);
             let input = StepInput {
                 deadline: Some(deadline),
@@ -47,7 +42,7 @@ fn a_search_stops_at_its_deadline_however_much_there_is_to_search() {
             rank(&mut search, &input).unwrap();
             rest(&mut search, &input).for_each(drop);
             let late = deadline.elapsed();
-            let of = format!("{heuristic:?}, bounded {is_bounded}, parallel {is_parallel}");
+            let of = format!("{heuristic:?}, bounded {is_bounded}");
             assert!(late < LATE, "{of}: {late:?} late");
             let shortfall = search.shortfall().unwrap();
             assert!(shortfall.is_cut, "{of}");

@@ -5,55 +5,40 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use ppnpack_catalogue::catalogue::{self, Catalogue, CatalogueError};
+use ppnpack_numbers::settings;
 use ppnpack_packing::grid::Resolution;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
-use serde::{Deserialize, Serialize};
 
 use crate::journal;
 use crate::simulated::SimulatedSettings;
 
-/// Settings of the bridge service.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The simulated cells, by their names.
-    pub cells: BTreeMap<String, SimulatedSettings>,
-    /// The cells that are containers of one robot, by the robots' names. It places into one at a
-    /// time, and where one is held, all are. Other cells have a robot each.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub robots: BTreeMap<String, Vec<String>>,
-    /// The file of requests and their outcomes; without one they are lost with the process.
-    pub journal: Option<PathBuf>,
-    /// The objects that can be placed: `builtin`, or a folder of meshes.
-    pub catalogue: String,
-    /// The maximum of requests that wait for a cell; more are refused.
-    pub queue: usize,
-    /// Clouds that are published in a second while nothing changes, and one at once after a change.
-    pub cloud_rate_hz: f64,
-    /// The time between states that are published while nothing changes, in seconds.
-    pub state_period_s: f64,
-    /// The maximum by which a placement may take longer than its motion before the cell is held, in
-    /// seconds; 0: any time.
-    pub overdue_s: f64,
-    /// The maximum age of a decision that begins, in seconds; 0: any age.
-    pub decision_age_limit_s: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            cells: BTreeMap::from([("cell-1".to_owned(), SimulatedSettings::default())]),
-            robots: BTreeMap::new(),
-            journal: None,
-            catalogue: ppnpack_household::BUILTIN.to_owned(),
-            queue: 64,
-            cloud_rate_hz: 2.0,
-            state_period_s: 2.0,
-            overdue_s: 30.0,
-            decision_age_limit_s: 60.0,
-        }
+settings! {
+    /// Settings of the bridge service.
+    pub struct Settings {
+        /// The simulated cells, by their names.
+        pub cells: BTreeMap<String, SimulatedSettings> = BTreeMap::from([("cell-1".to_owned(), SimulatedSettings::default())]),
+        /// The cells that are containers of one robot, by the robots' names. It places into one at
+        /// a time, and where one is held, all are. Other cells have a robot each.
+        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+        pub robots: BTreeMap<String, Vec<String>> = BTreeMap::new(),
+        /// The file of requests and their outcomes; without one they are lost with the process.
+        pub journal: Option<PathBuf> = None,
+        /// The objects that can be placed: `builtin`, or a folder of meshes.
+        pub catalogue: String = ppnpack_household::BUILTIN.to_owned(),
+        /// The maximum of requests that wait for a cell; more are refused.
+        pub queue: usize = 64,
+        /// Clouds that are published in a second while nothing changes, and one at once after a
+        /// change.
+        pub cloud_rate_hz: f64 = 2.0,
+        /// The time between states that are published while nothing changes, in seconds.
+        pub state_period_s: f64 = 2.0,
+        /// The maximum by which a placement may take longer than its motion before the cell is
+        /// held, in seconds; 0: any time.
+        pub overdue_s: f64 = 30.0,
+        /// The maximum age of a decision that begins, in seconds; 0: any age.
+        pub decision_age_limit_s: f64 = 60.0,
     }
 }
 

@@ -65,7 +65,7 @@ impl Bench<'_> {
         let pool = trial::pool(self.threads).or_run()?;
         let trial = trial::check(self.method.trial, &self.method.loads, twin, pool).or_input()?;
         let proposer = self.method.proposer(self.grid, None)?;
-        let mut planner = self.method.build_with(self.grid, proposer, trial, 1)?;
+        let mut planner = self.method.build_with(self.grid, proposer, trial)?;
         let how = Play {
             buffer,
             set_aside: if goes_on { items.len() } else { 0 },

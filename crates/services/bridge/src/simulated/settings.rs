@@ -1,5 +1,6 @@
 //! Settings of a simulated cell.
 
+use ppnpack_numbers::settings;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;
 use ppnpack_service::configuration::in_range;
@@ -11,33 +12,34 @@ use crate::remote::RemoteSettings;
 /// The maximum pitch of an exact scan, in metres: that of the samples of perception's surfaces.
 const MAX_PITCH_M: f64 = 0.0025;
 
-/// A cell: simulated, or with a robot that is a program of its own.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SimulatedSettings {
-    /// The container, the release and settling of items, and the solver. The defaults are those of
-    /// a robot that lays items down.
-    #[serde(deserialize_with = "over_robot")]
-    pub physics: CellSettings,
-    /// The time for a placement that comes without an arm's motion, in seconds.
-    pub place_duration_s: f64,
-    /// The speed of a placement's motion: 1 as it was planned, 2 in half of the time, 0 without any
-    /// wait.
-    pub motion_speed: f64,
-    /// The faults that happen.
-    pub faults: FaultSettings,
-    /// The way in which the sensor sees the container.
-    pub scan: Scan,
-    /// The pitch of an exact scan, in metres. Perception's heightmap is exact where this is the
-    /// pitch of its grid's surface: 0.0025 for cells that are a multiple of 2.5 mm.
-    pub scan_pitch_m: f64,
-    /// The cameras, where the container is seen by any.
-    pub camera: CameraSettings,
-    /// Whether the sensor does not know the state of the cell, as cameras of ROS 2 do not.
-    pub is_stateless: bool,
-    /// The robot, where it is a program of its own: of the others only the container counts then.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub remote: Option<RemoteSettings>,
+settings! {
+    /// A cell: simulated, or with a robot that is a program of its own.
+    pub struct SimulatedSettings {
+        /// The container, the release and settling of items, and the solver. The defaults are those
+        /// of a robot that lays items down.
+        #[serde(deserialize_with = "over_robot")]
+        pub physics: CellSettings = CellSettings::robot(),
+        /// The time for a placement that comes without an arm's motion, in seconds.
+        pub place_duration_s: f64 = 0.0,
+        /// The speed of a placement's motion: 1 as it was planned, 2 in half of the time, 0 without
+        /// any wait.
+        pub motion_speed: f64 = 1.0,
+        /// The faults that happen.
+        pub faults: FaultSettings = FaultSettings::default(),
+        /// The way in which the sensor sees the container.
+        pub scan: Scan = Scan::default(),
+        /// The pitch of an exact scan, in metres. Perception's heightmap is exact where this is the
+        /// pitch of its grid's surface: 0.0025 for cells that are a multiple of 2.5 mm.
+        pub scan_pitch_m: f64 = MAX_PITCH_M,
+        /// The cameras, where the container is seen by any.
+        pub camera: CameraSettings = CameraSettings::default(),
+        /// Whether the sensor does not know the state of the cell, as cameras of ROS 2 do not.
+        pub is_stateless: bool = false,
+        /// The robot, where it is a program of its own: of the others only the container counts
+        /// then.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub remote: Option<RemoteSettings> = None,
+    }
 }
 
 /// Faults that happen on purpose, drawn per placement.
@@ -61,22 +63,6 @@ pub enum Scan {
     Exact,
     /// A depth camera above the middle of the container.
     Camera,
-}
-
-impl Default for SimulatedSettings {
-    fn default() -> Self {
-        Self {
-            physics: CellSettings::robot(),
-            place_duration_s: 0.0,
-            motion_speed: 1.0,
-            faults: FaultSettings::default(),
-            scan: Scan::default(),
-            scan_pitch_m: MAX_PITCH_M,
-            camera: CameraSettings::default(),
-            is_stateless: false,
-            remote: None,
-        }
-    }
 }
 
 impl SimulatedSettings {

@@ -132,6 +132,7 @@ impl CellPlanner {
             self.containers_changed();
             self.to_inspect = None;
             self.shapes.forget();
+            self.refuse_waiting();
         }
         Ok(())
     }

@@ -22,29 +22,15 @@ const MAX_ATTEMPTS: u32 = 15;
 /// An item that was decided on, until it is known how it lies.
 #[derive(Debug)]
 pub(crate) struct ToInspect {
-    decision_id: String,
     item_id: String,
-    /// The container that it was placed into.
-    container: String,
-    request: v1::InspectRequest,
-    /// The state of the cell after the placement; before it has ended there is nothing to see.
-    placed_in: Option<u64>,
+    inspect: Inspect,
+    /// Whether it is placed; before, there is nothing to see.
+    is_due: bool,
     /// Perception's answer, where that is not on disk yet.
     found: Option<v1::Inspection>,
     attempts: u32,
     /// The time of the next attempt.
     next: Instant,
-}
-
-impl ToInspect {
-    pub(super) fn is_due(&self) -> bool {
-        self.placed_in.is_some()
-    }
-
-    /// Gives when the actor has to go on with it; `None` until it is placed.
-    pub(super) fn goes_on_at(&self) -> Option<Instant> {
-        self.is_due().then_some(self.next)
-    }
 }
 
 impl CellPlanner {
@@ -58,21 +44,23 @@ impl CellPlanner {
             return;
         }
         let before = convert::scene::write(&place.grid, before);
-        if let Some(left) = self.to_inspect.take().filter(ToInspect::is_due) {
+        if let Some(left) = self.to_inspect.take().filter(|it| it.is_due) {
             tracing::warn!(cell = %self.cell, item_id = left.item_id, "not inspected before the next decision");
         }
         self.to_inspect = Some(ToInspect {
-            decision_id: decision.decision_id.clone(),
             item_id: decision.item_id.clone(),
-            container: decision.container.clone(),
-            request: v1::InspectRequest {
-                header: None,
-                object: decision.object.clone(),
-                planned: decision.container_from_item,
-                before: Some(before),
-                least_state_number: 0,
+            inspect: Inspect {
+                decision_id: decision.decision_id.clone(),
+                container: decision.container.clone(),
+                request: v1::InspectRequest {
+                    object: decision.object.clone(),
+                    planned: decision.container_from_item,
+                    before: Some(before),
+                    ..v1::InspectRequest::default()
+                },
+                placed_in: 0,
             },
-            placed_in: None,
+            is_due: false,
             found: None,
             attempts: 0,
             next: Instant::now(),
@@ -86,38 +74,45 @@ impl CellPlanner {
         let is_due = outcome.kind() == OutcomeKind::Placed
             && (!is_found || self.settings.inspect == Some(true));
         // After a restart there is none: what the container held before is not kept.
-        self.to_inspect = self
-            .to_inspect
-            .take()
-            .filter(|to_inspect| is_due && to_inspect.decision_id == decision_id);
-        if let Some(to_inspect) = &mut self.to_inspect {
-            to_inspect.placed_in = Some(outcome.state_number);
-        }
+        let to_inspect = self.to_inspect.take();
+        let ended = to_inspect.filter(|it| is_due && it.inspect.decision_id == decision_id);
+        self.to_inspect = ended.map(|mut it| {
+            it.is_due = true;
+            it.inspect.placed_in = outcome.state_number;
+            it
+        });
+    }
+
+    /// Gives the item that was placed last, as long as it is not inspected.
+    fn due_inspection(&self) -> Option<&ToInspect> {
+        self.to_inspect.as_ref().filter(|it| it.is_due)
     }
 
     /// Says whether an item was placed last into this container and is not inspected yet.
     pub(super) fn is_inspecting_in(&self, container: &str) -> bool {
-        let it = self.to_inspect.as_ref().filter(|it| it.is_due());
-        it.is_some_and(|it| it.container == container)
+        let it = self.due_inspection();
+        it.is_some_and(|it| it.inspect.container == container)
     }
 
     /// Says whether the item that was placed last is not inspected yet.
     pub(super) fn is_inspecting(&self) -> bool {
-        self.to_inspect.as_ref().is_some_and(ToInspect::is_due)
+        self.due_inspection().is_some()
     }
 
     /// Says whether plans wait for an inspection: for its first attempt alone.
     pub(super) fn is_first_inspecting(&self) -> bool {
-        let it = self.to_inspect.as_ref().filter(|it| it.is_due());
-        it.is_some_and(|it| it.attempts == 0)
+        self.due_inspection().is_some_and(|it| it.attempts == 0)
+    }
+
+    /// Gives the time of the next attempt to inspect an item.
+    pub(super) fn next_inspection(&self) -> Option<Instant> {
+        self.due_inspection().map(|it| it.next)
     }
 
     /// Goes on with the inspection of the item that was placed last, where no step is under way.
     pub(super) fn go_on_inspecting(&mut self) {
-        let is_due = |it: &mut ToInspect| it.goes_on_at().is_some_and(|at| at <= Instant::now());
-        if self.step_under_way.is_some() {
-            return;
-        }
+        let is_free = self.step_under_way.is_none();
+        let is_due = |it: &mut ToInspect| is_free && it.is_due && it.next <= Instant::now();
         let Some(it) = self.to_inspect.take_if(is_due) else {
             return;
         };
@@ -125,12 +120,7 @@ impl CellPlanner {
             let went = self.enter_found(&it, found);
             return self.end_attempt(it, went);
         }
-        let inspect = Inspect {
-            decision_id: it.decision_id.clone(),
-            container: it.container.clone(),
-            request: it.request.clone(),
-            placed_in: it.placed_in.unwrap_or_default(),
-        };
+        let inspect = it.inspect.clone();
         self.to_inspect = Some(it);
         self.begin_step(Work::Inspect(inspect));
     }
@@ -141,12 +131,12 @@ impl CellPlanner {
         inspected: Result<v1::Inspection, NotInspected>,
     ) {
         // Of a session or a decision that is gone it is of no use.
-        let is_asked = |it: &mut ToInspect| it.decision_id == decision_id;
+        let is_asked = |it: &mut ToInspect| it.inspect.decision_id == decision_id;
         let Some(mut it) = self.to_inspect.take_if(is_asked) else {
             return;
         };
         let went = inspected.and_then(|found| {
-            if let Ok(place) = self.place_of(&it.container) {
+            if let Ok(place) = self.place_of(&it.inspect.container) {
                 place.uninspected_until = None;
             }
             it.found = Some(found.clone());
@@ -193,9 +183,9 @@ impl CellPlanner {
 
     /// Leaves the items of a container as they are reported, and says so once.
     fn inspects_nothing(&mut self, it: &ToInspect, reason: &str) {
-        let place = self.place_of(&it.container);
+        let place = self.place_of(&it.inspect.container);
         if place.is_ok_and(|place| place.is_not_inspected()) {
-            let container = &it.container;
+            let container = &it.inspect.container;
             tracing::info!(cell = %self.cell, container, reason, "placed items are not inspected");
         }
     }

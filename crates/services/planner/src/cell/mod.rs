@@ -122,10 +122,10 @@ impl Actor for CellPlanner {
         let is_free = self.step_under_way.is_none();
         let goes_on = is_free && !self.is_inspecting();
         let automatic = goes_on.then(|| self.automatic.wakes_at(&self.session));
-        let inspection = self.to_inspect.as_ref().filter(|_| is_free);
+        let inspection = self.next_inspection().filter(|_| is_free);
         let due = [
             automatic.flatten(),
-            inspection.and_then(ToInspect::goes_on_at),
+            inspection,
             self.waiting.next_expiry(),
             self.next_renewal(),
             self.session.closes_at,

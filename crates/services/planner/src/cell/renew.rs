@@ -97,7 +97,10 @@ impl CellPlanner {
     }
 
     pub(super) fn on_renewed(&mut self, id: &str, answer: Result<v1::RenewReply, CallError>) {
-        let wanted = self.session.to_be_renewed().find(|(_, wanted)| *wanted == id);
+        let wanted = self
+            .session
+            .to_be_renewed()
+            .find(|(_, wanted)| *wanted == id);
         // Of a session that is gone it is of no use.
         let Some(closed) = wanted.map(|(container, _)| container.clone()) else {
             return;

@@ -17,9 +17,10 @@ use crate::refusal::Refusal;
 use crate::settings::CellSettings;
 use crate::store::StoreError;
 
-/// The number of changes of a session.
+/// The number of changes of a cell's session.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Version {
+    sessions: u64,
     announcements: u64,
     /// Those that are no announcements.
     others: u64,
@@ -28,7 +29,11 @@ pub(super) struct Version {
 impl Version {
     /// Says whether nothing has changed since an earlier version but for items that are new.
     pub(super) fn is_but_for_new_items(&self, since: &Self) -> bool {
-        self.others == since.others
+        self.is_of_same_session(since) && self.others == since.others
+    }
+
+    pub(super) fn is_of_same_session(&self, other: &Self) -> bool {
+        self.sessions == other.sessions
     }
 }
 
@@ -100,7 +105,7 @@ impl KeptSession {
         let saved = self.shared.store.begin(&self.cell, &next);
         self.saved(saved)?;
         self.session = next;
-        self.version.others += 1;
+        self.version.sessions += 1;
         self.is_published = false;
         Ok(())
     }

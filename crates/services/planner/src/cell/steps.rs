@@ -18,6 +18,9 @@ use crate::step::{Chosen, Decided, NotPlanned, Planned, Request, Step, Stepped, 
 /// Minimum time in which it is worth to look once more for a picture.
 const LEAST_LOOK: Duration = Duration::from_millis(100);
 
+/// Why a request is refused that was made before the session began.
+const ANOTHER_SESSION: &str = "another session has begun: plan again";
+
 /// A step that is being made.
 #[derive(Debug)]
 pub(super) struct UnderWay {
@@ -54,6 +57,14 @@ impl Request {
         match self {
             Self::Plan(incoming) => incoming.header(),
             Self::Explain(incoming) => incoming.header(),
+        }
+    }
+
+    /// Says that work on it begins.
+    fn start(&mut self) {
+        match self {
+            Self::Plan(incoming) => incoming.start(),
+            Self::Explain(incoming) => incoming.start(),
         }
     }
 
@@ -100,7 +111,15 @@ impl CellPlanner {
         }
     }
 
-    fn begin_requested(&mut self, request: Request) {
+    /// Refuses the requests that wait, as another session has begun.
+    pub(super) fn refuse_waiting(&mut self) {
+        for (request, _) in self.waiting.take(|_| true) {
+            request.refuse(Refusal::new(Status::Conflict, ANOTHER_SESSION));
+        }
+    }
+
+    fn begin_requested(&mut self, mut request: Request) {
+        request.start();
         let is_possible = self.must_be_meant(request.header());
         let answered = is_possible.and_then(|()| match &request {
             Request::Plan(incoming) => self.answered_before(incoming),
@@ -141,7 +160,9 @@ impl CellPlanner {
         let changes = self.places.iter_mut();
         let step = Step {
             session: self.session.clone(),
-            changes: changes.map(|place| std::mem::take(&mut place.change)).collect(),
+            changes: changes
+                .map(|place| std::mem::take(&mut place.change))
+                .collect(),
             work,
         };
         self.step_under_way = Some(UnderWay {
@@ -166,13 +187,16 @@ impl CellPlanner {
             Stepped::Plan(incoming, planned) => {
                 match self.enter(planned, version, incoming.deadline()) {
                     Ok(entered) => incoming.reply(self.plan_reply(entered), done()),
-                    Err(error) => self.not_entered(Request::Plan(incoming), error),
+                    Err(error) => self.not_entered(Request::Plan(incoming), version, error),
                 }
             }
             Stepped::Explain(incoming, Ok(reply)) => incoming.reply(reply, done()),
             Stepped::Explain(incoming, Err(error)) => {
-                let error = self.not_planned(error);
-                self.not_entered(Request::Explain(incoming), error);
+                let error = match self.session.version() == version {
+                    true => self.not_planned(error),
+                    false => NotEntered::Again(None),
+                };
+                self.not_entered(Request::Explain(incoming), version, error);
             }
             Stepped::Inspection(decision_id, inspected) => {
                 self.on_inspected(&decision_id, inspected);
@@ -181,9 +205,13 @@ impl CellPlanner {
     }
 
     /// Refuses a request, or has it wait for another step where it has the time.
-    fn not_entered(&mut self, request: Request, error: NotEntered) {
+    fn not_entered(&mut self, request: Request, version: Version, error: NotEntered) {
+        let is_of_another = !self.session.version().is_of_same_session(&version);
         let is_late = request.answer_by() <= Instant::now() + LEAST_LOOK;
         match error {
+            NotEntered::Again(_) if is_of_another => {
+                request.refuse(Refusal::new(Status::Conflict, ANOTHER_SESSION));
+            }
             NotEntered::Again(Some(unseen)) if is_late => request.refuse(unseen),
             NotEntered::Again(unseen) => self.wait_for_step(request, unseen),
             NotEntered::Refused(refusal) => request.refuse(refusal),
@@ -208,10 +236,11 @@ impl CellPlanner {
         if !holds {
             return Err(NotEntered::Again(None));
         }
-        for reason in set_aside {
-            self.session
-                .change_unsaved(|session| session.set_aside(reason))?;
-        }
+        // All or none of it.
+        self.session.change_unsaved(|session| {
+            let mut reasons = set_aside.into_iter();
+            reasons.try_for_each(|reason| session.set_aside(reason))
+        })?;
         let entered = match decided {
             Ok(Decided::Decision(chosen)) => self.enter_decision(*chosen, deadline),
             Ok(Decided::NothingFits(reasons)) => Ok(Entered::NothingFits(reasons)),
@@ -254,9 +283,9 @@ impl CellPlanner {
             .stages
             .push(header::stage("save", saving.elapsed()));
         counts::decisions(&self.cell, !decision.degraded.is_empty(), 1);
-        self.news.record =
-            self.recorder
-                .record(self.session.id(), &plan, &found, Some(&decision));
+        self.news.record = self
+            .recorder
+            .record(self.session.id(), &plan, &found, Some(&decision));
         self.will_inspect(&decision, &before);
         self.news.decision = Some(decision.clone());
         Ok(Entered::Decision(Box::new(decision)))

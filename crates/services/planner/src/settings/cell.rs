@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ppnpack_numbers::settings;
 use ppnpack_packing::grid::{Grid, GridSettings};
 use ppnpack_packing::method::{Method, ProposalSource, SET_ASIDE};
 use ppnpack_packing::orders::ContainerRules;
@@ -26,61 +27,65 @@ const MAX_POSES: usize = 6;
 /// Maximum number of candidates that a heuristic service takes.
 const MAX_CANDIDATES: usize = 1_000;
 
-/// A cell and how it is packed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CellSettings {
-    /// The container and its grid; the keys stand among the others.
-    #[serde(flatten)]
-    pub grid: GridSettings,
-    /// The packing method; its keys stand among the others. `all` and `bounded` are the same here.
-    #[serde(flatten)]
-    pub method: Method,
-    /// Its containers, where several are packed at the same time, by the names under which bridge
-    /// and perception serve them; where none is given, it has one, which has the cell's own name.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub containers: BTreeMap<String, ContainerSettings>,
-    /// Rules for what a container may hold, by the items' orders, groups and masses.
-    pub rules: ContainerRules,
-    /// When a container is closed.
-    pub closing: ClosingSettings,
-    /// The arm that has to be able to make the placements; without one that is not checked.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub arm: Option<StationSettings>,
-    /// The twin of the cell that placements are tried in; its container is that of the grid.
-    pub twin: TwinSettings,
-    /// The place where placements are evaluated.
-    pub evaluate: Where,
-    /// Maximum time of the network for a step, in seconds, before the search goes on without it.
-    pub propose_limit_s: f64,
-    /// Maximum time of a heuristic service for a step, in seconds, before the planner searches.
-    pub evaluate_limit_s: f64,
-    /// Maximum age of the cloud of a heightmap that is planned on, in seconds.
-    pub heightmap_age_limit_s: f64,
-    /// Maximum time of a cloud on its way from a sensor that does not know the cell's state, in
-    /// seconds: what comes sooner after a report may show what was before.
-    pub sensor_latency_s: f64,
-    /// Maximum number of items that a session may set aside for the next container, as nothing in
-    /// the buffer has a valid placement, where the request that begins it says nothing else.
-    pub set_aside: usize,
-    /// How many valid placements beside the chosen one a decision of the automatic mode tells, for
-    /// people to compare; each is searched for and checked like the chosen one.
-    pub alternatives: usize,
-    /// Maximum number of resting poses in which an object of the catalogue may be packed: as the
-    /// catalogue has it, then the most probable others. Whoever brings items to the robot has to be
-    /// able to turn them into these. An announcement may allow fewer, or name those that it allows.
-    pub poses: usize,
-    /// Whether perception is asked after each placement how the item lies, and the session is
-    /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub inspect: Option<bool>,
-    /// Whether nothing is planned on pictures that contradict what is believed to lie in the
-    /// container: an item is not there, or something came up that is none.
-    pub compare_content: bool,
-    /// Maximum time of the bridge to carry out a placement in automatic mode, in seconds.
-    pub place_limit_s: f64,
-    /// Maximum memory of a search in the planner, in MiB; a step that needs more is refused.
-    pub search_mib: usize,
+settings! {
+    /// A cell and how it is packed.
+    pub struct CellSettings {
+        /// The container and its grid; the keys stand among the others.
+        #[serde(flatten)]
+        pub grid: GridSettings = GridSettings::default(),
+        /// The packing method; its keys stand among the others. `all` and `bounded` are the same
+        /// here.
+        #[serde(flatten)]
+        pub method: Method = Method::default(),
+        /// Its containers, where several are packed at the same time, by the names under which
+        /// bridge and perception serve them; where none is given, it has one, which has the cell's
+        /// own name.
+        #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+        pub containers: BTreeMap<String, ContainerSettings> = BTreeMap::new(),
+        /// Rules for what a container may hold, by the items' orders, groups and masses.
+        pub rules: ContainerRules = ContainerRules::default(),
+        /// When a container is closed.
+        pub closing: ClosingSettings = ClosingSettings::default(),
+        /// The arm that has to be able to make the placements; without one that is not checked.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub arm: Option<StationSettings> = None,
+        /// The twin of the cell that placements are tried in; its container is that of the grid.
+        pub twin: TwinSettings = TwinSettings::default(),
+        /// The place where placements are evaluated.
+        pub evaluate: Where = Where::InProcess,
+        /// Maximum time of the network for a step, in seconds, before the search goes on without
+        /// it.
+        pub propose_limit_s: f64 = 0.5,
+        /// Maximum time of a heuristic service for a step, in seconds, before the planner searches.
+        pub evaluate_limit_s: f64 = 1.0,
+        /// Maximum age of the cloud of a heightmap that is planned on, in seconds.
+        pub heightmap_age_limit_s: f64 = 5.0,
+        /// Maximum time of a cloud on its way from a sensor that does not know the cell's state, in
+        /// seconds: what comes sooner after a report may show what was before.
+        pub sensor_latency_s: f64 = 0.5,
+        /// Maximum number of items that a session may set aside for the next container, as nothing
+        /// in the buffer has a valid placement, where the request that begins it says nothing else.
+        pub set_aside: usize = SET_ASIDE,
+        /// How many valid placements beside the chosen one a decision of the automatic mode tells,
+        /// for people to compare; each is searched for and checked like the chosen one.
+        pub alternatives: usize = 0,
+        /// Maximum number of resting poses in which an object of the catalogue may be packed: as
+        /// the catalogue has it, then the most probable others. Whoever brings items to the robot
+        /// has to be able to turn them into these. An announcement may allow fewer, or name those
+        /// that it allows.
+        pub poses: usize = 1,
+        /// Whether perception is asked after each placement how the item lies, and the session is
+        /// corrected by that. Unset: for items that nobody found, where perception has a catalogue.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub inspect: Option<bool> = None,
+        /// Whether nothing is planned on pictures that contradict what is believed to lie in the
+        /// container: an item is not there, or something came up that is none.
+        pub compare_content: bool = true,
+        /// Maximum time of the bridge to carry out a placement in automatic mode, in seconds.
+        pub place_limit_s: f64 = 120.0,
+        /// Maximum memory of a search in the planner, in MiB; a step that needs more is refused.
+        pub search_mib: usize = 256,
+    }
 }
 
 /// A place where placements are evaluated.
@@ -91,32 +96,6 @@ pub enum Where {
     Services,
     /// The planner itself.
     InProcess,
-}
-
-impl Default for CellSettings {
-    fn default() -> Self {
-        Self {
-            grid: GridSettings::default(),
-            method: Method::default(),
-            containers: BTreeMap::new(),
-            rules: ContainerRules::default(),
-            closing: ClosingSettings::default(),
-            arm: None,
-            twin: TwinSettings::default(),
-            evaluate: Where::InProcess,
-            propose_limit_s: 0.5,
-            evaluate_limit_s: 1.0,
-            heightmap_age_limit_s: 5.0,
-            sensor_latency_s: 0.5,
-            set_aside: SET_ASIDE,
-            alternatives: 0,
-            poses: 1,
-            inspect: None,
-            compare_content: true,
-            place_limit_s: 120.0,
-            search_mib: 256,
-        }
-    }
 }
 
 impl CellSettings {

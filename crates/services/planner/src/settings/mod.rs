@@ -8,10 +8,10 @@ mod tests;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use ppnpack_numbers::settings;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;
-use serde::{Deserialize, Serialize};
 
 use crate::store::Store;
 
@@ -20,32 +20,20 @@ pub(crate) use cell::{MAX_ALTERNATIVES, set_aside_in_range};
 pub(crate) use containers::ContainerPlan;
 pub use containers::{ClosingSettings, ContainerSettings};
 
-/// Settings of the planner service.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Settings {
-    /// The cells, by their names.
-    pub cells: BTreeMap<String, CellSettings>,
-    /// The file that keeps the sessions; without one they are lost with the process.
-    pub store: Option<PathBuf>,
-    /// The objects that can be announced by name: `builtin`, or a folder of meshes.
-    pub catalogue: String,
-    /// Maximum number of requests that wait for a cell; more are refused.
-    pub queue: usize,
-    /// Maximum size of the heightmaps that items of one session were announced with, in MiB as they
-    /// are encoded. An announcement with more is refused.
-    pub shapes_mib: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            cells: BTreeMap::from([("cell-1".to_owned(), CellSettings::default())]),
-            store: None,
-            catalogue: ppnpack_household::BUILTIN.to_owned(),
-            queue: 64,
-            shapes_mib: 64,
-        }
+settings! {
+    /// Settings of the planner service.
+    pub struct Settings {
+        /// The cells, by their names.
+        pub cells: BTreeMap<String, CellSettings> = BTreeMap::from([("cell-1".to_owned(), CellSettings::default())]),
+        /// The file that keeps the sessions; without one they are lost with the process.
+        pub store: Option<PathBuf> = None,
+        /// The objects that can be announced by name: `builtin`, or a folder of meshes.
+        pub catalogue: String = ppnpack_household::BUILTIN.to_owned(),
+        /// Maximum number of requests that wait for a cell; more are refused.
+        pub queue: usize = 64,
+        /// Maximum size of the heightmaps that items of one session were announced with, in MiB as
+        /// they are encoded. An announcement with more is refused.
+        pub shapes_mib: usize = 64,
     }
 }
 

@@ -47,8 +47,7 @@ impl Stepper {
         deadline: Instant,
     ) -> Planned {
         let mut set_aside = Vec::new();
-        let decided =
-            self.decide_and_set_aside(request_id, alternatives, deadline, &mut set_aside);
+        let decided = self.decide_and_set_aside(request_id, alternatives, deadline, &mut set_aside);
         Planned { set_aside, decided }
     }
 

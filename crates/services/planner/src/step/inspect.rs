@@ -14,6 +14,7 @@ const SCENE_LIMIT: Duration = Duration::from_millis(300);
 const ANSWER_LIMIT: Duration = Duration::from_secs(1);
 
 /// An item to inspect.
+#[derive(Debug, Clone)]
 pub(crate) struct Inspect {
     pub(crate) decision_id: String,
     /// The container that it was placed into.

@@ -12,7 +12,9 @@ impl Stepper {
     pub(super) fn must_not_be_ahead(&mut self) -> Result<(), NotPlanned> {
         let containers = self.containers.iter_mut();
         let behind = containers.filter_map(|container| container.behind.take());
-        behind.last().map_or(Ok(()), |why| Err(NotPlanned::Failed(why)))
+        behind
+            .last()
+            .map_or(Ok(()), |why| Err(NotPlanned::Failed(why)))
     }
 
     /// Refuses a session that was on disk as this process began, where the bridges tell that it is

@@ -49,13 +49,13 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody() {
     thread::scope(|scope| {
         let planned = scope.spawn(|| plan(300_000));
         is_asked.recv().unwrap();
-        let refused = plan(10_000).unwrap_err();
+        let refused = plan(6_000).unwrap_err();
         assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
         rig.call(v1::BeginRequest {
             session_id: "next".to_owned(),
             ..v1::BeginRequest::default()
         });
-        let reply = planned.join().unwrap().unwrap();
-        assert_eq!(reply.result(), v1::PlanResult::NothingWaits);
+        let refused = planned.join().unwrap().unwrap_err();
+        assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
     });
 }
