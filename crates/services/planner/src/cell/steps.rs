@@ -190,7 +190,7 @@ impl CellPlanner {
                     Err(error) => self.not_entered(Request::Plan(incoming), version, error),
                 }
             }
-            Stepped::Explain(incoming, Ok(reply)) => incoming.reply(reply, done()),
+            Stepped::Explain(incoming, Ok(reply)) => incoming.reply(*reply, done()),
             Stepped::Explain(incoming, Err(error)) => {
                 let error = match self.session.version() == version {
                     true => self.not_planned(error),

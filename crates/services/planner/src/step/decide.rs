@@ -85,7 +85,7 @@ impl Stepper {
             if may_set_aside {
                 in_time(until)?;
             }
-            let reason = may_set_aside.then(|| self.to_set_aside(&prepared, &found));
+            let reason = may_set_aside.then(|| self.find_to_set_aside(&prepared, &found));
             let Some(reason) = reason.transpose()?.flatten() else {
                 let reasons = self.reasons(&prepared, &found);
                 return Ok(Decided::NothingFits(reasons));
@@ -122,7 +122,7 @@ impl Stepper {
     /// Gives the largest item of a step in which none has a valid placement, to be set aside, and
     /// why; of equal ones the first to arrive. `None` where there is none: what rules keep out waits
     /// for another container.
-    fn to_set_aside(
+    fn find_to_set_aside(
         &mut self,
         prepared: &Prepared,
         found: &Found,

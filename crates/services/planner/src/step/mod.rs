@@ -69,7 +69,7 @@ pub(crate) enum Stepped {
     Plan(Incoming<v1::PlanRequest>, Planned),
     Explain(
         Incoming<v1::ExplainRequest>,
-        Result<v1::ExplainReply, NotPlanned>,
+        Result<Box<v1::ExplainReply>, NotPlanned>,
     ),
     /// Of the decision of this id.
     Inspection(String, Result<v1::Inspection, NotInspected>),
@@ -193,7 +193,7 @@ impl Stepper {
                 let (item_id, deadline) = (&incoming.message().item_id, incoming.deadline());
                 let span = incoming.span();
                 let explained = span.in_scope(|| self.explain(item_id, deadline));
-                Stepped::Explain(incoming, explained)
+                Stepped::Explain(incoming, explained.map(Box::new))
             }
             Work::Inspect(inspect) => {
                 let inspected = self.inspect(&inspect);
