@@ -1,4 +1,4 @@
-//! How full the open containers of a session are.
+//! Fill of the open containers of a session.
 
 use ppnpack_packing::closing::Fill;
 use ppnpack_packing::grid::ContainerSize;

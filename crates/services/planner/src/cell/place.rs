@@ -30,7 +30,7 @@ pub(super) struct Place {
     pub(super) address: Cell,
     pub(super) grid: Grid,
     pub(super) bridge: Bridge,
-    /// What happened since the last step.
+    /// Changes since the last step.
     pub(super) change: Change,
     /// Time before which a perception that inspects nothing here is not asked again.
     pub(super) uninspected_until: Option<Instant>,

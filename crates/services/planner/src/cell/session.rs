@@ -22,7 +22,7 @@ use crate::store::StoreError;
 pub(super) struct Version {
     sessions: u64,
     announcements: u64,
-    /// Those that are no announcements.
+    /// Changes that are no announcements.
     others: u64,
 }
 

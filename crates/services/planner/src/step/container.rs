@@ -25,7 +25,7 @@ const MOMENT: Duration = Duration::from_millis(10);
 /// Remedy, for people, of a picture that contradicts what is believed.
 const REMEDY: &str = "Say by `changed` which items were taken out, or none where all may stay";
 
-/// What happened in a container since the last step.
+/// Changes of a container since the last step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Change {
     /// Time of the last change of its content.

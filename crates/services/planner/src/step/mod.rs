@@ -41,7 +41,7 @@ pub(crate) use inspect::{Inspect, NotInspected};
 pub(crate) struct Step {
     /// The session as it is.
     pub(crate) session: Session,
-    /// What happened in each container since the step before, in the order of the cell.
+    /// Changes of each container since the step before, in the order of the cell.
     pub(crate) changes: Vec<Change>,
     pub(crate) work: Work,
 }
@@ -71,7 +71,7 @@ pub(crate) enum Stepped {
         Incoming<v1::ExplainRequest>,
         Result<Box<v1::ExplainReply>, NotPlanned>,
     ),
-    /// Of the decision of this id.
+    /// Inspection after the decision of this id.
     Inspection(String, Result<v1::Inspection, NotInspected>),
 }
 
