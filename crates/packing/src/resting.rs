@@ -205,8 +205,8 @@ impl RestingHeights {
             .sum()
     }
 
-    /// Makes the maps of an item's views current. Those that are
-    /// not when the time is over are of no use until they are made anew.
+    /// Makes the maps of an item's views current. Those that are not when the time is over are of no
+    /// use until they are made anew.
     pub(crate) fn prepare(&mut self, item: &Item, deadline: Option<Instant>) {
         self.admit(item);
         let Self {
