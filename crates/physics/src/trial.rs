@@ -27,6 +27,13 @@ use crate::twin::{Placed, Twin, TwinSettings};
 /// places, either, and all of them are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
+/// Maximum number of tries of all items in a step, in halves of those of one: the best placements
+/// of all come first, and more have filled no container better (`docs/results/filling.md`).
+const HALVES_A_STEP: usize = 3;
+
+/// Why an item was not tried, or not as often as others.
+const NO_TRIES_LEFT: &str = "other items took the tries of this step";
+
 /// Maximum number of times that the placements looked into together are doubled.
 const MOST_DOUBLED: u32 = 2;
 
@@ -353,7 +360,8 @@ impl ValidityCheck for TrialCheck {
         let last = || {
             let mut refused = self.refused.iter().rev();
             let last = refused.find(|refused| refused.place.arrival == candidate.arrival);
-            last.map_or_else(|| Cause::Unsteady.into(), Refused::refusal)
+            let untried = || Refusal::because(Cause::Unsteady, NO_TRIES_LEFT);
+            last.map_or_else(untried, Refused::refusal)
         };
         self.is_done_with(candidate).then(last)
     }
@@ -434,7 +442,9 @@ impl ValidityCheck for TrialCheck {
         let mut resorts = self.resorts();
         let has_resort = resorts.any(|resort| resort.place.arrival == candidate.arrival);
         let divisor = if has_resort { TRIES_WITH_RESORT } else { 1 };
-        tries >= self.settings.tries_per_item.div_ceil(divisor)
+        let an_item = self.settings.tries_per_item;
+        tries >= an_item.div_ceil(divisor)
+            || self.tries() >= (an_item * HALVES_A_STEP).div_ceil(2)
             || self.loads.done_with(candidate.arrival).is_some()
     }
 

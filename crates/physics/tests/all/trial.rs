@@ -182,11 +182,29 @@ fn an_item_has_so_many_tries_in_all_its_poses_together() {
         assert_eq!(found, expected, "{held} at {x}");
     }
     // What is accepted was tried too.
+    check.begin(&step.input()).unwrap();
     for (x, is_last) in [(2, false), (10, true)] {
         let verdict = check.judge(&step.input(), &step.held[2], &placed(x, 10, 0));
         accepted(verdict.unwrap());
         assert_eq!(check.is_done_with(&step.held[2]), is_last);
     }
+}
+
+#[test]
+fn a_step_has_half_as_many_tries_again_as_an_item() {
+    let step = Step::new(Vec::new(), [falling(0), falling(1), falling(2)]);
+    let mut check = new_check(settings(|settings| {
+        settings.tries_per_item = 2;
+        settings.neighbour_m = 0.0;
+    }));
+    check.begin(&step.input()).unwrap();
+    for (held, x) in [(0, 2), (0, 8), (1, 2)] {
+        assert!(is_refused_tried(&mut check, &step, held, &placed(x, 10, 0)));
+    }
+    let untried = check.refuses_unseen(&step.input(), &step.held[2], &placed(2, 10, 0));
+    let untried = untried.map(Verdict::Refused);
+    assert_eq!(untried, Some(refused_as("other items took the tries of this step")));
+    assert!(step.held.iter().all(|held| check.is_done_with(held)));
 }
 
 #[test]

@@ -44,11 +44,14 @@ fn a_plan_that_waits_for_minutes_holds_up_nobody() {
         assert_eq!(refused.status(), Some(Status::Conflict), "{refused}");
         rig.switch(false);
     });
-    // One of the session before is refused when another begins.
+    // One that waits for long lets others by, which are refused in time.
     is_asked.try_iter().count();
     thread::scope(|scope| {
         let planned = scope.spawn(|| plan(300_000));
         is_asked.recv().unwrap();
+        let refused = plan(6_000).unwrap_err();
+        assert_eq!(refused.status(), Some(Status::Unavailable), "{refused}");
+        // One of the session before is refused when another begins.
         rig.call(v1::BeginRequest {
             session_id: "next".to_owned(),
             ..v1::BeginRequest::default()
