@@ -1,7 +1,7 @@
 //! Simple closed meshes for the tests of several crates.
 
 use nalgebra::Point3;
-use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::scene::model::mesh::Mesh;
 
 /// A ball around the origin, as a globe of quadrilaterals and two caps.
 pub(crate) fn ball(radius_m: f64, around: u32, rings: u32) -> Mesh {

@@ -2,7 +2,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_wire::{MAX_CLOUD_BYTES, convert, decode, v1};

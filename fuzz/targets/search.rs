@@ -5,11 +5,11 @@
 use std::sync::Arc;
 
 use libfuzzer_sys::fuzz_target;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::Proposals;
-use ppnpack_packing::search::Search;
-use ppnpack_packing::step::{Candidate, StepInput};
-use ppnpack_packing::valid::ValidSearch;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::proposals::Proposals;
+use ppnpack_packing::ranking::search::Search;
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::planning::valid::ValidSearch;
 use ppnpack_wire::{MAX_MESSAGE_BYTES, convert, decode, v1};
 
 /// Larger grids are searched in the same way, but slowly.

@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 use libfuzzer_sys::fuzz_target;
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::item::{Item, Underside, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::kernel::item::{Item, Underside, ViewSurfaces};
 use ppnpack_wire::convert::cloud::{self, Capture};
 use ppnpack_wire::convert::{grid, item, pose, scene};
 use ppnpack_wire::ros::{PointCloud2, PointField, Stamp, datatype};
@@ -141,7 +142,7 @@ fn item(grid: &Grid, has_surfaces: bool) -> Item {
 }
 
 fn objective() -> v1::Objective {
-    let settings = ppnpack_packing::search::SearchSettings::default();
+    let settings = ppnpack_packing::ranking::search::SearchSettings::default();
     ppnpack_wire::convert::objective::write(&settings)
 }
 

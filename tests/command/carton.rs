@@ -5,7 +5,7 @@ use std::process::Output;
 
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_packing::grid::{ContainerSize, Resolution};
+use ppnpack_packing::kernel::grid::{ContainerSize, Resolution};
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;

@@ -1,7 +1,7 @@
 //! Packing by command: what is chosen where, with which options.
 
-use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, SET_ASIDE};
+use ppnpack_packing::kernel::grid::GridSettings;
+use ppnpack_packing::planning::method::{Method, SET_ASIDE};
 use ppnpack_planner::CellSettings;
 use serde_json::{Value, json};
 

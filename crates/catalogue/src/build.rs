@@ -1,7 +1,7 @@
 //! Meshes to models.
 
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
-use ppnpack_packing::rectangle::{least_turn_rad, sides_m};
+use ppnpack_packing::kernel::rectangle::{least_turn_rad, sides_m};
 use serde::{Deserialize, Serialize};
 
 use crate::convex::pieces_of_volume;

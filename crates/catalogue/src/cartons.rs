@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::Deserialize;
 
 use crate::rows::{self, TableError};

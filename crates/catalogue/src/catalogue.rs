@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::Item;
 use rayon::iter::Either;
 use rayon::prelude::*;
 

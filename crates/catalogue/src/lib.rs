@@ -11,7 +11,7 @@
 //! use ppnpack_catalogue::build::{ModelSettings, model};
 //! use ppnpack_catalogue::mesh::Bounds;
 //! use ppnpack_catalogue::views;
-//! use ppnpack_packing::grid::Resolution;
+//! use ppnpack_packing::kernel::grid::Resolution;
 //!
 //! let sides = Bounds { lowest: Point3::origin(), highest: Point3::new(0.2, 0.1, 0.05) };
 //! let (brick, _repairs) = model("brick", sides.mesh(), &ModelSettings::default())?;
@@ -50,4 +50,4 @@ mod table;
 pub mod unit;
 pub mod views;
 
-pub use ppnpack_packing::model::{mesh, raster};
+pub use ppnpack_packing::scene::model::{mesh, raster};

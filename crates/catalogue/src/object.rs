@@ -4,9 +4,9 @@ use std::iter::once;
 use std::sync::Arc;
 
 use nalgebra::UnitQuaternion;
-use ppnpack_packing::candidate::{Candidate, Lying};
-use ppnpack_packing::item::Item;
-pub use ppnpack_packing::model::{ConvexPiece, MassProperties, Model, RestingPose};
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::candidate::{Candidate, Lying};
+pub use ppnpack_packing::scene::model::{ConvexPiece, MassProperties, Model, RestingPose};
 
 /// An object ready to be packed at one resolution.
 #[derive(Debug, Clone)]

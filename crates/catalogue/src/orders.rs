@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use ppnpack_packing::leaving::Stop;
-use ppnpack_packing::orders::OrderItem;
+use ppnpack_packing::scene::leaving::Stop;
+use ppnpack_packing::streams::orders::OrderItem;
 use serde::Deserialize;
 
 use crate::catalogue::Catalogue;
@@ -192,7 +192,7 @@ fn check(row: &Row) -> Result<usize, String> {
 mod tests {
     use std::fs;
 
-    use ppnpack_packing::grid::Resolution;
+    use ppnpack_packing::kernel::grid::Resolution;
 
     use super::*;
     use crate::cache::CacheDir;

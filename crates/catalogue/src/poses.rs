@@ -5,9 +5,9 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point2, Point3, Rotation3, UnitQuaternion, Vector3};
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::rectangle::least_rectangle_rad;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::rectangle::least_rectangle_rad;
 
 use crate::build::longer_side_along_x;
 use crate::hull::hull;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
-use ppnpack_packing::grid::{Resolution, Units};
-use ppnpack_packing::item::{Item, ItemView, ShapeId};
+use ppnpack_packing::kernel::grid::{Resolution, Units};
+use ppnpack_packing::kernel::item::{Item, ItemView, ShapeId};
 
 use crate::convex::{MAX_PIECES, piece};
 use crate::hull::hull;

@@ -1,6 +1,6 @@
 //! Regular and irregular shapes: the paper's Table II compares methods on easy and on hard ones.
 
-use ppnpack_packing::model::Model;
+use ppnpack_packing::scene::model::Model;
 
 /// The least share of its bounding box that a regular object fills as it stands: boxes, cans and
 /// balls do, bowls, cups and tools do not. A ball fills 52 % of its box.

@@ -1,7 +1,7 @@
 //! Pictures that several commands draw.
 
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::Heightmap;
 use ppnpack_picture::{
     Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, TriangleMesh, heightmap,
     render,

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use ppnpack_files::WriteError;
-use ppnpack_packing::method::MethodError;
+use ppnpack_packing::planning::method::MethodError;
 
 /// A failed command: one line for the user, and an exit code.
 #[derive(Debug)]

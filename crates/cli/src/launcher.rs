@@ -19,7 +19,7 @@ use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
-use ppnpack_packing::proposals::Proposer;
+use ppnpack_packing::ranking::proposals::Proposer;
 
 use crate::Commands;
 use crate::failure::{Failure, Outcome};

@@ -7,9 +7,9 @@ use ppnpack_model::card::ModelCard;
 use ppnpack_model::report::TrainingEvent;
 use ppnpack_model::settings::{Device, TrainingRequest};
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::{Percent, Proposer};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::proposals::{Percent, Proposer};
 
 /// Settings by which a network proposes.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 /// Parses a positive length such as `1cm`, `2.5mm`, `0.01m` or `0.01`; gives metres.
 pub fn parse_length(text: &str) -> Result<f64, String> {

@@ -1,12 +1,12 @@
 //! The labels of a step: which placements of each candidate the exhaustive search finds best.
 
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::SettingError;
-use ppnpack_packing::proposals::Proposals;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Candidate, Evaluated, StageError, StepInput};
+use ppnpack_packing::checks::check::BoxedCheck;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::objective::SettingError;
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::Proposals;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, Evaluated, StageError, StepInput};
 
 use crate::record::{CandidateRecord, Corner, TIE_TOLERANCE, YawOptima};
 use crate::values::Values;

@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use ppnpack_packing::grid::{MAX_CELLS, Units};
-use ppnpack_packing::item::{Item, ItemView, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{MAX_CELLS, Units};
+use ppnpack_packing::kernel::item::{Item, ItemView, ViewSurfaces};
 use safetensors::{Dtype, SafeTensors};
 
 use crate::arrays::{Arrays, numbers};

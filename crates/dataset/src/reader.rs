@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::item::Item;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 

@@ -1,7 +1,7 @@
 //! Records of steps.
 
-use ppnpack_packing::grid::Units;
-use ppnpack_packing::placement::Placement;
+use ppnpack_packing::kernel::grid::Units;
+use ppnpack_packing::kernel::placement::Placement;
 
 use crate::values::Values;
 

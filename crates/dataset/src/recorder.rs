@@ -1,7 +1,7 @@
 //! Recording an episode.
 
-use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::step::{StageError, StepInput};
+use ppnpack_packing::ranking::step::{StageError, StepInput};
+use ppnpack_packing::streams::episode::{Observer, Step};
 
 use crate::expert::Expert;
 use crate::record::{SequenceRecord, StepRecord};

@@ -11,8 +11,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::possible_count;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::proposals::possible_count;
 use safetensors::{Dtype, SafeTensors};
 
 use crate::arrays::{Arrays, MAX_BYTES, numbers, read};

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

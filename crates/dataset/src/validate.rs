@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use ppnpack_packing::grid::{Grid, MAX_UNITS};
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::grid::{Grid, MAX_UNITS};
+use ppnpack_packing::kernel::item::Item;
 
 use crate::record::{CandidateRecord, Corner, StepRecord, YawOptima};
 use crate::settings::Settings;

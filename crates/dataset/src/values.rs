@@ -1,8 +1,8 @@
 //! The value of every possible placement of a candidate, in two bytes each.
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::{Item, ItemView};
-use ppnpack_packing::placement::Placement;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::{Item, ItemView};
+use ppnpack_packing::kernel::placement::Placement;
 
 /// The step in which values are kept, in units of the objective.
 ///
@@ -135,7 +135,7 @@ fn difference(step: u16) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::item::ViewSurfaces;
+    use ppnpack_packing::kernel::item::ViewSurfaces;
 
     use super::*;
 

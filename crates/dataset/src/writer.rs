@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::item::Item;
 use serde_json::Value;
 
 use crate::arrays::write_changed;

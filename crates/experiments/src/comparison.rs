@@ -10,9 +10,9 @@ use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{CatalogueOptions, Conditions, PhysicsOptions, Simulated};
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{ProposalSource, Stability};
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::planning::method::{ProposalSource, Stability};
 use serde_json::{Value, json};
 
 use crate::apart::Apart;

@@ -11,8 +11,8 @@ use ppnpack_dataset::{
     Dataset, DatasetError, DatasetWriter, Drawn, Expert, ExpertSettings, FORMAT_VERSION, Recorder,
     SequenceRecord, Settings, Split, draw,
 };
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::Weights;
+use ppnpack_packing::kernel::objective::Weights;
+use ppnpack_packing::planning::method::{Method, ProposalSource, Stability};
 use serde_json::{Value, json};
 
 use crate::apart::Apart;

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use clap::Args;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{OpenNetwork, ProposalSource};
-use ppnpack_packing::proposals::Percent;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::planning::method::{OpenNetwork, ProposalSource};
+use ppnpack_packing::ranking::proposals::Percent;
 
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::network::Backend;

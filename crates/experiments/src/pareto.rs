@@ -3,7 +3,7 @@
 use clap::Args;
 use ppnpack_cli::failure::Outcome;
 use ppnpack_cli::network::Backend;
-use ppnpack_packing::method::ProposalSource;
+use ppnpack_packing::planning::method::ProposalSource;
 use serde_json::{Value, json};
 
 use crate::cases::SequenceOptions;

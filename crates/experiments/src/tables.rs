@@ -8,8 +8,8 @@ use ppnpack_catalogue::shape_class::{REGULAR_SHARE, ShapeClass};
 use ppnpack_cli::failure::{Failure, Outcome};
 use ppnpack_cli::network::Backend;
 use ppnpack_cli::options::{Conditions, GridOptions};
-use ppnpack_packing::method::ProposalSource;
-use ppnpack_packing::objective::{Heuristic, Order};
+use ppnpack_packing::kernel::objective::{Heuristic, Order};
+use ppnpack_packing::planning::method::ProposalSource;
 use serde_json::{Value, json};
 
 use crate::cases::{self, Case, SequenceOptions};

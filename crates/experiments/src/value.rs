@@ -6,9 +6,9 @@
 use clap::Args;
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::options::{CatalogueOptions, Conditions, GridOptions};
-use ppnpack_packing::episode::{Observer, Step};
-use ppnpack_packing::scene_value::{FIGURES_OF_ITEMS, SceneValue, Squares, figures};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::ranking::scene_value::{FIGURES_OF_ITEMS, SceneValue, Squares, figures};
+use ppnpack_packing::ranking::step::StepInput;
+use ppnpack_packing::streams::episode::{Observer, Step};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use ppnpack_cli::failure::{Failure, Outcome};
-use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, SET_ASIDE};
+use ppnpack_packing::kernel::grid::GridSettings;
+use ppnpack_packing::planning::method::{Method, SET_ASIDE};
 use ppnpack_physics::view::CameraSettings;
 use serde::{Deserialize, Serialize};
 

@@ -16,20 +16,21 @@ use std::sync::Arc;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::containers::plan_over;
-use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders};
-use ppnpack_packing::plan::{Candidate, Planner, StepInput};
-use ppnpack_packing::proposals::{Percent, ProposeAll, ProposeRandom};
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
-use ppnpack_packing::survey::survey;
+use ppnpack_packing::checks::check::BoxedCheck;
+use ppnpack_packing::checks::stability::{PhysicalStability, PublishedStability};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::planning::containers::plan_over;
+use ppnpack_packing::planning::plan::{Candidate, Planner, StepInput};
+use ppnpack_packing::planning::survey::survey;
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::{Percent, ProposeAll, ProposeRandom};
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::streams::episode::{IdealCell, Observer, Play, Step, play};
+use ppnpack_packing::streams::orders::{ContainerRules, OrderItem, Orders};
 
 /// A grid of the reference container: cell in metres, yaws and a name.
 type NamedGrid = (f64, usize, &'static str);

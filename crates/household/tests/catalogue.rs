@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_catalogue::report::inspect;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 
 #[test]
 fn the_built_in_set_loads_without_repairs() {

@@ -1,20 +1,22 @@
 //! The packing domain of ppnpack: scene in, placement out.
 //!
-//! A [`Planner`](plan::Planner) plans one step by Algorithm 1 of the PPN-Pack paper: a
-//! [`Proposer`](proposals::Proposer) says which placements of the buffer's items are worth
-//! evaluating, an [`Evaluator`](evaluator::Evaluator) ranks them by a packing heuristic, and the
-//! best one that every [`ValidityCheck`](check::ValidityCheck) accepts is chosen.
+//! A [`Planner`](planning::plan::Planner) plans one step by Algorithm 1 of the PPN-Pack paper: a
+//! [`Proposer`](ranking::proposals::Proposer) says which placements of the buffer's items are worth
+//! evaluating, an [`Evaluator`](ranking::evaluator::Evaluator) ranks them by a packing heuristic,
+//! and the best one that every [`ValidityCheck`](checks::check::ValidityCheck) accepts is chosen.
 //!
-//! The crate is pure and synchronous: no wire, no async, no network library.
+//! Each room uses those before it alone: [`kernel`], [`scene`], [`ranking`], [`checks`],
+//! [`planning`], [`streams`]. The crate is pure and synchronous: no wire, no async, no network
+//! library.
 //!
 //! What the engine says of every placement of a block in an empty container:
 //!
 //! ```
-//! use ppnpack_packing::grid::Grid;
-//! use ppnpack_packing::heightmap::Heightmap;
-//! use ppnpack_packing::item::{Item, ViewSurfaces};
-//! use ppnpack_packing::objective::{Heuristic, Weights};
-//! use ppnpack_packing::survey::survey;
+//! use ppnpack_packing::kernel::grid::Grid;
+//! use ppnpack_packing::kernel::heightmap::Heightmap;
+//! use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+//! use ppnpack_packing::kernel::objective::{Heuristic, Weights};
+//! use ppnpack_packing::planning::survey::survey;
 //!
 //! // Heights are in units of 2 mm.
 //! let surfaces = ViewSurfaces::of_cells(6, 4, vec![25; 24], vec![0; 24]);
@@ -30,50 +32,12 @@
 //!
 //! A whole step is planned in the example of the README, which is compiled and run with the tests.
 
-pub mod blocked;
-pub mod buffer;
-pub mod candidate;
-pub mod carton;
-pub mod check;
-pub mod closing;
-pub mod coarse;
-pub mod containers;
-pub mod content;
-pub mod distance;
-pub mod episode;
-pub mod evaluator;
-pub mod expected;
-pub mod grid;
-pub mod heightmap;
-pub mod hidden;
-mod inside;
-pub mod item;
-mod kernel;
-mod layout;
-pub mod leaving;
-pub mod loads;
-pub mod method;
-pub mod metrics;
-pub mod model;
-pub mod motion;
-pub mod objective;
-pub mod orders;
-pub mod placement;
-pub mod plan;
-pub mod proposals;
-mod random;
-pub mod rectangle;
-pub mod refusal;
-pub mod resting;
-pub mod rules;
-pub mod scene_value;
-pub mod search;
-pub mod stability;
-pub mod step;
-pub mod stream;
-pub mod survey;
-pub mod trial;
-pub mod valid;
+pub mod checks;
+pub mod kernel;
+pub mod planning;
+pub mod ranking;
+pub mod scene;
+pub mod streams;
 
 /// Compiles the example of the README.
 #[cfg(doctest)]

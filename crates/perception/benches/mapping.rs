@@ -5,7 +5,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, Point3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 

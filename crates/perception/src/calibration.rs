@@ -31,7 +31,7 @@ mod settings;
 mod sides;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
 pub use checks::Residuals;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::Point3;
 use ppnpack_numbers::{settings, within};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 /// A reason not to plan on a scene.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

@@ -15,7 +15,7 @@
 //!
 //! ```
 //! use nalgebra::{Isometry3, Point3};
-//! use ppnpack_packing::grid::Grid;
+//! use ppnpack_packing::kernel::grid::Grid;
 //! use ppnpack_perception::mapper::Mapper;
 //! use ppnpack_perception::settings::MapperSettings;
 //!

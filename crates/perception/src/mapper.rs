@@ -2,8 +2,9 @@
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_numbers::SettingError;
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::{Heightmap, HeightmapError, Scene, Surface};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::{Heightmap, HeightmapError, Surface};
+use ppnpack_packing::scene::Scene;
 
 use crate::doubts::{Doubt, Watch};
 use crate::holes::Holes;

@@ -1,7 +1,7 @@
 //! Samples of a surface by their places.
 
 use nalgebra::Point2;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 
 use crate::settings::MapperSettings;
 

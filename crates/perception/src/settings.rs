@@ -1,7 +1,7 @@
 //! Settings of the mapper.
 
 use ppnpack_numbers::{SettingError, require, settings, within};
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 
 use crate::doubts::DoubtSettings;
 use crate::still::StillSettings;

@@ -17,7 +17,7 @@
 //! ```
 
 use nalgebra::{Point2, Point3};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 use crate::layers::neighbours;
 

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use ppnpack_numbers::{settings, within};
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 
 use crate::layers::{NO_POINT, by_cell, is_known, neighbours};
 
@@ -172,7 +172,7 @@ impl History {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
+    use ppnpack_packing::kernel::grid::{ContainerSize, Resolution, Yaws};
 
     use super::*;
 

@@ -4,8 +4,8 @@
 //! exactly than a point of a steep wall tells it.
 
 use nalgebra::Point3;
-use ppnpack_packing::grid::{ContainerSize, Grid, Units};
-use ppnpack_packing::heightmap::{Heightmap, Surface};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Units};
+use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
 
 use crate::raster::Raster;
 

@@ -72,7 +72,7 @@ pub(crate) fn mesh(settings: &CellSettings) -> Mesh {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::ContainerSize;
+    use ppnpack_packing::kernel::grid::ContainerSize;
 
     use super::*;
 

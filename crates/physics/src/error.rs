@@ -2,8 +2,8 @@
 
 use ppnpack_camera::CameraError;
 use ppnpack_numbers::SettingError;
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::heightmap::HeightmapError;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::kernel::heightmap::HeightmapError;
 
 /// Refusal of the simulated cell.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

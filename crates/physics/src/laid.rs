@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::loads::Burden;
+use ppnpack_packing::scene::content::Burden;
 use rapier3d::math::Pose;
 use rapier3d::parry::shape::Cuboid;
 

@@ -15,7 +15,7 @@
 //! use nalgebra::{Isometry3, Point3};
 //! use ppnpack_catalogue::build::{ModelSettings, model};
 //! use ppnpack_catalogue::mesh::Bounds;
-//! use ppnpack_packing::grid::Grid;
+//! use ppnpack_packing::kernel::grid::Grid;
 //! use ppnpack_physics::cell::SimulatedCell;
 //! use ppnpack_physics::settings::CellSettings;
 //!

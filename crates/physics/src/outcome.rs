@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
 /// Names a body of one cell; bodies are numbered in the order in which they were placed.
@@ -35,7 +35,7 @@ pub struct BodyState {
 ///
 /// Every other body that touches it pushes it up or down, by the normal forces and the friction of
 /// all contacts between the two taken together. The sum of those that push it down is its load,
-/// which [`ppnpack_packing::loads`] estimates. Floor and walls are no load; a body higher up counts
+/// which [`ppnpack_packing::checks::loads`] estimates. Floor and walls are no load; a body higher up counts
 /// by the share that it hands down. Impacts are not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BodyLoad {
@@ -109,7 +109,7 @@ pub(crate) fn tilt_rad(before: &Isometry3<f64>, after: &Isometry3<f64>) -> f64 {
 mod tests {
     use super::*;
     use nalgebra::UnitQuaternion;
-    use ppnpack_packing::trial::TrialLimits;
+    use ppnpack_packing::checks::trial::TrialLimits;
 
     use crate::settings::CellSettings;
 

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::scene::model::Model;
 
 /// Minimum turn of a solid that has rolled, in radians: from there on it counts as toppled.
 const ROLLED_RAD: f64 = PI / 6.0;
@@ -48,8 +48,8 @@ pub(crate) fn can_roll(model: &Model) -> bool {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Matrix3, Point3, UnitQuaternion};
-    use ppnpack_packing::model::mesh::Mesh;
-    use ppnpack_packing::model::{ConvexPiece, MassProperties};
+    use ppnpack_packing::scene::model::mesh::Mesh;
+    use ppnpack_packing::scene::model::{ConvexPiece, MassProperties};
 
     use super::*;
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::ops::Bound;
 
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 

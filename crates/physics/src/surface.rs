@@ -6,8 +6,8 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::raster::raise_surface;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
 
 use crate::outcome::{BodyId, BodyState};
 

@@ -3,8 +3,9 @@
 use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 use ppnpack_catalogue::raster::raise_surface;
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::{HeightmapError, Scene, Surface};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::{HeightmapError, Surface};
+use ppnpack_packing::scene::Scene;
 
 /// Maximum height of a scene above a known solid, or above the floor, that is put down to error, in
 /// metres: neither is known exactly.
@@ -104,8 +105,8 @@ impl Terrain<'_> {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::{ContainerSize, Resolution};
-    use ppnpack_packing::heightmap::Heightmap;
+    use ppnpack_packing::kernel::grid::{ContainerSize, Resolution};
+    use ppnpack_packing::kernel::heightmap::Heightmap;
 
     use super::*;
 

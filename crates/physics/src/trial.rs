@@ -8,14 +8,16 @@ use std::sync::Arc;
 
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::seen::SeenSolids;
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict};
-use ppnpack_packing::content::Content;
-use ppnpack_packing::loads::{Load, LoadSettings};
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::step::{StageResult, StepInput};
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::checks::check::{
+    BoxedCheck, Cost, Evidence, LastResort, ValidityCheck, Verdict,
+};
+use ppnpack_packing::checks::loads::{Load, LoadSettings};
+use ppnpack_packing::checks::trial::TrialSettings;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+use ppnpack_packing::ranking::step::{StageResult, StepInput};
+use ppnpack_packing::scene::content::Content;
 
 use loads::LoadTries;
 use tried::{Place, Refused, Tried};

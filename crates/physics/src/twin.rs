@@ -19,11 +19,11 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::content::LyingSolid;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::loads::Burden;
-use ppnpack_packing::trial::{Settling, TrialLimits};
+use ppnpack_packing::checks::trial::{Settling, TrialLimits};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::content::Burden;
+use ppnpack_packing::scene::content::LyingSolid;
 use rapier3d::dynamics::{RigidBodyHandle, RigidBodyType};
 
 use crate::body::{BodyTemplate, Templates};

@@ -6,10 +6,10 @@ use nalgebra::{Isometry3, Point3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::content::Content;
-use ppnpack_packing::grid::{ContainerSize, Grid};
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::SceneMemory;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid};
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::content::Content;
+use ppnpack_packing::scene::hidden::SceneMemory;
 use ppnpack_perception::mapper::Mapper;
 use ppnpack_perception::settings::MapperSettings;
 

@@ -7,7 +7,7 @@
 )]
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::scene::model::mesh::Mesh;
 use ppnpack_picture::{
     Camera, Colour, HeightField, Image, Item, Scene3d, Size, Tile, TriangleMesh, contact_sheet,
     heightmap, render,

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{Item, ItemView, ShapeId};
-use ppnpack_packing::placement::Placement;
-use ppnpack_packing::proposals::Percent;
-use ppnpack_packing::resting::RestingHeights;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ItemView, ShapeId};
+use ppnpack_packing::kernel::placement::Placement;
+use ppnpack_packing::kernel::resting::RestingHeights;
+use ppnpack_packing::ranking::proposals::Percent;
 use tch::{TchError, Tensor};
 
 use crate::error::NetworkError;

@@ -1,8 +1,8 @@
 //! The network's inputs: heightmaps in physical units on padded canvases.
 
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::item::{ABSENT, Item, ItemView};
-use ppnpack_packing::resting::RestingMap;
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::item::{ABSENT, Item, ItemView};
+use ppnpack_packing::kernel::resting::RestingMap;
 
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};
 use crate::symmetry::{Cells, Symmetry};

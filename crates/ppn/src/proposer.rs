@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::placement::Placement;
-use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
-use ppnpack_packing::step::{StageError, StepInput};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::placement::Placement;
+use ppnpack_packing::ranking::proposals::{Percent, Proposals, Proposer};
+use ppnpack_packing::ranking::step::{StageError, StepInput};
 
 use crate::error::NetworkError;
 use crate::inference::Inference;

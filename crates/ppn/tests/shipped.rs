@@ -15,11 +15,11 @@ use std::sync::Arc;
 
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::{Model, WeightTensor, to_bytes};
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-use ppnpack_packing::proposals::{Percent, ProposeAll};
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::ranking::proposals::{Percent, ProposeAll};
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::scene::Scene;
 use ppnpack_ppn::proposer::NetworkProposer;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
-use ppnpack_packing::motion::Cycle;
+use ppnpack_packing::checks::motion::Cycle;
 use serde::{Deserialize, Serialize};
 
 /// A placement that a robot is asked for.

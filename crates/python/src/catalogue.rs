@@ -8,7 +8,7 @@ use ppnpack_catalogue::catalogue::{self, Settings};
 use ppnpack_catalogue::mass::DEFAULT_DENSITY_KG_M3;
 use ppnpack_catalogue::object::CatalogueObject;
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use pyo3::exceptions::{PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -161,7 +161,7 @@ impl Catalogue {
     }
 
     /// Checks that its items are made for a grid.
-    pub(crate) fn check(&self, grid: &ppnpack_packing::grid::Grid) -> PyResult<()> {
+    pub(crate) fn check(&self, grid: &ppnpack_packing::kernel::grid::Grid) -> PyResult<()> {
         if self.inner.resolution == *grid.resolution() {
             return Ok(());
         }

@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use nalgebra::Isometry3;
 use numpy::PyArray2;
-use ppnpack_packing::content::{Content, LyingSolid};
-use ppnpack_packing::grid;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::kernel::grid;
+use ppnpack_packing::scene::content::{Content, LyingSolid};
+use ppnpack_packing::scene::model::Model;
 use ppnpack_physics::cell;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::outcome;
@@ -283,7 +283,7 @@ pub(crate) fn scanned(
     cell: &mut cell::SimulatedCell,
     view: Option<&mut CameraView>,
     grid: &grid::Grid,
-) -> Result<ppnpack_packing::heightmap::Scene, PhysicsError> {
+) -> Result<ppnpack_packing::scene::Scene, PhysicsError> {
     let bodies = cell.contents().into_iter();
     let solids = bodies.map(|body| LyingSolid::new(body.model, body.container_from_item));
     let known: Content = solids.collect();

@@ -1,12 +1,12 @@
 //! Evaluation of one item on one container, at every offset.
 
 use numpy::{PyArray3, PyUntypedArrayMethods};
-use ppnpack_packing::grid::{self, Units};
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item;
-use ppnpack_packing::objective::{Heuristic, SettingError, Weights};
-use ppnpack_packing::resting::RestingHeights;
-use ppnpack_packing::survey::survey;
+use ppnpack_packing::kernel::grid::{self, Units};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item;
+use ppnpack_packing::kernel::objective::{Heuristic, SettingError, Weights};
+use ppnpack_packing::kernel::resting::RestingHeights;
+use ppnpack_packing::planning::survey::survey;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

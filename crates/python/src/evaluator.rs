@@ -3,13 +3,15 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use numpy::{AllowTypeChange, PyArrayLike3, PyUntypedArrayMethods};
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::item::ShapeId;
-use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::proposals::{CandidateProposals, Proposals};
-use ppnpack_packing::resting::RestingHeights;
-use ppnpack_packing::step::{Candidate, Evaluated, PlacementCounts, StageResult, StepInput};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::item::ShapeId;
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+use ppnpack_packing::kernel::resting::RestingHeights;
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::{CandidateProposals, Proposals};
+use ppnpack_packing::ranking::step::{
+    Candidate, Evaluated, PlacementCounts, StageResult, StepInput,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 

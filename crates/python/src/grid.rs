@@ -1,8 +1,8 @@
 //! Grids.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
-use ppnpack_packing::grid::{self, ContainerSize, GridSettings, Resolution, Yaws};
-use ppnpack_packing::heightmap::Heightmap;
+use ppnpack_packing::kernel::grid::{self, ContainerSize, GridSettings, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, array1, values};

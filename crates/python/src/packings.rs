@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use numpy::ndarray::Dim;
 use numpy::{PyArray, PyArray1, PyArray3, PyReadonlyArray1};
 use ppnpack_catalogue::object::CatalogueObject;
-use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_packing::kernel::grid::{Grid, Units};
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_picture::Size;
 use pyo3::exceptions::{PyIndexError, PyValueError};

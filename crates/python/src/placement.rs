@@ -1,9 +1,9 @@
 //! Placements.
 
 use numpy::{PyArray2, PyReadonlyArray2};
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::placement::{self, RestingPlacement};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::kernel::placement::{self, RestingPlacement};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 

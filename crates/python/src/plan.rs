@@ -1,8 +1,8 @@
 //! Plans of steps.
 
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::plan;
-use ppnpack_packing::step::Evaluated;
+use ppnpack_packing::planning::plan;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Evaluated;
 use pyo3::prelude::*;
 
 use crate::placement::Placement;

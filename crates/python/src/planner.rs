@@ -3,12 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::grid;
-use ppnpack_packing::leaving::Sequence;
-use ppnpack_packing::method::Method;
-use ppnpack_packing::plan::{self, PlanError};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::checks::sequence::Sequence;
+use ppnpack_packing::kernel::grid;
+use ppnpack_packing::planning::method::Method;
+use ppnpack_packing::planning::plan::{self, PlanError};
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};

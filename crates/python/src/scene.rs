@@ -1,8 +1,8 @@
 //! Scenes.
 
 use numpy::{PyArray2, PyReadonlyArray2};
-use ppnpack_packing::grid;
-use ppnpack_packing::heightmap::{self, Heightmap, Surface};
+use ppnpack_packing::kernel::grid;
+use ppnpack_packing::kernel::heightmap::{self, Heightmap, Surface};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;

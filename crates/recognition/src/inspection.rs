@@ -14,8 +14,8 @@ mod squares;
 mod stances;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::kernel::heightmap::Surface;
 
 use crate::expected::expected_loss;
 use crate::groups::joined;

@@ -4,9 +4,9 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::catalogue::ObjectError;
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::views;
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::rectangle::least_rectangle_rad;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::rectangle::least_rectangle_rad;
 
 use crate::rest::turn_to_rest;
 

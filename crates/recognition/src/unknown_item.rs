@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
-use ppnpack_packing::item::{ABSENT, Item, ItemError, ViewSurfaces};
-use ppnpack_packing::rectangle::least_rectangle_rad;
+use ppnpack_packing::kernel::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
+use ppnpack_packing::kernel::item::{ABSENT, Item, ItemError, ViewSurfaces};
+use ppnpack_packing::kernel::rectangle::least_rectangle_rad;
 
 use crate::segmentation::Cluster;
 

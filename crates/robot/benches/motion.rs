@@ -18,7 +18,7 @@ use std::sync::Arc;
 use common::scenes::{Case, case};
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::cycle::CycleSettings;

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
 
 use crate::parameters::length;

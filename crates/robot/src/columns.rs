@@ -6,10 +6,10 @@
 //! everything below it.
 
 use nalgebra::Point3;
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::kernel::placement::RestingPlacement;
 
 use crate::shapes::{AxisBox, Capsule, UprightCylinder};
 
@@ -204,9 +204,9 @@ fn covered<'a>(
 #[cfg(test)]
 mod tests {
     use nalgebra::Point2;
-    use ppnpack_packing::grid::{ContainerSize, Resolution, Yaws};
-    use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-    use ppnpack_packing::placement::Placement;
+    use ppnpack_packing::kernel::grid::{ContainerSize, Resolution, Yaws};
+    use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+    use ppnpack_packing::kernel::placement::Placement;
     use proptest::prelude::*;
 
     use super::*;

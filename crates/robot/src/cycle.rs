@@ -8,9 +8,9 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::candidate::Lying;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
+use ppnpack_packing::checks::motion::{Cycle, JointPoint, Leg, LegKind, MAX_POINTS};
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::candidate::Lying;
 
 use crate::clearance::{Held, Sweep, deviations_m, extruded};
 use crate::gripper::GripperPart;

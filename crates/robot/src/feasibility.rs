@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
-use ppnpack_packing::check::{Cost, Evidence, ValidityCheck, Verdict};
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::{Item, ShapeId};
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::refusal::{Cause, Refusal as Refused};
-use ppnpack_packing::step::{Candidate, StageResult, StepInput};
+use ppnpack_packing::checks::check::{Cost, Evidence, ValidityCheck, Verdict};
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::{Item, ShapeId};
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal as Refused};
+use ppnpack_packing::ranking::step::{Candidate, StageResult, StepInput};
 
 use crate::cycle::{CycleSettings, PickPlace, PlannedCycle};
 use crate::motion::{PlaceMotion, PlacePlanner, Placing};

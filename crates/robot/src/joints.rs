@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::parameters::JointParameters;
 
-pub use ppnpack_packing::motion::JOINTS;
+pub use ppnpack_packing::checks::motion::JOINTS;
 
 /// A joint, counted from the base.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::{Item, ItemView};
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::item::{Item, ItemView};
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::scene::Scene;
 
 use crate::arm::Arm;
 use crate::cell::CellSettings;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 use crate::cell::CellSettings;
 use crate::columns::Columns;

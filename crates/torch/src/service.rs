@@ -3,9 +3,9 @@
 use anyhow::Result;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::proposals::Percent;
-use ppnpack_packing::step::StageError;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::ranking::proposals::Percent;
+use ppnpack_packing::ranking::step::StageError;
 use ppnpack_ppn::proposer::NetworkProposer;
 use ppnpack_ppn_service::{Network, ScoredItems, ScoredStep, Scorer, Settings};
 

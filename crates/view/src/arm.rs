@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
 use nalgebra::Point3;
-use ppnpack_packing::motion::{self, Cycle, JointPoint, LegKind, MAX_POINTS};
+use ppnpack_packing::checks::motion::{self, Cycle, JointPoint, LegKind, MAX_POINTS};
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::error::ParameterError;

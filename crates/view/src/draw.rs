@@ -8,9 +8,9 @@ use foxglove::messages::{
     line_primitive, scene_entity_deletion,
 };
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use ppnpack_packing::grid::{ContainerSize, Grid};
-use ppnpack_packing::item::Item;
-use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid};
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::scene::model::mesh::Mesh;
 use ppnpack_wire::keys::Cell;
 
 const CONTAINER: Color = color(0.35, 0.35, 0.35, 1.0);
@@ -228,8 +228,8 @@ pub(crate) fn color_of(name: &str) -> Color {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::item::ViewSurfaces;
-    use ppnpack_packing::placement::{Placement, RestingPlacement};
+    use ppnpack_packing::kernel::item::ViewSurfaces;
+    use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 
     use super::*;
 

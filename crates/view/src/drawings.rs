@@ -141,8 +141,9 @@ fn state(cell: &Cell, state: &v1::CellState) -> SceneUpdate {
 #[cfg(test)]
 mod tests {
     use foxglove::messages::Timestamp;
-    use ppnpack_packing::grid;
-    use ppnpack_packing::heightmap::{Heightmap, Scene};
+    use ppnpack_packing::kernel::grid;
+    use ppnpack_packing::kernel::heightmap::Heightmap;
+    use ppnpack_packing::scene::Scene;
 
     use super::*;
 

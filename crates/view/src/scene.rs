@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use foxglove::messages::{Color, LinePrimitive, SceneEntity, SceneUpdate};
 use nalgebra::Isometry3;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::motion::LegKind;
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::checks::motion::LegKind;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::placement::RestingPlacement;
 use ppnpack_service::rpc::Client;
 use ppnpack_service::shapes;
 use ppnpack_wire::keys::Cell;
@@ -258,10 +258,11 @@ fn read(resting: &v1::RestingPlacement) -> Option<RestingPlacement> {
 #[cfg(test)]
 mod tests {
     use nalgebra::{Matrix3, Point3};
-    use ppnpack_packing::heightmap::{Heightmap, Scene};
-    use ppnpack_packing::item::{Item, ViewSurfaces};
-    use ppnpack_packing::model::mesh::Mesh;
-    use ppnpack_packing::model::{MassProperties, Model};
+    use ppnpack_packing::kernel::heightmap::Heightmap;
+    use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+    use ppnpack_packing::scene::Scene;
+    use ppnpack_packing::scene::model::mesh::Mesh;
+    use ppnpack_packing::scene::model::{MassProperties, Model};
     use ppnpack_wire::item_id::ItemId;
 
     use super::*;

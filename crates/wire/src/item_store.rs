@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::item::Item;
 use prost::Message;
 
 use crate::convert;

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_packing::item::Item;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::scene::model::Model;
 
 use crate::convert;
 use crate::item_id::ItemId;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use nalgebra::Isometry3;
-use ppnpack_packing::grid::Units;
-use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::kernel::grid::Units;
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use ppnpack_protocol::session::{End, FROM_BACKUP, Session, open_container};
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;

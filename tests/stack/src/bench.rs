@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use clap::Args;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings};
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_wire::keys::Service;
 
 use crate::latency::{Measured, Times, Twin, pack_container};

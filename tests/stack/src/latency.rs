@@ -5,12 +5,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::{PhysicalStability, PhysicalStabilitySettings};
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::checks::stability::{PhysicalStability, PhysicalStabilitySettings};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::planning::plan::Planner;
+use ppnpack_packing::ranking::proposals::ProposeAll;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
 use ppnpack_wire::{convert, v1};
 
 use crate::cell::CellClient;

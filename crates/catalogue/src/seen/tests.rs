@@ -1,6 +1,6 @@
-use ppnpack_packing::grid::{ContainerSize, Grid, Yaws};
-use ppnpack_packing::item::{ABSENT, ViewSurfaces};
-use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Yaws};
+use ppnpack_packing::kernel::item::{ABSENT, ViewSurfaces};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use proptest::prelude::*;
 
 use super::*;

@@ -1,6 +1,6 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
-use ppnpack_packing::grid::{ContainerSize, Grid, Yaws};
-use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Yaws};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use proptest::prelude::*;
 
 use super::*;

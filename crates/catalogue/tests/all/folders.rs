@@ -9,7 +9,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, CatalogueError, Settings, Source};
 use ppnpack_catalogue::report::inspect;
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 
 /// A box of 30 x 50 x 20 units of length.
 const BOX: &str = "\

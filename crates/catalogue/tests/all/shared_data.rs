@@ -9,7 +9,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::convex::{MAX_PIECE_VERTICES, MAX_PIECES};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 
 use crate::shared::shared;
 

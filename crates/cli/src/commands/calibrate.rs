@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_files::write_whole;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_perception::calibration::{CalibrationSettings, Residuals, calibrate};
 use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;

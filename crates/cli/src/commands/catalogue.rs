@@ -9,7 +9,7 @@ use ppnpack_catalogue::object::{CatalogueObject, Model};
 use ppnpack_catalogue::poses::probability;
 use ppnpack_catalogue::report::{ObjectReport, inspect};
 use ppnpack_files::write_whole;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_picture::{Colour, Tile, TriangleMesh, contact_sheet};
 use serde::Serialize;
 

@@ -7,8 +7,8 @@ use clap::Args;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_files::StagedFolder;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::Method;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::planning::method::Method;
 use ppnpack_robot::station::{ArmStation, StationSettings};
 
 use crate::failure::Outcome;

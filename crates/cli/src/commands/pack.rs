@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use clap::{Arg, Args};
 use indicatif::ProgressBar;
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{Observer, Play, Step, play};
-use ppnpack_packing::method::OpenNetwork;
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::checks::check::BoxedCheck;
+use ppnpack_packing::planning::method::OpenNetwork;
+use ppnpack_packing::ranking::step::StepInput;
+use ppnpack_packing::streams::episode::{Observer, Play, Step, play};
 use ppnpack_physics::trial;
 use ppnpack_physics::twin::TwinSettings;
 

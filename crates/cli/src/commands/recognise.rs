@@ -8,8 +8,8 @@ use anyhow::anyhow;
 use clap::Args;
 use nalgebra::Point3;
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::model::mesh::Bounds;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::scene::model::mesh::Bounds;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::{

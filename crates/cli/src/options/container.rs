@@ -1,6 +1,6 @@
 //! A container by its size, or by a file where it is no box.
 
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::Deserialize;
 
 use super::file;

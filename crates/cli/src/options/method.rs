@@ -1,7 +1,7 @@
 //! Options of the method by which placements are found and judged, and of the arm that makes them.
 
 use clap::Args;
-use ppnpack_packing::method::{Method, ProposalSource};
+use ppnpack_packing::planning::method::{Method, ProposalSource};
 use ppnpack_robot::arms;
 use ppnpack_robot::station::{ArmStation, StationSettings};
 use serde_json::{Map, Value};

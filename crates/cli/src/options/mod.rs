@@ -14,7 +14,7 @@ use ppnpack_catalogue::build::Pose;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, GridSettings, Resolution};
 
 use crate::failure::{OrInput, Outcome};
 use crate::options::container::parse_container;

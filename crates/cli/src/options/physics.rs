@@ -3,8 +3,8 @@
 
 use clap::{Args, ValueEnum};
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::method::{Method, SET_ASIDE};
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
+use ppnpack_packing::planning::method::{Method, SET_ASIDE};
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::view::CameraSettings;

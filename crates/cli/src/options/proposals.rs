@@ -7,11 +7,11 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::method::{OpenNetwork, ProposalSource};
-use ppnpack_packing::proposals::{Percent, Proposer};
-use ppnpack_packing::step::StageError;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::planning::method::{OpenNetwork, ProposalSource};
+use ppnpack_packing::ranking::proposals::{Percent, Proposer};
+use ppnpack_packing::ranking::step::StageError;
 
 use super::{Choice, one_of};
 use crate::failure::{OrInput, Outcome};

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_perception::calibration::Calibration;
 use ppnpack_perception::extrinsics::Extrinsics;
 use ppnpack_recognition::segmentation::Region;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::episode::{Episode, Step};
-use ppnpack_packing::refusal::Cause;
+use ppnpack_packing::ranking::refusal::Cause;
+use ppnpack_packing::streams::episode::{Episode, Step};
 use ppnpack_robot::parameters::ArmParameters;
 use ppnpack_robot::station::ArmStation;
 use serde::Serialize;

@@ -1,6 +1,6 @@
 //! `placements.csv`: a line per placed item.
 
-use ppnpack_packing::episode::Step;
+use ppnpack_packing::streams::episode::Step;
 use serde::Serialize;
 
 use super::{Packing, Settled};

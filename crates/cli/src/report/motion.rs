@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::episode::Step;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::model::mesh::Bounds;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::scene::model::mesh::Bounds;
+use ppnpack_packing::streams::episode::Step;
 use ppnpack_physics::moves::Moves;
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nalgebra::{Point3, Vector3};
-use ppnpack_packing::model::mesh::{Bounds, Mesh};
+use ppnpack_packing::scene::model::mesh::{Bounds, Mesh};
 use serde::Serialize;
 
 /// Numbers of cells along the longest side of what is simplified, from fine to coarse.

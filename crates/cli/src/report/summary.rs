@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::episode::{Ending, SetAside, steps_widened};
-use ppnpack_packing::metrics::Metrics;
-use ppnpack_packing::plan::{Candidate, Timings};
+use ppnpack_packing::planning::plan::{Candidate, Timings};
+use ppnpack_packing::streams::episode::{Ending, SetAside, steps_widened};
+use ppnpack_packing::streams::metrics::Metrics;
 use serde::Serialize;
 
 use super::arm::ArmWork;
@@ -232,8 +232,8 @@ impl Packing {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::Grid;
-    use ppnpack_packing::method::ProposalSource;
+    use ppnpack_packing::kernel::grid::Grid;
+    use ppnpack_packing::planning::method::ProposalSource;
     use serde_json::{Value, json};
 
     use super::*;

@@ -1,10 +1,10 @@
 //! The expert's labels against a look at every placement.
 
 use ppnpack_dataset::{CandidateRecord, StepRecord, VALUE_STEP};
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::objective::{Heuristic, Weights};
-use ppnpack_packing::survey::{Surveyed, survey};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::objective::{Heuristic, Weights};
+use ppnpack_packing::planning::survey::{Surveyed, survey};
 
 use crate::support::{grid, items, played, record, settings};
 

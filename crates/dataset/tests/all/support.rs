@@ -10,16 +10,16 @@ use ppnpack_dataset::{
     Dataset, DatasetWriter, Expert, ExpertSettings, FORMAT_VERSION, Recorder, SequenceRecord,
     Settings, draw,
 };
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::plan::{Evaluated, Planner};
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::checks::check::BoxedCheck;
+use ppnpack_packing::checks::stability::PublishedStability;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::planning::plan::{Evaluated, Planner};
+use ppnpack_packing::ranking::proposals::ProposeAll;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::streams::episode::{IdealCell, Observer, Play, Step, play};
 
 pub(crate) fn grid() -> Grid {
     let resolution = Resolution::new(0.01, 0.002, Yaws::half_turn(2).unwrap()).unwrap();

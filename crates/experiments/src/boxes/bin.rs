@@ -1,7 +1,7 @@
 //! The bin: the boxes in it, and whether one more may be placed.
 
 use nalgebra::{Point2, Vector2};
-use ppnpack_packing::loads::bearing_shares;
+use ppnpack_packing::checks::loads::bearing_shares;
 
 use super::rules::Setting;
 use super::support::{SupportArea, touching};

@@ -4,16 +4,17 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ItemError, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::proposals::Proposals;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Evaluated, StepInput};
-use ppnpack_packing::valid::SearchError;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ItemError, ViewSurfaces};
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::planning::valid::SearchError;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::Proposals;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Evaluated, StepInput};
+use ppnpack_packing::scene::Scene;
 
 use super::bin::Bin;
 use super::rules::Setting;

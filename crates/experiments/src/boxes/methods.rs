@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use ppnpack_cli::failure::Outcome;
-use ppnpack_packing::objective::Heuristic;
+use ppnpack_packing::kernel::objective::Heuristic;
 use serde::{Deserialize, Serialize};
 
 use super::bin::Bin;

@@ -1,13 +1,13 @@
 //! Packing a sequence, and measuring what each item carries after every placement.
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_packing::check::Evidence;
-use ppnpack_packing::episode::{PackingCell, play};
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::loads::Pile;
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::refusal::Cause;
-use ppnpack_packing::step::{Candidate, StageError};
+use ppnpack_packing::checks::check::Evidence;
+use ppnpack_packing::checks::loads::Pile;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::ranking::refusal::Cause;
+use ppnpack_packing::ranking::step::{Candidate, StageError};
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::streams::episode::{PackingCell, play};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 

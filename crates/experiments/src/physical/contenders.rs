@@ -1,9 +1,9 @@
 //! The ways to plan that are compared.
 
-use ppnpack_packing::method::{Method, ProposalSource, Stability};
-use ppnpack_packing::objective::Weights;
-use ppnpack_packing::scene_value::SceneValue;
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::checks::trial::TrialSettings;
+use ppnpack_packing::kernel::objective::Weights;
+use ppnpack_packing::planning::method::{Method, ProposalSource, Stability};
+use ppnpack_packing::ranking::scene_value::SceneValue;
 
 use crate::packer::sdfm;
 

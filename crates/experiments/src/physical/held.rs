@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Translation3};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::proposals::possible_count_below_rim;
-use ppnpack_packing::step::Candidate;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::ranking::proposals::possible_count_below_rim;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_recognition::posed::posed_item;
 use ppnpack_robot::station::ArmStation;
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use clap::Args;
 use ppnpack_bridge::simulated::FaultSettings;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;

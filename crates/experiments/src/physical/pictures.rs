@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_picture::{HeightField, Size, heightmap};
 use ppnpack_wire::convert::{cloud, scene};
 use ppnpack_wire::v1;

@@ -3,7 +3,7 @@
 use ppnpack_bridge::simulated::FaultSettings;
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, Source};
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Resolution};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, GridSettings, Resolution};
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_physics::settings::CellSettings;

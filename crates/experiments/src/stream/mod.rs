@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use clap::Args;
 use ppnpack_cli::failure::{OrInput, Outcome};
 use ppnpack_cli::options::CatalogueOptions;
-use ppnpack_packing::closing::ClosingRules;
-use ppnpack_packing::orders::{ContainerRules, Sharing};
-use ppnpack_packing::stream::StreamPlay;
+use ppnpack_packing::streams::closing::ClosingRules;
+use ppnpack_packing::streams::orders::{ContainerRules, Sharing};
+use ppnpack_packing::streams::stream::StreamPlay;
 use serde::Serialize;
 use serde_json::{Value, json};
 

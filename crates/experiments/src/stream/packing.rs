@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use ppnpack_cli::failure::{OrRun, Outcome};
-use ppnpack_packing::closing::Closing;
-use ppnpack_packing::episode::steps_widened;
-use ppnpack_packing::orders::{ContainerRules, Orders};
-use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
+use ppnpack_packing::streams::closing::Closing;
+use ppnpack_packing::streams::episode::steps_widened;
+use ppnpack_packing::streams::orders::{ContainerRules, Orders};
+use ppnpack_packing::streams::stream::{Filled, StreamPlay, play_stream};
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use serde::{Deserialize, Serialize};
 

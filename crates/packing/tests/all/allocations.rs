@@ -1,6 +1,6 @@
 //! A step allocates nothing once its buffers have grown.
 
-use ppnpack_packing::stability::PhysicalStability;
+use ppnpack_packing::checks::stability::PhysicalStability;
 
 use crate::support::*;
 

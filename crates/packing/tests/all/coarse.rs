@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use ppnpack_packing::coarse::{CoarseGrid, CoarseToFine, Coarsening};
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::proposals::possible_count;
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::ranking::coarse::{CoarseGrid, CoarseToFine, Coarsening};
+use ppnpack_packing::ranking::proposals::possible_count;
 
 use crate::support::*;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_packing::proposals::{OrExhaustive, ProposeTries};
+use ppnpack_packing::ranking::proposals::{OrExhaustive, ProposeTries};
 
 use crate::support::*;
 

@@ -1,9 +1,9 @@
 //! Pictures that agree with what is believed to lie in a container, and pictures that do not.
 
 use nalgebra::{Isometry3, Translation3};
-use ppnpack_packing::expected::{Contradiction, Expected};
-use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::model::raster::raise_surface;
+use ppnpack_packing::scene::expected::{Contradiction, Expected};
+use ppnpack_packing::scene::model::mesh::Mesh;
+use ppnpack_packing::scene::model::raster::raise_surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

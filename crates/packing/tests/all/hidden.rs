@@ -1,6 +1,6 @@
 //! What hidden samples are taken for where it is known what lies there.
 
-use ppnpack_packing::hidden::SceneMemory;
+use ppnpack_packing::scene::hidden::SceneMemory;
 
 use crate::support::*;
 

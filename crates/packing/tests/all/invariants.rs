@@ -1,12 +1,12 @@
 //! What cannot be is never accepted: it fails by the name of the invariant that it breaks.
 
-use ppnpack_packing::check::Fits;
-use ppnpack_packing::episode::{IdealCell, PackingCell};
-use ppnpack_packing::leaving::Sequence;
-use ppnpack_packing::loads::{BalanceCheck, LoadCheck};
-use ppnpack_packing::rules::{OnFloor, Upright};
-use ppnpack_packing::stability::PhysicalStability;
-use ppnpack_packing::valid::ValidSearch;
+use ppnpack_packing::checks::check::Fits;
+use ppnpack_packing::checks::loads::{BalanceCheck, LoadCheck};
+use ppnpack_packing::checks::rules::{OnFloor, Upright};
+use ppnpack_packing::checks::sequence::Sequence;
+use ppnpack_packing::checks::stability::PhysicalStability;
+use ppnpack_packing::planning::valid::ValidSearch;
+use ppnpack_packing::streams::episode::{IdealCell, PackingCell};
 
 use crate::support::*;
 

@@ -1,8 +1,8 @@
 //! Every fast kernel against its slow, plain reference, on random containers, items and grids.
 
-use ppnpack_packing::grid::MAX_UNITS;
-use ppnpack_packing::stability::{PhysicalStability, PhysicalStabilitySettings};
-use ppnpack_packing::survey::{Surveyed, survey};
+use ppnpack_packing::checks::stability::{PhysicalStability, PhysicalStabilitySettings};
+use ppnpack_packing::kernel::grid::MAX_UNITS;
+use ppnpack_packing::planning::survey::{Surveyed, survey};
 
 use crate::support::oracle::Oracle;
 use crate::support::*;

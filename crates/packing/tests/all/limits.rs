@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::search::TooMuchMemory;
+use ppnpack_packing::ranking::search::TooMuchMemory;
 
 use crate::support::*;
 

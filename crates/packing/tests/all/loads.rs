@@ -1,9 +1,9 @@
 //! Loads: against statics by hand on stacks of boxes, and as a check of placements.
 
-use ppnpack_packing::loads::{BalanceCheck, LoadCheck, LoadSettings, Pile};
-use ppnpack_packing::method::Method;
-use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::checks::loads::{BalanceCheck, LoadCheck, LoadSettings, Pile};
+use ppnpack_packing::checks::trial::TrialSettings;
+use ppnpack_packing::planning::method::Method;
+use ppnpack_packing::scene::model::mesh::Mesh;
 
 use crate::support::*;
 

@@ -3,12 +3,13 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use ppnpack_packing::closing::{Closing, ClosingRules};
-use ppnpack_packing::containers::plan_over;
-use ppnpack_packing::episode::IdealCell;
-use ppnpack_packing::leaving::{Leaving, Sequence, Stop};
-use ppnpack_packing::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
-use ppnpack_packing::stream::{Filled, Stream, StreamPlay, play_stream};
+use ppnpack_packing::checks::sequence::Sequence;
+use ppnpack_packing::planning::containers::plan_over;
+use ppnpack_packing::scene::leaving::{Leaving, Stop};
+use ppnpack_packing::streams::closing::{Closing, ClosingRules};
+use ppnpack_packing::streams::episode::IdealCell;
+use ppnpack_packing::streams::orders::{Bar, ContainerRules, OrderItem, Orders, Sharing};
+use ppnpack_packing::streams::stream::{Filled, Stream, StreamPlay, play_stream};
 
 use crate::streams::ideal;
 use crate::support::*;

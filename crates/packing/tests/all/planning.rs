@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::Isometry3;
-use ppnpack_packing::check::LastResort;
-use ppnpack_packing::episode::{IdealCell, Play, play};
-use ppnpack_packing::item::ShapeId;
-use ppnpack_packing::motion::Cycle;
-use ppnpack_packing::trial::Settling;
+use ppnpack_packing::checks::check::LastResort;
+use ppnpack_packing::checks::motion::Cycle;
+use ppnpack_packing::checks::trial::Settling;
+use ppnpack_packing::kernel::item::ShapeId;
+use ppnpack_packing::streams::episode::{IdealCell, Play, play};
 
 use crate::support::*;
 

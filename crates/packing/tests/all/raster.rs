@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
-use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::model::raster::{Raster, SLACK_M, raise_surface, rasterise};
+use ppnpack_packing::scene::model::mesh::Mesh;
+use ppnpack_packing::scene::model::raster::{Raster, SLACK_M, raise_surface, rasterise};
 
 use crate::support::*;
 

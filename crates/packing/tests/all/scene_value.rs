@@ -1,6 +1,6 @@
 //! The value of a scene: its figures by their definitions, and the ranking that follows.
 
-use ppnpack_packing::scene_value::{FIGURES, Farsighted, SceneValue, Squares, figures};
+use ppnpack_packing::ranking::scene_value::{FIGURES, Farsighted, SceneValue, Squares, figures};
 
 use crate::support::*;
 

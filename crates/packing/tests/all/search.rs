@@ -1,8 +1,8 @@
 //! The best-first search against a full sort, its caches, threads, bounds and proposals.
 
-use ppnpack_packing::check::Fits;
-use ppnpack_packing::proposals::possible_count;
-use ppnpack_packing::survey::survey;
+use ppnpack_packing::checks::check::Fits;
+use ppnpack_packing::planning::survey::survey;
+use ppnpack_packing::ranking::proposals::possible_count;
 
 use crate::support::*;
 

@@ -1,7 +1,7 @@
 //! Episodes in which items are set aside, and in which items come in several poses.
 
-use ppnpack_packing::buffer::Buffer;
-use ppnpack_packing::episode::{Ending, Episode, IdealCell, Play, play};
+use ppnpack_packing::streams::buffer::Buffer;
+use ppnpack_packing::streams::episode::{Ending, Episode, IdealCell, Play, play};
 
 use crate::support::*;
 

@@ -1,9 +1,9 @@
 //! Streams into several open containers, recomputed from all that happened.
 
-use ppnpack_packing::closing::{Closing, ClosingError, ClosingRules, Fill, fullest};
-use ppnpack_packing::episode::{IdealCell, PackingCell};
-use ppnpack_packing::orders::{ContainerRules, Orders, Sharing};
-use ppnpack_packing::stream::{Filled, StreamPlay, play_stream};
+use ppnpack_packing::streams::closing::{Closing, ClosingError, ClosingRules, Fill, fullest};
+use ppnpack_packing::streams::episode::{IdealCell, PackingCell};
+use ppnpack_packing::streams::orders::{ContainerRules, Orders, Sharing};
+use ppnpack_packing::streams::stream::{Filled, StreamPlay, play_stream};
 
 use crate::support::*;
 

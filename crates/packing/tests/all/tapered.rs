@@ -1,8 +1,8 @@
 //! Containers whose walls lean outwards.
 
-use ppnpack_packing::closing::Fill;
-use ppnpack_packing::metrics::{Metrics, PackedVolume};
-use ppnpack_packing::survey::survey;
+use ppnpack_packing::planning::survey::survey;
+use ppnpack_packing::streams::closing::Fill;
+use ppnpack_packing::streams::metrics::{Metrics, PackedVolume};
 
 use crate::support::*;
 

@@ -1,7 +1,7 @@
 //! The container's frame: which corner is its origin, and which side is x.
 
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector2, Vector3};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 use super::error::CalibrationError;
 use super::found::Found;

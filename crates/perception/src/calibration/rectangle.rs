@@ -132,7 +132,7 @@ fn adjust(
 /// Finds the smallest rectangle around the opening's cells but for a few at each side: the
 /// direction of its first side, and the distances of its sides. As some cells are left out, it need
 /// not lie along an edge of their hull, as the least rectangle around points does
-/// (`ppnpack_packing::rectangle`), and all yaws are tried.
+/// (`ppnpack_packing::kernel::rectangle`), and all yaws are tried.
 fn around(opening: &Opening) -> (Vector2<f64>, [f64; 4]) {
     let step_rad = 1.0_f64.to_radians();
     let mut coarse = (0..90).map(|step| f64::from(step) * step_rad);

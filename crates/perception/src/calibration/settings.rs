@@ -1,7 +1,7 @@
 //! Settings of a calibration.
 
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 settings! {
     /// Facts of a container, and limits of the points' residuals.

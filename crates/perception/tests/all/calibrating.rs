@@ -2,7 +2,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_camera::NoiseModel;
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_perception::calibration::{
     Calibration, CalibrationError, CalibrationSettings, calibrate,
 };

@@ -1,7 +1,7 @@
 //! Scenes on which nothing is to be planned, seen by a simulated depth camera.
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_perception::doubts::{Doubt, DoubtSettings, Wall};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;

@@ -4,8 +4,8 @@ use nalgebra::Isometry3;
 use ppnpack_camera::NoiseModel;
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::raster::raise_surface;
-use ppnpack_packing::grid::{Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::{Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
 

@@ -1,8 +1,9 @@
 //! What clouds become.
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_numbers::SettingError;
-use ppnpack_packing::grid::{ContainerSize, Grid, MAX_UNITS, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, MAX_UNITS, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
 use proptest::prelude::*;

@@ -1,8 +1,8 @@
 //! Loads of a tried placement on the items below.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::loads::Load;
-use ppnpack_packing::refusal::Refusal;
+use ppnpack_packing::checks::loads::Load;
+use ppnpack_packing::ranking::refusal::Refusal;
 
 use super::Place;
 use crate::error::PhysicsError;

@@ -1,11 +1,11 @@
 //! Placements that were tried, and what the tries say.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::item::ShapeId;
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::trial::{Settling, TrialLimits};
+use ppnpack_packing::checks::trial::{Settling, TrialLimits};
+use ppnpack_packing::kernel::item::ShapeId;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
 
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin};

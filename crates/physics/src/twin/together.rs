@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use nalgebra::Isometry3;
-use ppnpack_packing::trial::{Settling, TrialLimits};
+use ppnpack_packing::checks::trial::{Settling, TrialLimits};
 
 use super::{ATTEMPTS, Solid, Twin};
 use crate::error::PhysicsError;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 
 use crate::common::{ball, cell, cuboid, cuboids, put, turned};

@@ -7,7 +7,7 @@ use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::reader;
 use ppnpack_catalogue::unit::LengthUnit;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 

@@ -1,5 +1,5 @@
 //! A cell that goes on where another one ended, known by the poses of its bodies alone.
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::error::PhysicsError;
 

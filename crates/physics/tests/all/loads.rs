@@ -3,9 +3,9 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::content::LyingSolid;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::loads::Pile;
+use ppnpack_packing::checks::loads::Pile;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::scene::content::LyingSolid;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 

@@ -1,10 +1,11 @@
 //! A tote whose walls lean outwards, with round corners.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::content::Content;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::trial::TrialLimits;
+use ppnpack_packing::checks::trial::TrialLimits;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::content::Content;
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::twin::{Twin, TwinSettings};

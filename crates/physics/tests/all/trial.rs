@@ -5,14 +5,14 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_catalogue::object::{ConvexPiece, Model};
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::check::{BoxedCheck, Evidence, ValidityCheck, Verdict};
-use ppnpack_packing::loads::LoadSettings;
-use ppnpack_packing::motion::Cycle;
-use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::step::StepInput;
-use ppnpack_packing::trial::{TrialLimits, TrialSettings};
+use ppnpack_packing::checks::check::{BoxedCheck, Evidence, ValidityCheck, Verdict};
+use ppnpack_packing::checks::loads::LoadSettings;
+use ppnpack_packing::checks::motion::Cycle;
+use ppnpack_packing::checks::trial::{TrialLimits, TrialSettings};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::trial::{self, TrialCheck};
 use ppnpack_physics::twin::TwinSettings;
@@ -203,7 +203,10 @@ fn a_step_has_half_as_many_tries_again_as_an_item() {
     }
     let untried = check.refuses_unseen(&step.input(), &step.held[2], &placed(2, 10, 0));
     let untried = untried.map(Verdict::Refused);
-    assert_eq!(untried, Some(refused_as("other items took the tries of this step")));
+    assert_eq!(
+        untried,
+        Some(refused_as("other items took the tries of this step"))
+    );
     assert!(step.held.iter().all(|held| check.is_done_with(held)));
 }
 

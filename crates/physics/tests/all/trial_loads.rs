@@ -1,12 +1,12 @@
 //! What a tried placement would load the items below with, against what they may carry.
 use std::sync::Arc;
 
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::check::{ValidityCheck, Verdict};
-use ppnpack_packing::loads::{Load, LoadSettings};
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::checks::check::{ValidityCheck, Verdict};
+use ppnpack_packing::checks::loads::{Load, LoadSettings};
+use ppnpack_packing::checks::trial::TrialSettings;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
 use ppnpack_physics::trial::TrialCheck;
 use ppnpack_physics::twin::TwinSettings;
 

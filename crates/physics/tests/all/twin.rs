@@ -5,8 +5,9 @@ use std::time::Instant;
 
 use nalgebra::Isometry3;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::trial::{Settling, TrialLimits};
+use ppnpack_packing::checks::trial::{Settling, TrialLimits};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::scene::Scene;
 use ppnpack_physics::error::PhysicsError;
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::twin::{Twin, TwinSettings};

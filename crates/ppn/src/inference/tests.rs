@@ -2,8 +2,8 @@ use std::collections::BTreeSet;
 
 use ppnpack_model::architecture::Architecture;
 use ppnpack_model::weights::to_bytes;
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::item::ViewSurfaces;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::kernel::item::ViewSurfaces;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

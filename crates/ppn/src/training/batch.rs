@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ppnpack_dataset::{CandidateRecord, StepRecord};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::{Item, ItemView};
-use ppnpack_packing::resting::RestingHeights;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ItemView};
+use ppnpack_packing::kernel::resting::RestingHeights;
 use tch::{Device, Kind, TchError, Tensor};
 
 use crate::maps::{Layout, limit, lowest};

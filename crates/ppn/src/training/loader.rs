@@ -135,7 +135,7 @@ impl Loader {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::Grid;
+    use ppnpack_packing::kernel::grid::Grid;
 
     use super::*;
 

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use ppnpack_packing::check::BoxedCheck;
-use ppnpack_packing::episode::{IdealCell, Observer, Play, Step, play};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::{ProposeAll, Proposer};
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::stability::PublishedStability;
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::checks::check::BoxedCheck;
+use ppnpack_packing::checks::stability::PublishedStability;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::objective::{Heuristic, Order};
+use ppnpack_packing::planning::plan::Planner;
+use ppnpack_packing::ranking::proposals::{ProposeAll, Proposer};
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::streams::episode::{IdealCell, Observer, Play, Step, play};
 
 /// A step's container, with the buffer that it was planned for.
 pub(crate) type Recorded = (Scene, Vec<Candidate>);

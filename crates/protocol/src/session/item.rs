@@ -1,8 +1,8 @@
 //! The items of a session.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::leaving::Stop;
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::scene::leaving::Stop;
 use ppnpack_wire::convert::pose::read_required;
 use ppnpack_wire::v1::{self, ItemState};
 use ppnpack_wire::{WireError, convert};

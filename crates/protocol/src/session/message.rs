@@ -1,7 +1,7 @@
 //! Sessions as messages: on the wire, and on disk.
 
-use ppnpack_packing::blocked::BlockedRegion;
-use ppnpack_packing::candidate::{Lying, Rules};
+use ppnpack_packing::ranking::candidate::{Lying, Rules};
+use ppnpack_packing::scene::blocked::BlockedRegion;
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, header, v1};

@@ -1,8 +1,8 @@
 //! Changes of a container, and places where something new would go unnoticed.
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::kernel::heightmap::Surface;
 
 use crate::inspection::outcome::ContainerCloud;
 use crate::inspection::settings::InspectionSettings;

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 
 use crate::expected::Agreement;
 use crate::inspection::settings::InspectionSettings;

@@ -1,7 +1,7 @@
 //! Squares of a container's floor.
 
 use nalgebra::{Point2, Point3};
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::heightmap::Surface;
 
 /// Stands for no height: lower than any.
 pub(crate) const NOTHING_M: f32 = f32::MIN;

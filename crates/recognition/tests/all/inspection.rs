@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_camera::{DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::ContainerSize;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_recognition::inspection::{
     ContainerCloud, Inspection, InspectionSettings, Lying, UnclearReason, inspect,
 };

@@ -2,9 +2,9 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use ppnpack_packing::candidate::Lying;
-use ppnpack_packing::motion::LegKind;
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::checks::motion::LegKind;
+use ppnpack_packing::ranking::candidate::Lying;
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::cycle::{CycleSettings, PlannedCycle};

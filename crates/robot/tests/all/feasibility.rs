@@ -3,16 +3,17 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point2, Vector2};
-use ppnpack_packing::check::{Cost, Evidence, ValidityCheck, Verdict};
-use ppnpack_packing::grid::{Grid, Resolution, Units, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::objective::{Heuristic, Order};
-use ppnpack_packing::plan::{CandidateReport, Planner, Reason};
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::refusal::Cause;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::checks::check::{Cost, Evidence, ValidityCheck, Verdict};
+use ppnpack_packing::kernel::grid::{Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::objective::{Heuristic, Order};
+use ppnpack_packing::planning::plan::{CandidateReport, Planner, Reason};
+use ppnpack_packing::ranking::proposals::ProposeAll;
+use ppnpack_packing::ranking::refusal::Cause;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::scene::Scene;
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::{BoxSettings, CellSettings};

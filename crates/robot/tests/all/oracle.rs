@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use crate::common::oracle::Oracle;
 use crate::common::scenes::{arms, case};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::feasibility::ArmCheck;
 use ppnpack_robot::motion::PlacePlanner;

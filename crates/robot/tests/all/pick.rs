@@ -2,8 +2,8 @@
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::{MassProperties, Model};
-use ppnpack_packing::grid::{Resolution, Yaws};
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{Resolution, Yaws};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::pick::{NoPickPoint, PickSettings, find};

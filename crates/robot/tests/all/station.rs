@@ -5,19 +5,20 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_catalogue::build::{self, ModelSettings};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::candidate::Lying;
-use ppnpack_packing::check::{ValidityCheck, Verdict};
-use ppnpack_packing::episode::{Ending, IdealCell, Play, play};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::Item;
-use ppnpack_packing::motion::{Cycle, MAX_POINTS};
-use ppnpack_packing::objective::Order;
-use ppnpack_packing::plan::Planner;
-use ppnpack_packing::proposals::ProposeAll;
-use ppnpack_packing::refusal::Cause;
-use ppnpack_packing::search::{Search, SearchSettings};
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::checks::check::{ValidityCheck, Verdict};
+use ppnpack_packing::checks::motion::{Cycle, MAX_POINTS};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::objective::Order;
+use ppnpack_packing::planning::plan::Planner;
+use ppnpack_packing::ranking::candidate::Lying;
+use ppnpack_packing::ranking::proposals::ProposeAll;
+use ppnpack_packing::ranking::refusal::Cause;
+use ppnpack_packing::ranking::search::{Search, SearchSettings};
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::streams::episode::{Ending, IdealCell, Play, play};
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::arms;
 use ppnpack_robot::cell::CellSettings;
@@ -101,7 +102,8 @@ fn the_check_accepts_what_can_be_placed_and_has_a_whole_cycle() {
                 Verdict::Refused(refusal) => {
                     let causes = [placed.err(), cycle.err()];
                     let cause = causes.into_iter().flatten().next().unwrap().cause();
-                    let expected = ppnpack_packing::refusal::Refusal::because(Cause::Arm, cause);
+                    let expected =
+                        ppnpack_packing::ranking::refusal::Refusal::because(Cause::Arm, cause);
                     assert_eq!(refusal, expected, "{name}");
                 }
             }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_protocol::message;
 use ppnpack_service::Shutdown;
 use ppnpack_service::process::Process;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 pub use ppnpack_protocol::placing::{Body, Ending, Finding, KnownPose, Placement};
 use ppnpack_service::Shutdown;
 

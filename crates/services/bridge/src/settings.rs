@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use ppnpack_catalogue::catalogue::{self, Catalogue, CatalogueError};
 use ppnpack_numbers::settings;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::configuration::in_range;
 use ppnpack_wire::keys::Cell;

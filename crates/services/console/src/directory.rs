@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_service::sync::lock;
 use ppnpack_wire::keys::Cell;
 

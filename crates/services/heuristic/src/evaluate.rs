@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::proposals::Proposals;
-use ppnpack_packing::step::{Candidate, StepInput};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::ranking::proposals::Proposals;
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
 use ppnpack_service::one_worker::{self, Refusal};
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;

@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::search::{Search, SearchSettings, TooMuchMemory};
-use ppnpack_packing::valid::{SearchError, ValidSearch};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::planning::valid::{SearchError, ValidSearch};
+use ppnpack_packing::ranking::search::{Search, SearchSettings, TooMuchMemory};
 use ppnpack_service::one_worker::Refusal;
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;

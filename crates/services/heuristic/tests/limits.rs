@@ -4,11 +4,12 @@
 use std::time::{Duration, Instant};
 
 use ppnpack_heuristic::Settings;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::objective::Heuristic;
-use ppnpack_packing::search::SearchSettings;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::objective::Heuristic;
+use ppnpack_packing::ranking::search::SearchSettings;
+use ppnpack_packing::scene::Scene;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};

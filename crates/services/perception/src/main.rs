@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use ppnpack_catalogue::catalogue::{self, Catalogue};
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_perception_service::{Objects, Settings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_service::Process;

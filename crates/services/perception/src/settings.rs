@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ppnpack_numbers::{SettingError, settings};
-use ppnpack_packing::grid::GridSettings;
+use ppnpack_packing::kernel::grid::GridSettings;
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_recognition::inspection::InspectionSettings;
 use ppnpack_service::ServiceSettings;
@@ -190,7 +190,7 @@ impl ServiceSettings for Settings {
 
 #[cfg(test)]
 mod tests {
-    use ppnpack_packing::grid::Grid;
+    use ppnpack_packing::kernel::grid::Grid;
 
     use super::*;
 

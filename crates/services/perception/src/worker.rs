@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::heightmap::HeightmapError;
+use ppnpack_packing::kernel::heightmap::HeightmapError;
 use ppnpack_perception::doubts::Doubt;
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_service::actor::{Actor, Address};

@@ -1,7 +1,7 @@
 //! Fill of the open containers of a session.
 
-use ppnpack_packing::closing::Fill;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::streams::closing::Fill;
 use ppnpack_protocol::session::Session;
 
 use crate::shapes::ItemShapes;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use ppnpack_catalogue::catalogue::{self, Catalogue};
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_planner::Settings;
 use ppnpack_service as run;
 use ppnpack_wire::keys::Service;

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use ppnpack_packing::orders::{ContainerRules, OrderItem, Orders, Sharing};
+use ppnpack_packing::streams::orders::{ContainerRules, OrderItem, Orders, Sharing};
 use ppnpack_protocol::session::Session;
 use ppnpack_protocol::session::item::arrival;
 use ppnpack_wire::v1::{self, ItemState};

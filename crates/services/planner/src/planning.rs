@@ -3,15 +3,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::method::OpenNetwork;
-use ppnpack_packing::plan::{Plan, PlanError, Planner};
-use ppnpack_packing::proposals::{Percent, Proposer};
-use ppnpack_packing::rules;
-use ppnpack_packing::search::Search;
-use ppnpack_packing::step::{StageError, StepInput};
+use ppnpack_packing::checks::rules;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::planning::method::OpenNetwork;
+use ppnpack_packing::planning::plan::{Plan, PlanError, Planner};
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::{Percent, Proposer};
+use ppnpack_packing::ranking::search::Search;
+use ppnpack_packing::ranking::step::{StageError, StepInput};
 use ppnpack_physics::trial;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;

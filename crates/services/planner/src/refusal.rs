@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use ppnpack_packing::plan::PlanError;
-use ppnpack_packing::search::TooMuchMemory;
+use ppnpack_packing::planning::plan::PlanError;
+use ppnpack_packing::ranking::search::TooMuchMemory;
 use ppnpack_wire::WireError;
 use ppnpack_wire::v1::Status;
 

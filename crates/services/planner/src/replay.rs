@@ -8,8 +8,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_packing::plan::{Plan, PlanError};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::planning::plan::{Plan, PlanError};
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_physics::trial;
 use ppnpack_wire::keys::Cell;
 use ppnpack_wire::shape_store::ShapeStore;

@@ -4,10 +4,10 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ppnpack_catalogue::seen::SeenSolids;
-use ppnpack_packing::candidate::{Candidate, Lying};
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::candidate::{Candidate, Lying};
+use ppnpack_packing::scene::model::Model;
 use ppnpack_protocol::session::item::{arrival, may_be_in, stop, told_kg};
 use ppnpack_protocol::session::message;
 use ppnpack_service::ServiceError;

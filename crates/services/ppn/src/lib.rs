@@ -7,12 +7,12 @@
 mod settings;
 mod worker;
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Heightmap;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::placement::Placement;
-use ppnpack_packing::proposals::Percent;
-use ppnpack_packing::step::StageError;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::kernel::placement::Placement;
+use ppnpack_packing::ranking::proposals::Percent;
+use ppnpack_packing::ranking::step::StageError;
 use ppnpack_service::configuration;
 use ppnpack_service::process::Process;
 use ppnpack_service::{OneWorker, ServiceError};

@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::item::Item;
-use ppnpack_packing::proposals::Percent;
-use ppnpack_packing::step::StageError;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::proposals::Percent;
+use ppnpack_packing::ranking::step::StageError;
+use ppnpack_packing::scene::Scene;
 use ppnpack_service::one_worker::{self, Refusal};
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::item_id::ItemId;

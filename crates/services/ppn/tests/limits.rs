@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::step::StageError;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+use ppnpack_packing::ranking::step::StageError;
+use ppnpack_packing::scene::Scene;
 use ppnpack_ppn_service::{Network, ScoredItems, ScoredStep, Scorer, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{CallError, Client};

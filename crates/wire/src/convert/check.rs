@@ -1,8 +1,8 @@
 //! The checks that placements have to pass.
 
-use ppnpack_packing::check::{BoxedCheck, Fits};
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::stability::{PhysicalStability, PublishedStability};
+use ppnpack_packing::checks::check::{BoxedCheck, Fits};
+use ppnpack_packing::checks::stability::{PhysicalStability, PublishedStability};
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
 
 use super::pairs;
 use crate::error::WireError;

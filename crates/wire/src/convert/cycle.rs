@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ppnpack_packing::motion::{Cycle, JOINTS, JointPoint, Leg, LegKind, MAX_POINTS};
+use ppnpack_packing::checks::motion::{Cycle, JOINTS, JointPoint, Leg, LegKind, MAX_POINTS};
 
 use super::{pairs, pose};
 use crate::error::{WireError, needed};

@@ -1,6 +1,6 @@
 //! Grids.
 
-use ppnpack_packing::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, GridError, Resolution, Yaws};
 
 use crate::error::{WireError, needed};
 use crate::limits::length_m;

@@ -1,8 +1,8 @@
 //! Items.
 
 use nalgebra::Point2;
-use ppnpack_packing::grid::{MAX_CELLS, MAX_YAWS};
-use ppnpack_packing::item::{Item, ItemView, Underside, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{MAX_CELLS, MAX_YAWS};
+use ppnpack_packing::kernel::item::{Item, ItemView, Underside, ViewSurfaces};
 
 use super::{numbers, pose};
 use crate::error::{WireError, needed};

@@ -1,6 +1,6 @@
 //! The loads on items.
 
-use ppnpack_packing::loads::Load;
+use ppnpack_packing::checks::loads::Load;
 
 use crate::error::WireError;
 use crate::limits::at_least_zero;

@@ -1,6 +1,6 @@
 //! Many numbers as little-endian bytes.
 
-use ppnpack_packing::grid::Units;
+use ppnpack_packing::kernel::grid::Units;
 
 use crate::error::WireError;
 use crate::limits::checked;

@@ -1,7 +1,7 @@
 //! Objectives.
 
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::search::SearchSettings;
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::ranking::search::SearchSettings;
 
 use super::pairs;
 use crate::error::{WireError, needed};

@@ -1,9 +1,9 @@
 //! Placements.
 
-use ppnpack_packing::grid::{MAX_CELLS, MAX_UNITS, MAX_YAWS, Units};
-use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::step::{Evaluated, PlacementCounts};
-use ppnpack_packing::valid::Tally;
+use ppnpack_packing::kernel::grid::{MAX_CELLS, MAX_UNITS, MAX_YAWS, Units};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+use ppnpack_packing::planning::valid::Tally;
+use ppnpack_packing::ranking::step::{Evaluated, PlacementCounts};
 
 use super::check;
 use crate::error::{WireError, needed};

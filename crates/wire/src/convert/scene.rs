@@ -1,7 +1,8 @@
 //! Scenes: the container's content on a grid.
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
+use ppnpack_packing::scene::Scene;
 
 use super::{grid, numbers};
 use crate::error::{WireError, needed};

@@ -1,6 +1,6 @@
 //! The settling of a placed item, by a simulation.
 
-use ppnpack_packing::trial::Settling;
+use ppnpack_packing::checks::trial::Settling;
 
 use crate::error::WireError;
 use crate::limits::at_least_zero;

@@ -1,8 +1,8 @@
 //! Solids: the geometry of objects, as recordings have it.
 
 use nalgebra::{Matrix3, Point3};
-use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::model::{ConvexPiece, MassProperties, Model};
+use ppnpack_packing::scene::model::mesh::Mesh;
+use ppnpack_packing::scene::model::{ConvexPiece, MassProperties, Model};
 
 use super::pose;
 use crate::error::{WireError, needed};

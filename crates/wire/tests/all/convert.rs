@@ -1,13 +1,13 @@
 //! What is written is read as it was, and what is read is written as it was.
 
 use nalgebra::{Matrix3, Point3};
-use ppnpack_packing::model::mesh::Mesh;
-use ppnpack_packing::model::{ConvexPiece, MassProperties, Model};
-use ppnpack_packing::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::refusal::{Cause, Refusal};
-use ppnpack_packing::search::SearchSettings;
-use ppnpack_packing::step::{Evaluated, PlacementCounts};
-use ppnpack_packing::valid::Tally;
+use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+use ppnpack_packing::planning::valid::Tally;
+use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+use ppnpack_packing::ranking::search::SearchSettings;
+use ppnpack_packing::ranking::step::{Evaluated, PlacementCounts};
+use ppnpack_packing::scene::model::mesh::Mesh;
+use ppnpack_packing::scene::model::{ConvexPiece, MassProperties, Model};
 use ppnpack_wire::convert::{cloud, cycle, grid, item, objective, placement, pose, scene, solid};
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{decode, v1};
@@ -57,7 +57,7 @@ proptest! {
         let (receiver, taken) = scene::read(&sent(&message)).unwrap();
         prop_assert_eq!(scene::write(&receiver, &taken), message);
         prop_assert_eq!(receiver, sender);
-        let heights = |scene: &ppnpack_packing::heightmap::Scene| {
+        let heights = |scene: &ppnpack_packing::scene::Scene| {
             scene.surface().map(|surface| bits(surface.heights_m()))
         };
         prop_assert_eq!(heights(&taken), heights(&given));
@@ -75,7 +75,7 @@ proptest! {
         prop_assert_eq!(taken.views(), given.views());
         prop_assert_eq!(taken.mesh_volume_m3().to_bits(), given.mesh_volume_m3().to_bits());
         for (taken, given) in taken.views().iter().zip(given.views()) {
-            let heights = |view: &ppnpack_packing::item::ItemView| {
+            let heights = |view: &ppnpack_packing::kernel::item::ItemView| {
                 view.underside().map(|underside| bits(&underside.heights_m))
             };
             prop_assert_eq!(heights(taken), heights(given));

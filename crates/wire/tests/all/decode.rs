@@ -63,9 +63,9 @@ fn encodings() -> Vec<Vec<u8>> {
     let mut encodings: Vec<Vec<u8>> = messages
         .map(|message| filled(&message, 0).encode_to_vec())
         .collect();
-    let grid = ppnpack_packing::grid::Grid::reference();
-    let surface = ppnpack_packing::heightmap::Surface::empty(&grid);
-    let scene = ppnpack_packing::heightmap::Scene::from_surface(&grid, surface).unwrap();
+    let grid = ppnpack_packing::kernel::grid::Grid::reference();
+    let surface = ppnpack_packing::kernel::heightmap::Surface::empty(&grid);
+    let scene = ppnpack_packing::scene::Scene::from_surface(&grid, surface).unwrap();
     encodings.push(scene::write(&grid, &scene).encode_to_vec());
     encodings
 }

@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::motion::JOINTS;
+use ppnpack_packing::checks::motion::JOINTS;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
 use ppnpack_wire::convert::{
     check, cloud, cycle, grid, item, objective, placement, pose, scene, solid,
 };

@@ -25,7 +25,7 @@ fn ids(items: &[v1::Item]) -> Vec<ItemId> {
     items.iter().map(ItemId::of).collect()
 }
 
-fn names(items: &[std::sync::Arc<ppnpack_packing::item::Item>]) -> Vec<String> {
+fn names(items: &[std::sync::Arc<ppnpack_packing::kernel::item::Item>]) -> Vec<String> {
     items.iter().map(|item| item.name().to_string()).collect()
 }
 

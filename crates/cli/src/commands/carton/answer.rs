@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::carton::RuledOut;
-use ppnpack_packing::episode::Step;
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::streams::carton::RuledOut;
+use ppnpack_packing::streams::episode::Step;
 use ppnpack_perception::extrinsics::Extrinsics;
 use serde::Serialize;
 

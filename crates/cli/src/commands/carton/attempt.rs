@@ -3,16 +3,16 @@
 use std::collections::BTreeMap;
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::carton::Sequence;
-use ppnpack_packing::check::Evidence;
-use ppnpack_packing::episode::{Ending, Episode, PackingCell, Play, Step, play};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::method::Method;
-use ppnpack_packing::placement::RestingPlacement;
-use ppnpack_packing::step::StageError;
-use ppnpack_packing::trial::RIM_TOLERANCE_M;
+use ppnpack_packing::checks::check::Evidence;
+use ppnpack_packing::checks::trial::RIM_TOLERANCE_M;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::planning::method::Method;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::StageError;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::streams::carton::Sequence;
+use ppnpack_packing::streams::episode::{Ending, Episode, PackingCell, Play, Step, play};
 use ppnpack_physics::outcome::BodyState;
 use ppnpack_physics::packing_cell::SimulatedPackingCell;
 use ppnpack_physics::trial;

@@ -12,9 +12,9 @@ use clap::Args;
 use ppnpack_catalogue::cartons::{self, Carton};
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::orders::{self, Order};
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::Method;
+use ppnpack_packing::kernel::grid::GridSettings;
+use ppnpack_packing::planning::method::Method;
+use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 

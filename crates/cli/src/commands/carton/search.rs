@@ -8,10 +8,10 @@ use anyhow::anyhow;
 use indicatif::ProgressBar;
 use ppnpack_catalogue::cartons::Carton;
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::carton::{RuledOut, Sequences, ruled_out};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::method::Method;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::planning::method::Method;
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::streams::carton::{RuledOut, Sequences, ruled_out};
 
 use super::attempt::{Bench, Tried};
 use crate::failure::{OrRun, Outcome};

@@ -9,7 +9,7 @@ use ppnpack_catalogue::catalogue::NamedMesh;
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_clouds::{Cloud, to_pcd};
 use ppnpack_files::StagedFolder;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_perception::doubts::DoubtSettings;
 use ppnpack_perception::settings::MapperSettings;
 

@@ -10,7 +10,7 @@ use clap::Args;
 use ppnpack_catalogue::unit::LengthUnit;
 use ppnpack_clouds::Cloud;
 use ppnpack_files::StagedFolder;
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution};
 use ppnpack_perception::mapper::{Mapped, Mapper};
 use ppnpack_perception::settings::MapperSettings;
 use ppnpack_picture::HeightField;

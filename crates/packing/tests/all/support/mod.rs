@@ -5,27 +5,30 @@ pub(crate) mod oracle;
 pub(crate) use std::sync::Arc;
 
 use nalgebra::{Isometry3, Matrix3, Point3};
-pub(crate) use ppnpack_packing::candidate::Candidate;
-pub(crate) use ppnpack_packing::check::{BoxedCheck, Cost, Evidence, ValidityCheck, Verdict};
-pub(crate) use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
-pub(crate) use ppnpack_packing::evaluator::Evaluator;
-pub(crate) use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-pub(crate) use ppnpack_packing::heightmap::{Heightmap, Scene, Surface};
-pub(crate) use ppnpack_packing::item::{ABSENT, Item, Underside, ViewSurfaces};
-use ppnpack_packing::model::mesh::Mesh;
-pub(crate) use ppnpack_packing::model::{MassProperties, Model};
-pub(crate) use ppnpack_packing::objective::{Heuristic, Order, Weights};
-pub(crate) use ppnpack_packing::placement::{Placement, RestingPlacement};
-pub(crate) use ppnpack_packing::plan::{Plan, Planner, Reason};
-pub(crate) use ppnpack_packing::proposals::{
+pub(crate) use ppnpack_packing::checks::check::{
+    BoxedCheck, Cost, Evidence, ValidityCheck, Verdict,
+};
+pub(crate) use ppnpack_packing::checks::stability::PublishedStability;
+pub(crate) use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+pub(crate) use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
+pub(crate) use ppnpack_packing::kernel::item::{ABSENT, Item, Underside, ViewSurfaces};
+pub(crate) use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
+pub(crate) use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+pub(crate) use ppnpack_packing::planning::plan::{Plan, Planner, Reason};
+pub(crate) use ppnpack_packing::ranking::candidate::Candidate;
+pub(crate) use ppnpack_packing::ranking::evaluator::Evaluator;
+pub(crate) use ppnpack_packing::ranking::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, all_count,
 };
-pub(crate) use ppnpack_packing::refusal::{Cause, Refusal};
-pub(crate) use ppnpack_packing::search::{Search, SearchSettings};
-pub(crate) use ppnpack_packing::stability::PublishedStability;
-pub(crate) use ppnpack_packing::step::{
+pub(crate) use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+pub(crate) use ppnpack_packing::ranking::search::{Search, SearchSettings};
+pub(crate) use ppnpack_packing::ranking::step::{
     Evaluated, PlacementCounts, StageError, StageResult, StepInput,
 };
+pub(crate) use ppnpack_packing::scene::Scene;
+pub(crate) use ppnpack_packing::scene::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::scene::model::mesh::Mesh;
+pub(crate) use ppnpack_packing::scene::model::{MassProperties, Model};
 pub(crate) use proptest::prelude::*;
 
 pub(crate) const HEURISTICS: [Heuristic; 6] = [

@@ -1,12 +1,12 @@
 //! Slow, plain references for the fast kernels: brute force, as the definitions are written.
 
 use nalgebra::Point2;
-use ppnpack_packing::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::{Heightmap, Surface};
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::objective::{Heuristic, Weights};
-use ppnpack_packing::placement::{Placement, RestingPlacement};
+use ppnpack_packing::kernel::distance::{DISTANCE_STEP_M, DISTANCE_TRUNCATION};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::kernel::objective::{Heuristic, Weights};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 
 /// Slack when a distance is rounded up to a whole step.
 const ROUNDING_SLACK: f64 = 1e-6;

@@ -10,7 +10,7 @@ use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{Catalogue, Settings, Source};
 use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_recognition::library::{Library, LibraryObject, LibrarySettings};
 use ppnpack_recognition::recognise::{Recogniser, RecognitionSettings};
 use ppnpack_recognition::segmentation::{Region, Segmentation, SegmentationSettings, segment};

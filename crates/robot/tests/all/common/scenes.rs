@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use nalgebra::{Point2, Vector2, Vector3};
-use ppnpack_packing::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{ABSENT, Item, ViewSurfaces};
-use ppnpack_packing::placement::{Placement, RestingPlacement};
-use ppnpack_packing::step::Candidate;
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+use ppnpack_packing::ranking::step::Candidate;
+use ppnpack_packing::scene::Scene;
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::parameters::ArmParameters;
 use rand::{Rng, RngExt};

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::motion::Cycle;
+use ppnpack_packing::checks::motion::Cycle;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{WireError, header};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Point3, Vector3, center};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_wire::v1::Status;
 
 use super::Refusal;

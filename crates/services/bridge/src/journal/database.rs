@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ppnpack_packing::motion::Cycle;
+use ppnpack_packing::checks::motion::Cycle;
 use ppnpack_service::database::{DatabaseFile, OwnFault, is_new, read};
 use redb::{
     Database, ReadTransaction, ReadableDatabase, ReadableTable, TableDefinition, WriteTransaction,

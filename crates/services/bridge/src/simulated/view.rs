@@ -1,7 +1,7 @@
 //! The sensors of a simulated cell.
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::{Grid, Resolution, Yaws};
+use ppnpack_packing::kernel::grid::{Grid, Resolution, Yaws};
 use ppnpack_physics::cell::SimulatedCell;
 use ppnpack_physics::view::Cameras;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_wire::v1;
 use serde::Serialize;
 use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use nalgebra::Isometry3;
-use ppnpack_packing::grid::{Grid, Units};
+use ppnpack_packing::kernel::grid::{Grid, Units};
 use ppnpack_wire::{WireError, convert, v1};
 use serde_json::{Value, json};
 

@@ -1,5 +1,6 @@
-use ppnpack_packing::grid::{Grid, Units};
-use ppnpack_packing::heightmap::{Heightmap, Scene};
+use ppnpack_packing::kernel::grid::{Grid, Units};
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::scene::Scene;
 use ppnpack_wire::convert;
 use ppnpack_wire::keys::{Instance, Service};
 use serde_json::{Value, json};

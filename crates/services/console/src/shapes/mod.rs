@@ -8,9 +8,9 @@ use std::time::{Duration, Instant};
 
 use axum::body::Bytes;
 use nalgebra::Vector3;
-use ppnpack_packing::grid::Resolution;
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::model::mesh::Mesh;
+use ppnpack_packing::kernel::grid::Resolution;
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::scene::model::mesh::Mesh;
 use ppnpack_service::rpc::{CallError, Client};
 use ppnpack_service::shapes;
 use ppnpack_service::sync::lock;

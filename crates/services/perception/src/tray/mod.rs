@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::Point3;
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_recognition::library::Library;
 use ppnpack_recognition::recognise::{Recogniser, RecognitionSettings};
 use ppnpack_recognition::segmentation::{SegmentationSettings, segment};

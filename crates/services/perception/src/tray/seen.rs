@@ -1,7 +1,7 @@
 //! Items on a tray, as messages.
 
 use nalgebra::{Isometry3, Translation3};
-use ppnpack_packing::grid::Resolution;
+use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_recognition::posed::posed_item;
 use ppnpack_recognition::recognise::{Known, Recogniser, Recognition, UnknownReason};
 use ppnpack_recognition::segmentation::Cluster;

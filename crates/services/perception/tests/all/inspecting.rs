@@ -6,8 +6,9 @@ use std::time::Duration;
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
 use ppnpack_perception_service::Objects;
 use ppnpack_recognition::library::Library;
 use ppnpack_wire::convert::{pose, scene};

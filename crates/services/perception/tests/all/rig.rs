@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_camera::{Body, DepthCamera, Intrinsics, NoiseModel};
 use ppnpack_catalogue::build::{ModelSettings, model};
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
-use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
 use ppnpack_perception_service::{Fate, Objects, Perception, Settings, TraySettings};
 use ppnpack_recognition::library::{Library, LibrarySettings};
 use ppnpack_recognition::recognise::RecognitionSettings;

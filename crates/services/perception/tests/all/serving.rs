@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Point3};
-use ppnpack_packing::grid::{ContainerSize, Grid, GridSettings, Units};
-use ppnpack_packing::heightmap::{Scene, Surface};
+use ppnpack_packing::kernel::grid::{ContainerSize, Grid, GridSettings, Units};
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::scene::Scene;
 use ppnpack_perception_service::{Fate, Settings};
 use ppnpack_service::Process;
 use ppnpack_service::embedded;

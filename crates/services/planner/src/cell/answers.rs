@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::{Isometry3, Vector3};
-use ppnpack_packing::item::Item;
+use ppnpack_packing::kernel::item::Item;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header::RequestHeader;
 use ppnpack_wire::item_id::ItemId;

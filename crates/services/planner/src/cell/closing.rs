@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::closing::{Closing, ClosingRules};
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::streams::closing::{Closing, ClosingRules};
 use ppnpack_protocol::session::open_container;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::{header, v1};

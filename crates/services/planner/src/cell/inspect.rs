@@ -4,7 +4,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::scene::Scene;
 use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::session::End;
 use ppnpack_wire::convert;

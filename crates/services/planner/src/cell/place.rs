@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::Grid;
+use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::Boottime;
 use ppnpack_service::process::Process;

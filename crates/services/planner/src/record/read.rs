@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use ppnpack_packing::candidate::{Candidate, Lying};
-use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
-use ppnpack_packing::item::Item;
-use ppnpack_packing::leaving::{Leaving, Stop};
-use ppnpack_packing::loads::Burden;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::kernel::item::Item;
+use ppnpack_packing::ranking::candidate::{Candidate, Lying};
+use ppnpack_packing::scene::content::Burden;
+use ppnpack_packing::scene::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::scene::leaving::{Leaving, Stop};
+use ppnpack_packing::scene::model::Model;
 use ppnpack_protocol::session::message;
 use ppnpack_wire::shape_store::ShapeStore;
 use ppnpack_wire::{WireError, convert, v1};

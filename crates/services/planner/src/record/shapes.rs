@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ppnpack_packing::item::{Item, ShapeId};
-use ppnpack_packing::model::Model;
+use ppnpack_packing::kernel::item::{Item, ShapeId};
+use ppnpack_packing::scene::model::Model;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::{convert, v1};
 use prost::Message;

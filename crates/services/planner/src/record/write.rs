@@ -1,8 +1,8 @@
 //! A step as a record.
 
-use ppnpack_packing::candidate::Candidate;
-use ppnpack_packing::content::{Content, LyingSolid};
-use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::scene::content::{Content, LyingSolid};
+use ppnpack_packing::scene::leaving::{Leaving, Stop};
 use ppnpack_protocol::session::message;
 use ppnpack_wire::{convert, v1};
 

@@ -2,13 +2,15 @@
 
 use std::collections::VecDeque;
 
-use ppnpack_packing::evaluator::Evaluator;
-use ppnpack_packing::method::{Method, Stability};
-use ppnpack_packing::proposals::{CandidateProposals, Proposals};
-use ppnpack_packing::refusal::Refusals;
-use ppnpack_packing::search::Search;
-use ppnpack_packing::step::{Evaluated, PlacementCounts, Shortfall, StageError, StepInput};
-use ppnpack_packing::valid::Tally;
+use ppnpack_packing::planning::method::{Method, Stability};
+use ppnpack_packing::planning::valid::Tally;
+use ppnpack_packing::ranking::evaluator::Evaluator;
+use ppnpack_packing::ranking::proposals::{CandidateProposals, Proposals};
+use ppnpack_packing::ranking::refusal::Refusals;
+use ppnpack_packing::ranking::search::Search;
+use ppnpack_packing::ranking::step::{
+    Evaluated, PlacementCounts, Shortfall, StageError, StepInput,
+};
 use ppnpack_wire::error::WireError;
 use ppnpack_wire::{convert, v1};
 

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use ppnpack_packing::item::{Item, ShapeId};
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::kernel::item::{Item, ShapeId};
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_service::rpc::CallError;
 use ppnpack_wire::item_id::ItemId;
 use ppnpack_wire::keys::Instance;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::step::StepInput;
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_service::alive::Alive;
 use ppnpack_service::rpc::Client;
 use ppnpack_wire::keys::{Cell, Instance};

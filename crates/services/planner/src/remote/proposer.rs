@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::proposals::{Percent, Proposals, Proposer};
-use ppnpack_packing::step::{StageError, StepInput};
+use ppnpack_packing::ranking::proposals::{Percent, Proposals, Proposer};
+use ppnpack_packing::ranking::step::{StageError, StepInput};
 use ppnpack_wire::keys::Instance;
 use ppnpack_wire::{convert, v1};
 

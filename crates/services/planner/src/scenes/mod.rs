@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::scene::Scene;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::Boottime;
 use ppnpack_service::process::Process;

@@ -1,6 +1,6 @@
 //! Heightmaps that are planned on, over a real session.
 
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, Done, Incoming, Listener};
 use ppnpack_service::stream::Publisher;

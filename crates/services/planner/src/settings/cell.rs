@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use ppnpack_numbers::settings;
-use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::method::{Method, ProposalSource, SET_ASIDE};
-use ppnpack_packing::orders::ContainerRules;
-use ppnpack_packing::search::Search;
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
+use ppnpack_packing::planning::method::{Method, ProposalSource, SET_ASIDE};
+use ppnpack_packing::ranking::search::Search;
+use ppnpack_packing::streams::orders::ContainerRules;
 use ppnpack_physics::twin::TwinSettings;
 use ppnpack_robot::error::ParameterError;
 use ppnpack_robot::station::{ArmStation, StationSettings};

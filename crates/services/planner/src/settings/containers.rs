@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use ppnpack_packing::closing::ClosingRules;
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::streams::closing::ClosingRules;
 use ppnpack_robot::station::StationSettings;
 use ppnpack_wire::keys::{Cell, KeyError};
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
-use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::method::{Method, ProposalSource};
-use ppnpack_packing::objective::Weights;
+use ppnpack_packing::kernel::grid::GridSettings;
+use ppnpack_packing::kernel::objective::Weights;
+use ppnpack_packing::planning::method::{Method, ProposalSource};
 use ppnpack_robot::station::StationSettings;
 
 use super::*;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_protocol::session::SessionError;
 
 use super::Stepper;

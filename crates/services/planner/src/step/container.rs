@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::content::Content;
-use ppnpack_packing::expected::Expected;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::hidden::SceneMemory;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::content::Content;
+use ppnpack_packing::scene::expected::Expected;
+use ppnpack_packing::scene::hidden::SceneMemory;
 use ppnpack_service::ServiceError;
 use ppnpack_service::clock::Boottime;
 use ppnpack_service::process::Process;

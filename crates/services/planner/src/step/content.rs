@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use ppnpack_packing::candidate::Rules;
-use ppnpack_packing::content::{Content, LyingBody, LyingSolid};
-use ppnpack_packing::loads::Burden;
-use ppnpack_packing::model::Model;
+use ppnpack_packing::ranking::candidate::Rules;
+use ppnpack_packing::scene::content::Burden;
+use ppnpack_packing::scene::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::scene::model::Model;
 use ppnpack_protocol::message::read_pose;
 use ppnpack_protocol::placing::KnownPose;
 use ppnpack_protocol::session::item::told_kg;

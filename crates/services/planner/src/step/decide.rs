@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::plan::{CandidateReport, Plan, Reason};
-use ppnpack_packing::refusal::Refusals;
-use ppnpack_packing::step::{PlacementCounts, StepInput};
-use ppnpack_packing::valid::Tally;
+use ppnpack_packing::planning::plan::{CandidateReport, Plan, Reason};
+use ppnpack_packing::planning::valid::Tally;
+use ppnpack_packing::ranking::refusal::Refusals;
+use ppnpack_packing::ranking::step::{PlacementCounts, StepInput};
+use ppnpack_packing::scene::Scene;
 use ppnpack_wire::v1::{self, Status};
 use ppnpack_wire::{convert, header};
 

@@ -1,10 +1,10 @@
 //! The floor that is below a packed item.
 
 use nalgebra::{Isometry3, Point3, Vector3};
-use ppnpack_packing::blocked::BlockedRegion;
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::item::ItemView;
-use ppnpack_packing::placement::RestingPlacement;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::item::ItemView;
+use ppnpack_packing::kernel::placement::RestingPlacement;
+use ppnpack_packing::scene::blocked::BlockedRegion;
 
 /// Gives the floor below a packed item where it is now: the box that it was planned in, moved and
 /// turned with it, and grown by a cell. `moved` is the motion from the planned place.
@@ -42,8 +42,8 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use nalgebra::{Point2, UnitQuaternion};
-    use ppnpack_packing::item::{Item, ViewSurfaces};
-    use ppnpack_packing::placement::Placement;
+    use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+    use ppnpack_packing::kernel::placement::Placement;
 
     use super::*;
 

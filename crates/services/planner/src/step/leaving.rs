@@ -1,7 +1,7 @@
 //! Stops at which the content of a container leaves it.
 
 use nalgebra::Isometry3;
-use ppnpack_packing::leaving::{Leaving, Stop};
+use ppnpack_packing::scene::leaving::{Leaving, Stop};
 use ppnpack_protocol::session::Packed;
 use ppnpack_protocol::session::item::stop;
 

@@ -3,12 +3,12 @@
 
 use std::time::Instant;
 
-use ppnpack_packing::containers::plan_over;
-pub(crate) use ppnpack_packing::containers::{Attempt as AttemptPlan, Found};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::plan::Plan;
-use ppnpack_packing::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::planning::containers::plan_over;
+pub(crate) use ppnpack_packing::planning::containers::{Attempt as AttemptPlan, Found};
+use ppnpack_packing::planning::plan::Plan;
+use ppnpack_packing::ranking::step::{Candidate, Evaluated, StepInput};
+use ppnpack_packing::scene::Scene;
 use ppnpack_wire::{convert, v1};
 
 /// The input of a step over the open containers.

@@ -3,10 +3,10 @@
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::blocked::block;
-use ppnpack_packing::heightmap::Scene;
-use ppnpack_packing::orders::Orders;
-use ppnpack_packing::step::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
+use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::blocked::block;
+use ppnpack_packing::streams::orders::Orders;
 use ppnpack_wire::v1::{self, Status};
 
 use super::footprint::footprint;

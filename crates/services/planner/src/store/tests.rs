@@ -1,7 +1,7 @@
 use std::fs;
 
 use nalgebra::Vector3;
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_protocol::session::open_container;
 use ppnpack_wire::convert;
 use redb::{TableDefinition, WriteTransaction};

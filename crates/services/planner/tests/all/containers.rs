@@ -8,7 +8,7 @@ use crate::common::{
     self, Rig, announcement, block, cell, close, left_and_right, line, of_mass, of_order, open,
     soon, square,
 };
-use ppnpack_packing::grid::ContainerSize;
+use ppnpack_packing::kernel::grid::ContainerSize;
 use ppnpack_planner::{CellSettings, ContainerSettings};
 use ppnpack_service::ServiceSettings;
 use ppnpack_service::rpc::Incoming;

@@ -8,8 +8,8 @@ use crate::common::{
     self, Rig, announcement, block, carried_out, ended, not_placed, placed_and, soon, state_reply,
     states,
 };
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_planner::CellSettings;
 use ppnpack_service::rpc::Incoming;
 use ppnpack_wire::v1::{self, ItemState};

@@ -2,8 +2,8 @@
 
 use crate::common::{self, Rig, announcement, not_placed};
 use nalgebra::Vector3;
-use ppnpack_packing::grid::GridSettings;
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::grid::GridSettings;
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_planner::{CellSettings, Where};
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, Status};

@@ -2,7 +2,7 @@
 //! items, else by what is estimated.
 
 use crate::common::{self, Rig, announcement, line, of_mass, square};
-use ppnpack_packing::loads::LoadSettings;
+use ppnpack_packing::checks::loads::LoadSettings;
 use ppnpack_wire::v1::{self, PlanResult, Status};
 
 /// A cell in which only loads ask for what lies in the container, with a session.

@@ -1,9 +1,9 @@
 //! Orders: what travels together, what leaves first, and what never comes.
 
 use crate::common::{self, Rig, announcement, close, ids, left_and_right, line, of_order, square};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
-use ppnpack_packing::orders::Sharing;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::streams::orders::Sharing;
 use ppnpack_service::ServiceSettings;
 use ppnpack_wire::v1::{self, Status};
 

@@ -6,7 +6,7 @@ use crate::common::{self, Rig, announce, ids, placed, states};
 use ppnpack_catalogue::cache::CacheDir;
 use ppnpack_catalogue::catalogue::{self, Catalogue, NamedMesh, Source};
 use ppnpack_catalogue::mesh::Mesh;
-use ppnpack_packing::grid::{Grid, GridSettings};
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
 use ppnpack_planner::CellSettings;
 use ppnpack_wire::convert;
 use ppnpack_wire::v1::{self, ItemState, PlanResult, Reason, Status};

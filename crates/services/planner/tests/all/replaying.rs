@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use crate::common::{
     Rig, announcement, block, cell, coarse, left_and_right, line, of_order, soon, square, untried,
 };
-use ppnpack_packing::coarse::Coarsening;
-use ppnpack_packing::method::ProposalSource;
-use ppnpack_packing::orders::Sharing;
+use ppnpack_packing::planning::method::ProposalSource;
+use ppnpack_packing::ranking::coarse::Coarsening;
+use ppnpack_packing::streams::orders::Sharing;
 use ppnpack_planner::CellSettings;
 use ppnpack_planner::replay::{Replayer, Unreadable, Unreplayable, what_follows};
 use ppnpack_service::embedded::{self, Hub};

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::common::{self, Rig, carried_out, ended, ended_as, not_placed, state_reply};
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::Surface;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_planner::CellSettings;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::keys::Service;

@@ -1,10 +1,11 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use ppnpack_packing::grid::Grid;
-use ppnpack_packing::heightmap::{Heightmap, Scene};
-use ppnpack_packing::item::{Item, ViewSurfaces};
-use ppnpack_packing::step::Candidate;
+use ppnpack_packing::kernel::grid::Grid;
+use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
+use ppnpack_packing::ranking::step::Candidate;
+use ppnpack_packing::scene::Scene;
 use ppnpack_service::Process;
 use ppnpack_service::alive::{self, Alive};
 use ppnpack_service::embedded::{self, Hub};

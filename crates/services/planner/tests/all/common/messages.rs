@@ -1,7 +1,7 @@
 //! Items and requests of the planner's tests.
 
 use nalgebra::Vector3;
-use ppnpack_packing::item::{Item, ViewSurfaces};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_wire::{convert, v1};
 
 /// A box with a square floor of so many cells a side, 4 cm high, of which no more is known.

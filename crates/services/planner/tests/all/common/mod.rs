@@ -8,10 +8,11 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use ppnpack_catalogue::catalogue::Catalogue;
-use ppnpack_packing::grid::{Grid, GridSettings};
-use ppnpack_packing::heightmap::{Scene, Surface};
-use ppnpack_packing::method::{Method, Stability};
-use ppnpack_packing::trial::TrialSettings;
+use ppnpack_packing::checks::trial::TrialSettings;
+use ppnpack_packing::kernel::grid::{Grid, GridSettings};
+use ppnpack_packing::kernel::heightmap::Surface;
+use ppnpack_packing::planning::method::{Method, Stability};
+use ppnpack_packing::scene::Scene;
 use ppnpack_planner::{CellSettings, ContainerSettings, PlannerService, Settings};
 use ppnpack_service::embedded::{self, Hub};
 use ppnpack_service::rpc::{self, CallError, Client, Done, Incoming, Listener};
