@@ -11,7 +11,7 @@
 //! 3. Each side of the hole is the inner face of its wall where the sensor sees it, and the rim's
 //!    inner edge where not (`sides.rs`). The four are adjusted to a rectangle (`rectangle.rs`).
 //! 4. With the floor and the rim so bounded, up is fitted anew, and the steps from 2 are done
-//!    again.
+//!    again; so is how far the walls lean outwards, all alike.
 //! 5. What does not fit a container of four plane walls that is empty is refused (`checks.rs`).
 //!
 //! The sensor's optical centre is the origin of its frame. The result is that of the seed, for
@@ -79,10 +79,12 @@ pub fn calibrate(
     settings.validate()?;
     let points_m = measured(points_m)?;
     let mut up = direction::find(&points_m, settings)?;
-    let mut found = Found::look(&points_m, &up, settings)?;
+    let known = settings.size.map(|size| size.draft_rad.tan());
+    let mut found = Found::look(&points_m, &up, known.unwrap_or(0.0), settings)?;
     for _ in 1..ROUNDS {
         up = found.surfaces.up(&found.levelled);
-        found = Found::look(&points_m, &up, settings)?;
+        let lean = known.unwrap_or_else(|| leaning(&found, settings));
+        found = Found::look(&points_m, &up, lean, settings)?;
     }
     checks::has_rim(&found)?;
     let residuals = checks::residuals(&found, settings)?;
@@ -94,6 +96,17 @@ pub fn calibrate(
         measured_size: placed.measured_size,
         residuals,
     })
+}
+
+/// Gives how far the walls of a container of unknown size lean outwards, per metre of height; 0
+/// where that is no more than walls may be bent.
+fn leaning(found: &Found, settings: &CalibrationSettings) -> f64 {
+    let lean = found.lean();
+    let between_halves_m = lean * found.surfaces.depth_m() / 2.0;
+    match between_halves_m > settings.largest_bow_m {
+        true => lean,
+        false => 0.0,
+    }
 }
 
 /// Gives the points that were measured; refuses too few, and those of another unit.

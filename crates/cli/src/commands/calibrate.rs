@@ -99,5 +99,8 @@ pub(crate) fn run(arguments: &CalibrateArguments) -> Outcome {
 fn in_whole_millimetres(size: ContainerSize) -> ContainerSize {
     let [x_m, y_m, z_m] =
         [size.x_m, size.y_m, size.z_m].map(|side_m| (1000.0 * side_m).round() / 1000.0);
-    ContainerSize::cuboid(x_m, y_m, z_m)
+    ContainerSize {
+        draft_rad: (1000.0 * size.draft_rad).round() / 1000.0,
+        ..ContainerSize::cuboid(x_m, y_m, z_m)
+    }
 }

@@ -78,7 +78,7 @@ pub(super) fn residuals(
     let lines = || rectangle.sides.iter().filter_map(Side::line);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
     let bow_m =
-        most(&mut lines().map(|line| line.bow_m)).max(most(&mut walls().map(|wall| wall.lean_m)));
+        most(&mut lines().map(|line| line.bow_m)).max(most(&mut walls().map(|wall| wall.lean_m.abs())));
     let residuals = Residuals {
         floor_rms_m: surfaces.floor.rms(&Vector3::z()),
         rim_rms_m: surfaces.rim.rms(&Vector3::z()),
@@ -91,7 +91,9 @@ pub(super) fn residuals(
     let limit_m = settings.largest_bow_m;
     if bow_m > limit_m {
         return Err(CalibrationError::new(format_args!(
-            "a wall is bent or leans by {bow_m:.4} m where {limit_m} m is possible"
+            "a wall is bent or leans by {bow_m:.4} m where {limit_m} m is possible; the walls lean outwards by {:.1} \
+             degrees: of a tote, tell `size`, `draft` and `corner_radius`",
+            found.lean().atan().to_degrees()
         )));
     }
     let limit_m = settings.largest_rms_m;
@@ -180,7 +182,7 @@ pub(super) fn is_empty(found: &Found, floor_rms_m: f64) -> Result<(), Calibratio
     let floor_m = found.surfaces.floor.mean.z;
     let off_m = (OFF_DEVIATIONS * floor_rms_m).max(LEAST_OFF_M);
     let points = found.levelled.points_m.iter();
-    let inside = points.filter(|point| rectangle.contains(&point.xy(), WALL_MARGIN_M));
+    let inside = points.filter(|point| rectangle.floor_contains(&point.xy(), WALL_MARGIN_M));
     let (mut floor, mut above, mut below) =
         (Squares::default(), Squares::default(), Squares::default());
     for point in inside {
@@ -201,7 +203,7 @@ pub(super) fn is_empty(found: &Found, floor_rms_m: f64) -> Result<(), Calibratio
             )));
         }
     }
-    let seen_share = floor.area_m2(1) / rectangle.area_m2();
+    let seen_share = floor.area_m2(1) / rectangle.floor_m2();
     if seen_share < LEAST_FLOOR_SHARE {
         return Err(CalibrationError::no_floor(seen_share));
     }

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use super::error::CalibrationError;
 use super::levelled::Levelled;
 use super::opening::{self, Opening};
-use super::plane::{Spread, normal_of};
+use super::plane::{Spread, median, normal_of};
 use super::rectangle::{self, Rectangle};
 use super::settings::CalibrationSettings;
 
@@ -31,13 +31,19 @@ pub(super) struct Found {
 
 impl Found {
     /// Looks for the container's opening, sides, floor and rim.
+    ///
+    /// Walls are taken to lean outwards by `lean`, per metre of height.
     pub(super) fn look(
         points_m: &[Point3<f64>],
         up: &Unit<Vector3<f64>>,
+        lean: f64,
         settings: &CalibrationSettings,
     ) -> Result<Self, CalibrationError> {
         let levelled = Levelled::new(points_m, up);
-        let opening = opening::find(&levelled, settings)?;
+        let opening = Opening {
+            lean,
+            ..opening::find(&levelled, settings)?
+        };
         let rectangle = rectangle::find(&levelled, &opening, settings)?;
         let surfaces = Surfaces::fit(&levelled, &opening, &rectangle)?;
         Ok(Self {
@@ -46,6 +52,21 @@ impl Found {
             rectangle,
             surfaces,
         })
+    }
+
+    /// Gives how far the walls lean outwards, per metre of height: the median of those seen.
+    pub(super) fn lean(&self) -> f64 {
+        let walls = self.rectangle.sides.iter().filter_map(|side| side.wall);
+        let mut leans: Vec<f64> = walls.map(|wall| wall.lean).collect();
+        match leans.is_empty() {
+            true => self.opening.lean,
+            false => median(&mut leans),
+        }
+    }
+
+    /// Gives the distance of the floor's edges from those of the rim, in metres.
+    pub(super) fn foot_m(&self) -> f64 {
+        self.opening.lean * self.surfaces.depth_m()
     }
 }
 
@@ -65,7 +86,7 @@ impl Surfaces {
         let points = || levelled.points_m.iter();
         let floor = points().filter(|point| {
             (point.z - opening.floor_m).abs() <= FLOOR_BAND_M
-                && rectangle.contains(&point.xy(), WALL_MARGIN_M)
+                && rectangle.floor_contains(&point.xy(), WALL_MARGIN_M)
         });
         let rim = points().filter(|point| {
             (point.z - opening.rim_m).abs() <= RIM_BAND_M

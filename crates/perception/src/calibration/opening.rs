@@ -49,6 +49,8 @@ pub(super) struct Opening {
     pub(super) pitch_m: f64,
     /// The distance of neighbouring points, in metres.
     pub(super) spacing_m: f64,
+    /// How far the walls are taken to lean outwards, per metre of height.
+    pub(super) lean: f64,
 }
 
 struct Hole {
@@ -234,6 +236,7 @@ impl Map {
             cells_m: hole.cells.iter().map(|cell| self.middle(*cell)).collect(),
             pitch_m: self.pitch_m,
             spacing_m: self.spacing_m,
+            lean: 0.0,
         })
     }
 }

@@ -6,7 +6,7 @@ use super::error::CalibrationError;
 use super::levelled::Levelled;
 use super::opening::Opening;
 use super::settings::CalibrationSettings;
-use super::sides::{Frame, Side};
+use super::sides::{CORNER_M, Frame, Side};
 
 /// Number of looks at the sides, each in the rectangle of the last.
 const ROUNDS: usize = 3;
@@ -28,6 +28,8 @@ pub(super) struct Rectangle {
     pub(super) outward: Vector2<f64>,
     /// The greatest angle between a side and that of the rectangle, in radians.
     pub(super) skew_rad: f64,
+    /// Distance of the floor's edges from those of the rim, about, in metres.
+    foot_m: f64,
 }
 
 impl Rectangle {
@@ -45,10 +47,15 @@ impl Rectangle {
         inside.fold(f64::INFINITY, f64::min)
     }
 
-    /// Gives the area in square metres.
-    pub(super) fn area_m2(&self) -> f64 {
+    /// Says whether a place is inside the floor, by a margin.
+    pub(super) fn floor_contains(&self, place: &Point2<f64>, margin_m: f64) -> bool {
+        self.contains(place, self.foot_m + margin_m)
+    }
+
+    /// Gives the area of the floor, in square metres.
+    pub(super) fn floor_m2(&self) -> f64 {
         let [a, b, c, d] = self.about_m();
-        (a + c) * (b + d)
+        (a + c - 2.0 * self.foot_m) * (b + d - 2.0 * self.foot_m)
     }
 
     /// Gives the distance of each side from the origin, in metres, seen or not.
@@ -74,8 +81,10 @@ pub(super) fn find(
     settings: &CalibrationSettings,
 ) -> Result<Rectangle, CalibrationError> {
     let reach_m = REACH_M + opening.pitch_m;
+    let round_m = settings.size.map_or(0.0, |size| size.corner_radius_m);
+    let corner_m = CORNER_M.max(round_m);
     let look = |(outward, about_m)| {
-        let rectangle = adjust(levelled, opening, outward, about_m, reach_m);
+        let rectangle = adjust(levelled, opening, corner_m, outward, about_m, reach_m);
         let [a, b, c, d] = rectangle.across_m.map(|across_m| across_m.is_some());
         // One of two opposite sides is enough where the distance between them is known.
         let is_known =
@@ -93,6 +102,7 @@ pub(super) fn find(
 fn adjust(
     levelled: &Levelled,
     opening: &Opening,
+    corner_m: f64,
     outward: Vector2<f64>,
     about_m: [f64; 4],
     reach_m: f64,
@@ -103,6 +113,7 @@ fn adjust(
             outward,
             ends_m,
             about_m,
+            corner_m,
         };
         Side::look(levelled, opening, frame, reach_m)
     };
@@ -126,6 +137,7 @@ fn adjust(
         // Turned counter-clockwise, a side falls back along its direction.
         outward: Rotation2::new(-slope.atan()) * outward,
         skew_rad: off.fold(0.0, f64::max).atan(),
+        foot_m: opening.lean * (opening.rim_m - opening.floor_m),
     }
 }
 

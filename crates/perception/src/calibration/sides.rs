@@ -9,8 +9,9 @@ use super::plane::median;
 /// Length of the strips that a side is looked at in, about, in metres.
 const STRIP_M: f64 = 0.015;
 
-/// Length of the opening's corners, which are left out, in metres: the next wall begins there.
-const CORNER_M: f64 = 0.012;
+/// Minimum length of the opening's corners, which are left out, in metres: the next wall begins
+/// there.
+pub(super) const CORNER_M: f64 = 0.012;
 
 /// Height of a wall's lowest and uppermost part, which are left out, in metres: floor and rim begin
 /// there.
@@ -44,6 +45,8 @@ pub(super) struct Frame {
     pub(super) ends_m: [f64; 2],
     /// The place of the side across it, about.
     pub(super) about_m: f64,
+    /// Length of the corners at its ends, which are left out, in metres.
+    pub(super) corner_m: f64,
 }
 
 /// A line along a side.
@@ -67,8 +70,10 @@ pub(super) struct Wall {
     pub(super) line: Line,
     /// The root mean square distance of its points from the line, in metres.
     pub(super) rms_m: f64,
-    /// Distance of its upper half from its lower, in metres.
+    /// Distance of its upper half from its lower, outwards, in metres.
     pub(super) lean_m: f64,
+    /// Distance outwards by which it rises, per metre of height.
+    pub(super) lean: f64,
 }
 
 /// A side as far as it is seen.
@@ -179,12 +184,12 @@ struct Strip {
 impl Frame {
     /// Counts the strips of the side.
     pub(super) fn strips(&self) -> usize {
-        ((self.ends_m[1] - self.ends_m[0] - 2.0 * CORNER_M) / STRIP_M).clamp(4.0, 100.0) as usize
+        ((self.ends_m[1] - self.ends_m[0] - 2.0 * self.corner_m) / STRIP_M).clamp(4.0, 100.0) as usize
     }
 
     /// Gives the strip that a place along the side is in.
     pub(super) fn strip(&self, along_m: f64) -> Option<usize> {
-        let [from_m, to_m] = [self.ends_m[0] + CORNER_M, self.ends_m[1] - CORNER_M];
+        let [from_m, to_m] = [self.ends_m[0] + self.corner_m, self.ends_m[1] - self.corner_m];
         let share = (along_m - from_m) / (to_m - from_m);
         let is_inside = (0.0..1.0).contains(&share);
         is_inside.then(|| (share * self.strips() as f64) as usize)
@@ -206,7 +211,8 @@ impl Frame {
         [along, self.outward].map(|direction| direction.dot(&place.coords))
     }
 
-    /// Finds the inner face of the wall, where enough of it is seen.
+    /// Finds the inner face of the wall, where enough of it is seen. Its points are moved to where
+    /// it meets the rim, by what walls are taken to lean.
     fn wall(&self, levelled: &Levelled, opening: &Opening, reach_m: f64) -> Option<Wall> {
         // The sensor is above the origin.
         if self.about_m < IN_FRONT_M {
@@ -220,7 +226,8 @@ impl Frame {
             if !heights_m.contains(&point.z) {
                 continue;
             }
-            if let Some((strip, place)) = self.in_strip(&point.xy(), reach_m)
+            let at_rim = point.xy() + self.outward * opening.lean * (opening.rim_m - point.z);
+            if let Some((strip, place)) = self.in_strip(&at_rim, reach_m)
                 && let Some(strip) = strips.get_mut(strip)
             {
                 strip.push(place);
@@ -250,13 +257,13 @@ impl Frame {
             let enough = half.len() >= 10 * LEAST_STRIP_POINTS;
             enough.then(|| median(&mut half.iter().map(residual).collect::<Vec<_>>()))
         });
-        let lean_m = lower_m
-            .zip(upper_m)
-            .map(|(lower_m, upper_m)| (upper_m - lower_m).abs());
+        let lean_m = lower_m.zip(upper_m);
+        let lean_m = lean_m.map_or(0.0, |(lower_m, upper_m)| upper_m - lower_m);
         Some(Wall {
             line,
             rms_m: (squares.sum::<f64>() / points().count() as f64).sqrt(),
-            lean_m: lean_m.unwrap_or(0.0),
+            lean_m,
+            lean: opening.lean + 2.0 * lean_m / (heights_m.end - heights_m.start),
         })
     }
 

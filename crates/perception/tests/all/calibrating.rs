@@ -159,6 +159,29 @@ fn a_bent_wall_is_refused() {
 }
 
 #[test]
+fn a_tote_is_found_by_its_floor_and_how_far_its_walls_lean() {
+    let mut case = Case::plain();
+    case.size_m = [0.4, 0.3, 0.2];
+    for draft_deg in [2.0_f64, 5.0] {
+        case.draft_rad = draft_deg.to_radians();
+        let tote = ContainerSize {
+            draft_rad: case.draft_rad,
+            ..case.size()
+        };
+        for calibration in [found(&case), with_size(&case, tote)] {
+            let calibration = calibration.unwrap();
+            let errors = case.errors(&calibration);
+            assert!(errors.are_small(), "{draft_deg} degrees: {errors:?}");
+            let off_rad = calibration.measured_size.draft_rad - case.draft_rad;
+            assert!(off_rad.abs() < 0.3_f64.to_radians(), "{off_rad}");
+        }
+        // A box that lets items be placed in the walls' foot is none of it.
+        let leans = format!("the walls lean outwards by {draft_deg}.");
+        assert_refused(with_size(&case, case.size()), [&leans]);
+    }
+}
+
+#[test]
 fn more_than_one_container_needs_a_size() {
     let mut case = Case::plain();
     case.size_m = [0.2, 0.2, 0.15];

@@ -17,6 +17,8 @@ pub(crate) struct Case {
     pub(crate) stands_at: Isometry3<f64>,
     /// How far inwards the wall at x = 0 bulges, in metres.
     pub(crate) bulge_m: f64,
+    /// How far the walls lean outwards, in radians.
+    pub(crate) draft_rad: f64,
     /// What else there is.
     pub(crate) others: Vec<Mesh>,
     pub(crate) world_from_camera: Isometry3<f64>,
@@ -49,6 +51,7 @@ impl Case {
             has_ground: true,
             stands_at: Isometry3::identity(),
             bulge_m: 0.0,
+            draft_rad: 0.0,
             others: Vec::new(),
             world_from_camera: Isometry3::identity(),
             noise: NoiseModel::default(),
@@ -97,7 +100,12 @@ impl Case {
 
     /// What the camera sees, in metres in its frame.
     pub(crate) fn cloud(&self) -> Vec<Point3<f32>> {
-        let moved = container(self.size_m, self.wall_m, self.bottom_m, self.bulge_m);
+        let mut moved = container(self.size_m, self.wall_m, self.bottom_m, self.bulge_m);
+        for vertex in moved.iter_mut().flat_map(|mesh| &mut mesh.vertices) {
+            let outwards_m = self.draft_rad.tan() * vertex.z.max(0.0);
+            vertex.x += outwards_m.copysign(vertex.x - self.size_m[0] / 2.0);
+            vertex.y += outwards_m.copysign(vertex.y - self.size_m[1] / 2.0);
+        }
         let mut fixed = self.others.clone();
         if self.has_ground {
             let low = [-5.0, -5.0, -self.bottom_m - 0.01];
