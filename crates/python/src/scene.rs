@@ -2,7 +2,8 @@
 
 use numpy::{PyArray2, PyReadonlyArray2};
 use ppnpack_packing::kernel::grid;
-use ppnpack_packing::kernel::heightmap::{self, Heightmap, Surface};
+use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
+use ppnpack_packing::scene;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -19,12 +20,12 @@ use crate::grid::Grid;
 /// each side. Where a scene is asked for, a heightmap alone does, too.
 #[pyclass(frozen, module = "ppnpack")]
 pub(crate) struct Scene {
-    pub(crate) inner: heightmap::Scene,
+    pub(crate) inner: scene::Scene,
     heightmap: PyOnceLock<Py<PyArray2<i16>>>,
 }
 
 impl Scene {
-    pub(crate) fn of(inner: heightmap::Scene) -> Self {
+    pub(crate) fn of(inner: scene::Scene) -> Self {
         Self {
             inner,
             heightmap: PyOnceLock::new(),
@@ -48,7 +49,7 @@ impl Scene {
         });
         let surface = surface.transpose()?;
         let heightmap = read(&heightmap)?;
-        let inner = heightmap::Scene::new(&grid.inner, heightmap, surface).or_value_error()?;
+        let inner = scene::Scene::new(&grid.inner, heightmap, surface).or_value_error()?;
         Ok(Self::of(inner))
     }
 
@@ -90,7 +91,7 @@ impl Scene {
 /// The scene that an argument is, or whose heightmap it is.
 pub(crate) enum SceneArgument {
     Given(Py<Scene>),
-    Made(Box<heightmap::Scene>),
+    Made(Box<scene::Scene>),
 }
 
 impl SceneArgument {
@@ -111,11 +112,11 @@ impl SceneArgument {
             PyTypeError::new_err(format!("the scene is neither a Scene nor {needed}"))
         })?;
         let heightmap = read(&heightmap)?;
-        let scene = heightmap::Scene::new(grid, heightmap, None).or_value_error()?;
+        let scene = scene::Scene::new(grid, heightmap, None).or_value_error()?;
         Ok(Self::Made(Box::new(scene)))
     }
 
-    pub(crate) fn get(&self) -> &heightmap::Scene {
+    pub(crate) fn get(&self) -> &scene::Scene {
         match self {
             Self::Given(scene) => &scene.get().inner,
             Self::Made(scene) => scene,

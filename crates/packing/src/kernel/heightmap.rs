@@ -293,7 +293,7 @@ impl Surface {
     }
 
     /// How many samples lie along a cell's edge, where that is what the grid's resolution asks for.
-    fn samples_per_cell(&self, grid: &Grid) -> Result<usize, HeightmapError> {
+    pub(crate) fn samples_per_cell(&self, grid: &Grid) -> Result<usize, HeightmapError> {
         let samples = grid.resolution().samples_per_cell();
         let expected = (grid.nx() * samples, grid.ny() * samples);
         sampled("surface", expected, (self.nx, self.ny))?;

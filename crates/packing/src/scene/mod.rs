@@ -35,7 +35,7 @@ impl Scene {
         surface: Option<Surface>,
     ) -> Result<Self, HeightmapError> {
         let expected = (grid.nx(), grid.ny());
-        sampled("heightmap", expected, (heightmap.nx, heightmap.ny))?;
+        sampled("heightmap", expected, (heightmap.nx(), heightmap.ny()))?;
         if let Some(surface) = &surface {
             surface.samples_per_cell(grid)?;
         }
@@ -89,7 +89,7 @@ impl Scene {
     pub fn from_surface(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
-        for (x, row) in surface.heights_m.chunks_exact(surface.ny).enumerate() {
+        for (x, row) in surface.heights_m().chunks_exact(surface.ny()).enumerate() {
             for (y, cell) in row.chunks_exact(samples).enumerate() {
                 let height_m = cell.iter().copied().fold(0.0_f32, f32::max);
                 let height = grid.resolution().units_above(f64::from(height_m));
@@ -107,7 +107,7 @@ impl Scene {
     pub fn from_surface_at_middles(grid: &Grid, surface: Surface) -> Result<Self, HeightmapError> {
         let samples = surface.samples_per_cell(grid)?;
         let mut heightmap = Heightmap::empty(grid);
-        let rows = surface.heights_m.chunks_exact(surface.ny);
+        let rows = surface.heights_m().chunks_exact(surface.ny());
         for (x, row) in rows.skip(samples / 2).step_by(samples).enumerate() {
             for (y, height_m) in row.iter().skip(samples / 2).step_by(samples).enumerate() {
                 heightmap.raise(x, y, grid.resolution().units_nearest(f64::from(*height_m)));

@@ -77,8 +77,8 @@ pub(super) fn residuals(
     let walls = || rectangle.sides.iter().filter_map(|side| side.wall);
     let lines = || rectangle.sides.iter().filter_map(Side::line);
     let most = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
-    let bow_m =
-        most(&mut lines().map(|line| line.bow_m)).max(most(&mut walls().map(|wall| wall.lean_m.abs())));
+    let bow_m = most(&mut lines().map(|line| line.bow_m))
+        .max(most(&mut walls().map(|wall| wall.lean_m.abs())));
     let residuals = Residuals {
         floor_rms_m: surfaces.floor.rms(&Vector3::z()),
         rim_rms_m: surfaces.rim.rms(&Vector3::z()),

@@ -83,11 +83,7 @@ impl Sides {
             measured_size: ContainerSize {
                 draft_rad: found.opening.lean.atan(),
                 corner_radius_m: known.map_or(0.0, |size| size.corner_radius_m),
-                ..ContainerSize::cuboid(
-                    x_m[1] - x_m[0],
-                    y_m[1] - y_m[0],
-                    found.surfaces.depth_m(),
-                )
+                ..ContainerSize::cuboid(x_m[1] - x_m[0], y_m[1] - y_m[0], found.surfaces.depth_m())
             },
         })
     }

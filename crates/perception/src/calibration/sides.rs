@@ -184,12 +184,16 @@ struct Strip {
 impl Frame {
     /// Counts the strips of the side.
     pub(super) fn strips(&self) -> usize {
-        ((self.ends_m[1] - self.ends_m[0] - 2.0 * self.corner_m) / STRIP_M).clamp(4.0, 100.0) as usize
+        ((self.ends_m[1] - self.ends_m[0] - 2.0 * self.corner_m) / STRIP_M).clamp(4.0, 100.0)
+            as usize
     }
 
     /// Gives the strip that a place along the side is in.
     pub(super) fn strip(&self, along_m: f64) -> Option<usize> {
-        let [from_m, to_m] = [self.ends_m[0] + self.corner_m, self.ends_m[1] - self.corner_m];
+        let [from_m, to_m] = [
+            self.ends_m[0] + self.corner_m,
+            self.ends_m[1] - self.corner_m,
+        ];
         let share = (along_m - from_m) / (to_m - from_m);
         let is_inside = (0.0..1.0).contains(&share);
         is_inside.then(|| (share * self.strips() as f64) as usize)

@@ -13,8 +13,6 @@ mod pile;
 mod sides;
 mod stack;
 
-use std::sync::Arc;
-
 use ppnpack_numbers::{SettingError, settings, within};
 
 pub use balance::BalanceCheck;
@@ -24,7 +22,6 @@ pub use pile::Pile;
 
 use crate::checks::check::BoxedCheck;
 use crate::ranking::refusal::{Cause, Refusal};
-use crate::scene::model::Model;
 
 /// Note on an item of unknown mass.
 const UNKNOWN_MASS: &str =
