@@ -1,12 +1,6 @@
 //! Views against a ray caster written as the definition reads, and the noise's statistics.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "a panic is a failing test"
-)]
+#![cfg(test)]
 
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, UnitQuaternion, Vector3};
 use ppnpack_camera::{Body, CameraError, DepthCamera, Intrinsics, NoiseModel};

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::UnitQuaternion;
 use ppnpack_packing::kernel::item::Item;
-use ppnpack_packing::ranking::candidate::{Candidate, Lying};
+use ppnpack_packing::ranking::candidate::Lying;
+use ppnpack_packing::ranking::step::Candidate;
 pub use ppnpack_packing::scene::model::{ConvexPiece, MassProperties, Model, RestingPose};
 
 /// An object ready to be packed at one resolution.

@@ -1,8 +1,8 @@
 //! Models to items: heightmap pairs per yaw.
 
 use nalgebra::{Point2, Rotation3, Vector3};
-use ppnpack_packing::kernel::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
-use ppnpack_packing::kernel::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ABSENT, MAX_CELLS, MAX_UNITS, Resolution, Units};
+use ppnpack_packing::kernel::item::{Item, Underside, ViewSurfaces};
 
 use crate::error::ObjectError;
 use crate::mesh::{Bounds, Mesh};

@@ -1,9 +1,5 @@
 //! Point cloud files: what is written comes back, and what is malformed is refused with a reason.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 use nalgebra::Point3;
 use ppnpack_clouds::{Cloud, CloudError, FormatError, MAX_POINTS, parse, read, to_pcd};

@@ -12,7 +12,7 @@ use ppnpack_packing::checks::check::Evidence;
 use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_packing::kernel::item::ShapeId;
 use ppnpack_packing::kernel::placement::RestingPlacement;
-use ppnpack_packing::planning::plan::{Candidate, StageError};
+use ppnpack_packing::ranking::step::{Candidate, StageError};
 use ppnpack_packing::scene::Scene;
 use ppnpack_packing::scene::content::{Content, LyingSolid};
 use ppnpack_packing::streams::episode::PackingCell;

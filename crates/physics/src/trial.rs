@@ -14,9 +14,8 @@ use ppnpack_packing::checks::check::{
 use ppnpack_packing::checks::loads::{Load, LoadSettings};
 use ppnpack_packing::checks::trial::TrialSettings;
 use ppnpack_packing::kernel::placement::RestingPlacement;
-use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_packing::ranking::refusal::{Cause, Refusal};
-use ppnpack_packing::ranking::step::{StageResult, StepInput};
+use ppnpack_packing::ranking::step::{Candidate, StageResult, StepInput};
 use ppnpack_packing::scene::content::Content;
 
 use loads::LoadTries;

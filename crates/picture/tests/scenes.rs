@@ -1,10 +1,6 @@
 //! Scenes, sheets and heightmaps: what is in front hides what is behind, equal input gives equal
 //! bytes, and odd input gives a picture or an error.
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic is a failing test"
-)]
+#![cfg(test)]
 
 use nalgebra::{Isometry3, Point3, Vector3};
 use ppnpack_packing::scene::model::mesh::Mesh;

@@ -20,8 +20,8 @@ use ppnpack_catalogue::catalogue::{Catalogue, Settings};
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::Model;
 use ppnpack_packing::kernel::grid::Grid;
-use ppnpack_packing::planning::plan::StepInput;
 use ppnpack_packing::ranking::proposals::{Percent, Proposals, Proposer};
+use ppnpack_packing::ranking::step::StepInput;
 use ppnpack_ppn::proposer::NetworkProposer;
 
 use recorded::Recorded;

@@ -1,7 +1,7 @@
 //! The network's inputs: heightmaps in physical units on padded canvases.
 
-use ppnpack_packing::kernel::grid::{Grid, Units};
-use ppnpack_packing::kernel::item::{ABSENT, Item, ItemView};
+use ppnpack_packing::kernel::grid::{ABSENT, Grid, Units};
+use ppnpack_packing::kernel::item::{Item, ItemView};
 use ppnpack_packing::kernel::resting::RestingMap;
 
 use crate::network::{CONTAINER_CHANNELS, RESTING_CHANNELS, VIEW_CHANNELS};

@@ -1,11 +1,7 @@
 //! The worth of the shipped weights, on steps that the test makes itself: how often the optimum of
 //! the exhaustive search is among the network's best-scored placements.
 
-#![allow(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 #[path = "support/recorded.rs"]
 mod recorded;
@@ -15,8 +11,8 @@ use std::sync::Arc;
 
 use ppnpack_model::settings::Device;
 use ppnpack_model::weights::{Model, WeightTensor, to_bytes};
-use ppnpack_packing::kernel::grid::{Grid, Units};
-use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ABSENT, Grid, Units};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_packing::ranking::proposals::{Percent, ProposeAll};
 use ppnpack_packing::ranking::step::{Candidate, StepInput};
 use ppnpack_packing::scene::Scene;

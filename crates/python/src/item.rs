@@ -10,7 +10,7 @@ use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::views;
 use ppnpack_packing::kernel::grid::{self, Resolution};
 use ppnpack_packing::kernel::item::{self, ItemView, ViewSurfaces};
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::scene::model::Model;
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;

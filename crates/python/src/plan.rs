@@ -1,8 +1,7 @@
 //! Plans of steps.
 
 use ppnpack_packing::planning::plan;
-use ppnpack_packing::ranking::candidate::Candidate;
-use ppnpack_packing::ranking::step::Evaluated;
+use ppnpack_packing::ranking::step::{Candidate, Evaluated};
 use pyo3::prelude::*;
 
 use crate::placement::Placement;

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
-use ppnpack_packing::kernel::grid::{MAX_CELLS, MAX_UNITS, Resolution, Units};
-use ppnpack_packing::kernel::item::{ABSENT, Item, ItemError, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ABSENT, MAX_CELLS, MAX_UNITS, Resolution, Units};
+use ppnpack_packing::kernel::item::{Item, ItemError, ViewSurfaces};
 use ppnpack_packing::kernel::rectangle::least_rectangle_rad;
 
 use crate::segmentation::Cluster;

@@ -204,8 +204,8 @@ fn covered<'a>(
 #[cfg(test)]
 mod tests {
     use nalgebra::Point2;
-    use ppnpack_packing::kernel::grid::{ContainerSize, Resolution, Yaws};
-    use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+    use ppnpack_packing::kernel::grid::{ABSENT, ContainerSize, Resolution, Yaws};
+    use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
     use ppnpack_packing::kernel::placement::Placement;
     use proptest::prelude::*;
 

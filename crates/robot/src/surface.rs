@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use ppnpack_catalogue::object::Model;
 use ppnpack_catalogue::raster::{Raster, rasterise};
-use ppnpack_packing::kernel::grid::Resolution;
-use ppnpack_packing::kernel::item::{ABSENT, Item};
+use ppnpack_packing::kernel::grid::{ABSENT, Resolution};
+use ppnpack_packing::kernel::item::Item;
 
 /// Maximum of samples along one side.
 const MAX_SAMPLES: f64 = 1024.0;

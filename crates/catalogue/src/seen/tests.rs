@@ -1,5 +1,5 @@
-use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Yaws};
-use ppnpack_packing::kernel::item::{ABSENT, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ABSENT, ContainerSize, Grid, Yaws};
+use ppnpack_packing::kernel::item::ViewSurfaces;
 use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use proptest::prelude::*;
 

@@ -1,11 +1,5 @@
 //! Folders of meshes, and real objects.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod folders;
 #[path = "../../../packing/tests/golden/cases.rs"]

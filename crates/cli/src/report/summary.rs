@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ppnpack_packing::planning::plan::{Candidate, Timings};
+use ppnpack_packing::ranking::step::{Candidate, Timings};
 use ppnpack_packing::streams::episode::{Ending, SetAside, steps_widened};
 use ppnpack_packing::streams::metrics::Metrics;
 use serde::Serialize;

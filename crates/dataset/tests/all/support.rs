@@ -12,13 +12,13 @@ use ppnpack_dataset::{
 };
 use ppnpack_packing::checks::check::BoxedCheck;
 use ppnpack_packing::checks::stability::PublishedStability;
-use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
-use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::kernel::grid::{ABSENT, ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
-use ppnpack_packing::planning::plan::{Evaluated, Planner};
+use ppnpack_packing::planning::plan::Planner;
 use ppnpack_packing::ranking::proposals::ProposeAll;
 use ppnpack_packing::ranking::search::{Search, SearchSettings};
-use ppnpack_packing::ranking::step::{Candidate, StepInput};
+use ppnpack_packing::ranking::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::streams::episode::{IdealCell, Observer, Play, Step, play};
 
 pub(crate) fn grid() -> Grid {

@@ -9,11 +9,10 @@ use ppnpack_packing::kernel::heightmap::Heightmap;
 use ppnpack_packing::kernel::item::{Item, ItemError, ViewSurfaces};
 use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
 use ppnpack_packing::planning::valid::SearchError;
-use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_packing::ranking::evaluator::Evaluator;
 use ppnpack_packing::ranking::proposals::Proposals;
 use ppnpack_packing::ranking::search::{Search, SearchSettings};
-use ppnpack_packing::ranking::step::{Evaluated, StepInput};
+use ppnpack_packing::ranking::step::{Candidate, Evaluated, StepInput};
 use ppnpack_packing::scene::Scene;
 
 use super::bin::Bin;

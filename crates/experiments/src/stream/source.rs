@@ -9,7 +9,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::orders::{self, Order, OrderedObject};
 use ppnpack_cli::failure::{Failure, OrInput, Outcome};
 use ppnpack_cli::sequence::{Sequence, SequenceFile};
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::scene::leaving::Stop;
 use ppnpack_packing::streams::orders::OrderItem;
 use rand::seq::SliceRandom;

@@ -5,8 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 
-pub use crate::kernel::grid::ABSENT;
-use crate::kernel::grid::{Grid, MAX_UNITS, Units};
+use crate::kernel::grid::{ABSENT, Grid, MAX_UNITS, Units};
 use crate::kernel::layout::ViewLayout;
 use crate::kernel::placement::{Placement, RestingPlacement};
 

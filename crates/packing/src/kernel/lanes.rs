@@ -10,8 +10,8 @@
               lane loops run over fixed-size arrays"
 )]
 
-use crate::kernel::grid::Units;
-use crate::kernel::item::{ABSENT, ItemView};
+use crate::kernel::grid::{ABSENT, Units};
+use crate::kernel::item::ItemView;
 use crate::kernel::layout::{DISTANCE_LEVELS, ROW_LANES};
 
 /// Placements computed at once along y.

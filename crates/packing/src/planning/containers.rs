@@ -3,8 +3,8 @@
 //! Each has a planner of its own, and all plan for the same buffer. The fullest in which an item of
 //! the buffer has a valid placement takes one: gaps are filled before room is begun.
 
-use crate::planning::plan::{Plan, Timings};
-use crate::ranking::candidate::Candidate;
+use crate::planning::plan::Plan;
+use crate::ranking::step::{Candidate, Timings};
 
 /// Candidates, by their indices, that each container may take in an attempt, the fullest first.
 pub type Attempt = Vec<Vec<usize>>;

@@ -13,12 +13,11 @@ use crate::kernel::item::YawsMismatch;
 use crate::kernel::objective::Order;
 use crate::kernel::random;
 use crate::planning::valid::{SearchError, ValidPlacement, ValidSearch};
-pub use crate::ranking::evaluator::Evaluator;
+use crate::ranking::evaluator::Evaluator;
 use crate::ranking::proposals::{Proposals, Proposer};
 use crate::ranking::refusal::{Refusal, Refusals};
-use crate::ranking::step::Shortfall;
-pub use crate::ranking::step::{
-    Candidate, Evaluated, PlacementCounts, StageError, StepInput, Timings,
+use crate::ranking::step::{
+    Candidate, Evaluated, PlacementCounts, Shortfall, StageError, StepInput, Timings,
 };
 use crate::scene::Scene;
 

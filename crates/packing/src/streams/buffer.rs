@@ -3,7 +3,7 @@
 use std::iter::Peekable;
 use std::vec::IntoIter;
 
-use crate::ranking::candidate::Candidate;
+use crate::ranking::step::Candidate;
 
 /// A sequence of arriving items seen through a buffer of limited size.
 ///

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::kernel::grid::Grid;
 use crate::kernel::item::ItemView;
 use crate::kernel::random;
-use crate::ranking::candidate::Candidate;
+use crate::ranking::step::Candidate;
 
 /// Why a carton cannot take an order, whatever the sequence.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

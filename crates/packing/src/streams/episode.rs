@@ -4,10 +4,9 @@ use crate::checks::check::Evidence;
 use crate::kernel::grid::Grid;
 use crate::kernel::heightmap::Heightmap;
 use crate::kernel::placement::RestingPlacement;
-use crate::planning::plan::{
-    Candidate, Evaluated, Plan, PlanError, Planner, Reason, StageError, StepInput, Timings,
-};
+use crate::planning::plan::{Plan, PlanError, Planner, Reason};
 use crate::ranking::refusal::Refusals;
+use crate::ranking::step::{Candidate, Evaluated, StageError, StepInput, Timings};
 use crate::scene::Scene;
 use crate::streams::buffer::Buffer;
 use crate::streams::metrics::{Metrics, PackedVolume};

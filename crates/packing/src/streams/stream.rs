@@ -3,10 +3,9 @@
 
 use crate::kernel::grid::Grid;
 use crate::planning::containers::{Found, plan_over};
-use crate::planning::plan::{Plan, PlanError, Planner, StageError};
-use crate::ranking::candidate::Candidate;
+use crate::planning::plan::{Plan, PlanError, Planner};
 use crate::ranking::refusal::Refusals;
-use crate::ranking::step::{Evaluated, StepInput};
+use crate::ranking::step::{Candidate, Evaluated, StageError, StepInput};
 use crate::scene::Scene;
 use crate::scene::leaving::{Leaving, Stop};
 use crate::streams::buffer::Buffer;

@@ -1,10 +1,5 @@
 //! The engine against slow references, golden vectors and examples, in one program.
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod allocations;
 mod coarse;
@@ -19,6 +14,7 @@ mod loads;
 mod orders;
 mod planning;
 mod raster;
+mod rooms;
 mod scene_value;
 mod search;
 mod setting_aside;

@@ -4,8 +4,8 @@ use nalgebra::Isometry3;
 use ppnpack_packing::checks::trial::{Settling, TrialLimits};
 use ppnpack_packing::kernel::item::ShapeId;
 use ppnpack_packing::kernel::placement::RestingPlacement;
-use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+use ppnpack_packing::ranking::step::Candidate;
 
 use crate::error::PhysicsError;
 use crate::twin::{Solid, Twin};

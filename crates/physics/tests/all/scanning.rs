@@ -7,7 +7,7 @@ use ppnpack_packing::checks::check::Evidence;
 use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Yaws};
 use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::scene::Scene;
 use ppnpack_packing::streams::episode::PackingCell;
 use ppnpack_physics::cell::SimulatedCell;

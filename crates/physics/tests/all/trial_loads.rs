@@ -5,8 +5,8 @@ use ppnpack_packing::checks::check::{ValidityCheck, Verdict};
 use ppnpack_packing::checks::loads::{Load, LoadSettings};
 use ppnpack_packing::checks::trial::TrialSettings;
 use ppnpack_packing::kernel::placement::RestingPlacement;
-use ppnpack_packing::ranking::candidate::Candidate;
 use ppnpack_packing::ranking::refusal::{Cause, Refusal};
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_physics::trial::TrialCheck;
 use ppnpack_physics::twin::TwinSettings;
 

@@ -1,11 +1,5 @@
 //! The arm from outside.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "a panic in a test is a failing test"
-)]
+#![cfg(test)]
 
 mod common;
 mod cycle;

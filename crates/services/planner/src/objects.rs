@@ -7,7 +7,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::kernel::grid::Resolution;
 use ppnpack_packing::kernel::item::Item;
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_wire::convert;
 use ppnpack_wire::item_id::ItemId;
 

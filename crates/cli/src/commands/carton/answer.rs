@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ppnpack_packing::kernel::grid::Grid;
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::streams::carton::RuledOut;
 use ppnpack_packing::streams::episode::Step;
 use ppnpack_perception::extrinsics::Extrinsics;

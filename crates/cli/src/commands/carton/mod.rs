@@ -14,7 +14,7 @@ use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_catalogue::orders::{self, Order};
 use ppnpack_packing::kernel::grid::GridSettings;
 use ppnpack_packing::planning::method::Method;
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_physics::packing_cell::Sampling;
 use ppnpack_physics::settings::CellSettings;
 

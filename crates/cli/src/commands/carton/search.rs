@@ -10,7 +10,7 @@ use ppnpack_catalogue::cartons::Carton;
 use ppnpack_catalogue::catalogue::Catalogue;
 use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_packing::planning::method::Method;
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::streams::carton::{RuledOut, Sequences, ruled_out};
 
 use super::attempt::{Bench, Tried};

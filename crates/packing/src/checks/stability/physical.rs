@@ -4,8 +4,8 @@ use ppnpack_numbers::settings;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::checks::check::{Condition, Cost, Question};
-use crate::kernel::grid::{Grid, Units};
-use crate::kernel::item::{ABSENT, ItemView};
+use crate::kernel::grid::{ABSENT, Grid, Units};
+use crate::kernel::item::ItemView;
 use crate::kernel::placement::RestingPlacement;
 use crate::kernel::polygon::SupportPolygon;
 use crate::ranking::refusal::Cause;

@@ -1,9 +1,9 @@
 //! The published stability test.
 
 use crate::checks::check::{Condition, Cost, Question};
-use crate::kernel::grid::{Grid, Units};
+use crate::kernel::grid::{ABSENT, Grid, Units};
 use crate::kernel::heightmap::Heightmap;
-use crate::kernel::item::{ABSENT, ItemView};
+use crate::kernel::item::ItemView;
 use crate::kernel::placement::RestingPlacement;
 use crate::kernel::polygon::SupportPolygon;
 use crate::ranking::refusal::Cause;

@@ -4,9 +4,9 @@
 use std::ops::Range;
 
 use super::{CoarseGrid, Coarsening};
-use crate::kernel::grid::Units;
+use crate::kernel::grid::{ABSENT, Units};
 use crate::kernel::heightmap::Heightmap;
-use crate::kernel::item::{ABSENT, Item, ItemError, ItemView, ViewSurfaces};
+use crate::kernel::item::{Item, ItemError, ItemView, ViewSurfaces};
 
 impl CoarseGrid {
     /// The median height of each coarse cell, the lower of two; the last takes what is left over.

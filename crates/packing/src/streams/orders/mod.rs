@@ -15,7 +15,7 @@ pub use ties::Tie;
 use ties::{Counts, Unit, Units, count};
 
 use crate::planning::containers::Attempt;
-use crate::ranking::candidate::Candidate;
+use crate::ranking::step::Candidate;
 
 /// Sums of masses that differ by less than this are the same, in kilograms.
 const SAME_KG: f64 = 1e-9;

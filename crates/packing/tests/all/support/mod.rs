@@ -9,13 +9,14 @@ pub(crate) use ppnpack_packing::checks::check::{
     BoxedCheck, Cost, Evidence, ValidityCheck, Verdict,
 };
 pub(crate) use ppnpack_packing::checks::stability::PublishedStability;
-pub(crate) use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+pub(crate) use ppnpack_packing::kernel::grid::{
+    ABSENT, ContainerSize, Grid, Resolution, Units, Yaws,
+};
 pub(crate) use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
-pub(crate) use ppnpack_packing::kernel::item::{ABSENT, Item, Underside, ViewSurfaces};
+pub(crate) use ppnpack_packing::kernel::item::{Item, Underside, ViewSurfaces};
 pub(crate) use ppnpack_packing::kernel::objective::{Heuristic, Order, Weights};
 pub(crate) use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 pub(crate) use ppnpack_packing::planning::plan::{Plan, Planner, Reason};
-pub(crate) use ppnpack_packing::ranking::candidate::Candidate;
 pub(crate) use ppnpack_packing::ranking::evaluator::Evaluator;
 pub(crate) use ppnpack_packing::ranking::proposals::{
     CandidateProposals, Percent, Proposals, ProposeAll, ProposeRandom, Proposer, all_count,
@@ -23,7 +24,7 @@ pub(crate) use ppnpack_packing::ranking::proposals::{
 pub(crate) use ppnpack_packing::ranking::refusal::{Cause, Refusal};
 pub(crate) use ppnpack_packing::ranking::search::{Search, SearchSettings};
 pub(crate) use ppnpack_packing::ranking::step::{
-    Evaluated, PlacementCounts, StageError, StageResult, StepInput,
+    Candidate, Evaluated, PlacementCounts, StageError, StageResult, StepInput,
 };
 pub(crate) use ppnpack_packing::scene::Scene;
 pub(crate) use ppnpack_packing::scene::content::{Content, LyingBody, LyingSolid};

@@ -10,8 +10,7 @@ use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws
 use ppnpack_packing::kernel::heightmap::Heightmap;
 use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
-use ppnpack_packing::ranking::candidate::Candidate;
-use ppnpack_packing::ranking::step::StepInput;
+use ppnpack_packing::ranking::step::{Candidate, StepInput};
 use ppnpack_packing::scene::Scene;
 use ppnpack_packing::scene::content::LyingSolid;
 use ppnpack_physics::cell::SimulatedCell;

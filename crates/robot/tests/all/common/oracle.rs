@@ -5,7 +5,8 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use ppnpack_packing::kernel::item::{ABSENT, ItemView};
+use ppnpack_packing::kernel::grid::ABSENT;
+use ppnpack_packing::kernel::item::ItemView;
 use ppnpack_robot::arm::Arm;
 use ppnpack_robot::cell::CellSettings;
 use ppnpack_robot::joints::JointAngles;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use nalgebra::{Point2, Vector2, Vector3};
-use ppnpack_packing::kernel::grid::{ContainerSize, Grid, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::grid::{ABSENT, ContainerSize, Grid, Resolution, Units, Yaws};
 use ppnpack_packing::kernel::heightmap::Heightmap;
-use ppnpack_packing::kernel::item::{ABSENT, Item, ViewSurfaces};
+use ppnpack_packing::kernel::item::{Item, ViewSurfaces};
 use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::scene::Scene;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use ppnpack_packing::kernel::item::Item;
-use ppnpack_packing::ranking::candidate::{Candidate, Lying};
-use ppnpack_packing::scene::content::Burden;
-use ppnpack_packing::scene::content::{Content, LyingBody, LyingSolid};
+use ppnpack_packing::ranking::candidate::Lying;
+use ppnpack_packing::ranking::step::Candidate;
+use ppnpack_packing::scene::content::{Burden, Content, LyingBody, LyingSolid};
 use ppnpack_packing::scene::leaving::{Leaving, Stop};
 use ppnpack_packing::scene::model::Model;
 use ppnpack_protocol::session::message;

@@ -1,6 +1,6 @@
 //! A step as a record.
 
-use ppnpack_packing::ranking::candidate::Candidate;
+use ppnpack_packing::ranking::step::Candidate;
 use ppnpack_packing::scene::content::{Content, LyingSolid};
 use ppnpack_packing::scene::leaving::{Leaving, Stop};
 use ppnpack_protocol::session::message;

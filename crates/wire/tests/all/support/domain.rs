@@ -2,9 +2,11 @@
 
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use ppnpack_packing::checks::motion::{Cycle, JointPoint, Leg, LegKind};
-use ppnpack_packing::kernel::grid::{ContainerSize, Grid, MAX_UNITS, Resolution, Units, Yaws};
+use ppnpack_packing::kernel::grid::{
+    ABSENT, ContainerSize, Grid, MAX_UNITS, Resolution, Units, Yaws,
+};
 use ppnpack_packing::kernel::heightmap::{Heightmap, Surface};
-use ppnpack_packing::kernel::item::{ABSENT, Item, Underside, ViewSurfaces};
+use ppnpack_packing::kernel::item::{Item, Underside, ViewSurfaces};
 use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
 use ppnpack_packing::scene::Scene;
 use proptest::prelude::*;
