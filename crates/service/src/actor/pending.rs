@@ -39,6 +39,12 @@ impl<T> PendingRequests<T> {
         self.extract(|_, request| can_be_answered(request))
     }
 
+    /// Finds the oldest of this kind.
+    pub fn find(&mut self, mut is_it: impl FnMut(&T) -> bool) -> Option<&mut T> {
+        let mut requests = self.requests.iter_mut().map(|(_, request)| request);
+        requests.find(|request| is_it(request))
+    }
+
     /// Takes out the oldest.
     pub fn take_first(&mut self) -> Option<T> {
         let is_there = !self.requests.is_empty();
@@ -103,6 +109,7 @@ mod tests {
         assert_eq!(pending.next_expiry(), Some(later));
         assert!(pending.take_expired().is_empty());
         assert_eq!(pending.keep(5, later), Ok(()));
+        assert_eq!(pending.find(|request| *request > 1), Some(&mut 3));
         assert_eq!(pending.take_first(), Some(1));
         assert_eq!(pending.take(|request| request % 2 == 1), [3, 5]);
         assert_eq!(pending.take_first(), None);

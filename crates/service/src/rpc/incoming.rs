@@ -141,6 +141,12 @@ impl<R: Request> Incoming<R> {
         self.pending.refuse(status, &message.into());
     }
 
+    /// Leaves it without an answer, as its caller has sent it again under the same id: one answer
+    /// suffices.
+    pub fn leave(mut self) {
+        self.pending.query = None;
+    }
+
     /// Refuses it with a reply that says more.
     pub fn refuse_with(mut self, reply: R::Reply, status: Status, message: impl Into<String>) {
         self.pending

@@ -1,8 +1,10 @@
 //! The steps of a cell: asked for, planned on a thread of their own, and entered.
 
+use std::mem::discriminant;
 use std::time::{Duration, Instant};
 
 use ppnpack_protocol::session::End;
+use ppnpack_service::clock::Boottime;
 use ppnpack_service::rpc::{Done, Incoming};
 use ppnpack_wire::header;
 use ppnpack_wire::header::RequestHeader;
@@ -75,6 +77,29 @@ impl Request {
         }
     }
 
+    /// Gives the time at which it came.
+    fn came(&self) -> Boottime {
+        match self {
+            Self::Plan(incoming) => incoming.came(),
+            Self::Explain(incoming) => incoming.came(),
+        }
+    }
+
+    /// Says whether another one was sent as the same request.
+    fn is_same(&self, other: &Self) -> bool {
+        let id = &self.header().request_id;
+        let is_of_kind = discriminant(self) == discriminant(other);
+        is_of_kind && !id.is_empty() && *id == other.header().request_id
+    }
+
+    /// Leaves it to another one of the same request to be answered.
+    fn leave(self) {
+        match self {
+            Self::Plan(incoming) => incoming.leave(),
+            Self::Explain(incoming) => incoming.leave(),
+        }
+    }
+
     fn refuse(self, refusal: Refusal) {
         let Refusal { status, message } = refusal;
         match self {
@@ -85,8 +110,17 @@ impl Request {
 }
 
 impl CellPlanner {
-    /// Has a request wait for its step.
-    pub(super) fn wait_for_step(&mut self, request: Request, unseen: Option<Refusal>) {
+    /// Has a request wait for its step. One that its caller sent again, as it heard nothing, is
+    /// planned once, and the one that came last is answered.
+    pub(super) fn wait_for_step(&mut self, mut request: Request, unseen: Option<Refusal>) {
+        let is_same = |(other, _): &Waiting| other.is_same(&request);
+        if let Some((kept, why)) = self.waiting.find(is_same) {
+            if kept.came() < request.came() {
+                std::mem::swap(kept, &mut request);
+            }
+            *why = unseen.or(why.take());
+            return request.leave();
+        }
         let answer_by = request.answer_by();
         if let Err((request, _)) = self.waiting.keep((request, unseen), answer_by) {
             request.refuse(Refusal::new(Status::Busy, "too many wait already"));
