@@ -159,6 +159,31 @@ fn other_grids_containers_methods_and_cells_pack() {
 }
 
 #[test]
+fn what_is_taken_of_a_container_is_packed_around_and_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("taken.toml");
+    let pack = format!(
+        "pack --random 12 --cell 1cm --yaws 4 --physics {}",
+        file.display()
+    );
+    let half = "{ from_m = [0, 0, 0], to_m = [0.16, 0.32, 0.3] }";
+    let low = "{ from_m = [0.16, 0, 0], to_m = [0.32, 0.32, 0.04] }";
+    std::fs::write(&file, format!("taken = [{half}, {low}]")).unwrap();
+    let lines = packed(&pack).placements();
+    assert!(lines.len() > 3, "{lines:?}");
+    for line in lines.iter().skip(1) {
+        let [cell_x, resting_height_m] = [5, 7].map(|at| line[at].parse::<f64>().unwrap());
+        assert!(cell_x >= 16.0 && resting_height_m >= 0.04, "{line:?}");
+    }
+    std::fs::write(
+        &file,
+        "taken = [{ from_m = [0, 0, 0], to_m = [0.1, 0, 0.1] }]",
+    )
+    .unwrap();
+    fails(&ppnpack(&pack), 2, &["taken.to_m", "above from_m"]);
+}
+
+#[test]
 fn options_win_over_the_file_of_the_method_and_what_is_wrong_in_it_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("method.toml");

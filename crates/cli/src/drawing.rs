@@ -1,7 +1,10 @@
 //! Pictures that several commands draw.
 
+use nalgebra::Isometry3;
 use ppnpack_packing::kernel::grid::{Grid, Units};
 use ppnpack_packing::kernel::heightmap::Heightmap;
+use ppnpack_packing::scene::model::mesh::Mesh;
+use ppnpack_physics::settings::TakenBox;
 use ppnpack_picture::{
     Camera, Colour, HeightField, Image, Item, PictureError, Scene3d, Size, TriangleMesh, heightmap,
     render,
@@ -41,16 +44,26 @@ pub fn heights(
     Ok(heightmap(title, &field)?.to_png()?)
 }
 
-/// Draws a packed container; colours go by the order of arrivals.
+/// Draws a packed container; colours go by the order of arrivals, and what is taken of it is grey.
 ///
 /// # Errors
 /// [`PictureError`] where there is too much in it.
 pub fn packed<'a>(
     grid: &Grid,
+    taken: &[TakenBox],
     contents: impl Iterator<Item = &'a (usize, Content)>,
     size: Size,
 ) -> Result<Image, PictureError> {
     let container = grid.container();
+    let taken: Vec<Mesh> = taken.iter().map(|taken| taken.bounds().mesh()).collect();
+    let fixed = taken.iter().map(|mesh| Item {
+        mesh: TriangleMesh {
+            vertices: &mesh.vertices,
+            triangles: &mesh.triangles,
+        },
+        world_from_item: Isometry3::identity(),
+        colour: Colour::GREY,
+    });
     let items = contents.map(|(arrival, body)| Item {
         mesh: TriangleMesh {
             vertices: &body.model.mesh.vertices,
@@ -60,7 +73,7 @@ pub fn packed<'a>(
         colour: Colour::of_item(*arrival),
     });
     let scene = Scene3d {
-        items: items.collect(),
+        items: fixed.chain(items).collect(),
         container_m: Some([container.x_m, container.y_m, container.z_m]),
     };
     render(&scene, &Camera::overlooking(&scene), size)

@@ -66,8 +66,9 @@ pub struct Calibration {
 /// Finds the container in a cloud of it empty, given in metres in the sensor's frame. Points with a
 /// coordinate that is not finite are left out.
 ///
-/// The frame of the container has its origin at an inner bottom corner, z up, right-handed. Its x
-/// axis is that along a side nearest to the sensor's x axis seen from above; see
+/// The frame of the container has its origin at an inner bottom corner, of a tote below a corner of
+/// its opening, z up, right-handed. Its x axis is that along a side nearest to the sensor's x axis
+/// seen from above; see
 /// [`CalibrationSettings::quarter_turns`].
 ///
 /// # Errors

@@ -10,6 +10,7 @@ use ppnpack_numbers::gaussian;
 use ppnpack_packing::kernel::grid::{ContainerSize, Grid};
 use ppnpack_packing::kernel::heightmap::Surface;
 use ppnpack_packing::scene::Scene;
+use ppnpack_packing::scene::model::raster::raise_surface;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rapier3d::dynamics::{RigidBodyHandle, RigidBodyType};
@@ -224,7 +225,8 @@ impl SimulatedCell {
     }
 
     /// Scans the surface of the content from above: each sample is the greatest height of the posed
-    /// meshes within its square; what is outside the grid is left out, and the floor is at 0.
+    /// meshes, and of what is taken, within its square; what is outside the grid is left out, and
+    /// the floor is at 0.
     ///
     /// Only bodies whose pose changed since the last scan on an equal grid are computed anew.
     ///
@@ -237,7 +239,11 @@ impl SimulatedCell {
             return Err(PhysicsError::Grid { grid, cell });
         }
         let contents = self.contents();
-        Ok(self.surfaces.scan(grid, &contents))
+        let mut surface = self.surfaces.scan(grid, &contents);
+        for taken in &self.settings.taken {
+            raise_surface(&taken.bounds().mesh(), &Isometry3::identity(), &mut surface);
+        }
+        Ok(surface)
     }
 
     /// The scene that the next placement is planned on: the surface, and the heightmap from it.

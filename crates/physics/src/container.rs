@@ -1,13 +1,13 @@
-//! The container as convex solids: a floor, and walls around the inside.
+//! The container as convex solids: a floor, walls around the inside, and what is taken of that.
 
 use nalgebra::Point3;
 use ppnpack_catalogue::mesh::{Bounds, Mesh};
 
-use crate::settings::CellSettings;
+use crate::settings::{CellSettings, TakenBox};
 
-/// The floor, and of a box the walls, in the container frame.
+/// The floor, what is taken, and of a box the walls, in the container frame.
 ///
-/// The walls along y stand between those along x, so that no two boxes overlap.
+/// The walls along y stand between those along x, so that no two of them overlap.
 pub(crate) fn boxes(settings: &CellSettings) -> Vec<Bounds> {
     let size = settings.container;
     let wall_m = settings.walls.thickness_m;
@@ -18,16 +18,18 @@ pub(crate) fn boxes(settings: &CellSettings) -> Vec<Bounds> {
     let (x, y, z) = (size.x_m, size.y_m, size.z_m);
     let floor_m = settings.walls.floor_thickness_m;
     let floor = solid([-wall_m, -wall_m, -floor_m], [x + wall_m, y + wall_m, 0.0]);
+    let taken = settings.taken.iter().map(TakenBox::bounds);
+    let fixed = std::iter::once(floor).chain(taken);
     if !size.is_box() {
-        return vec![floor];
+        return fixed.collect();
     }
-    vec![
-        floor,
+    let walls = [
         solid([-wall_m, -wall_m, 0.0], [0.0, y + wall_m, z]),
         solid([x, -wall_m, 0.0], [x + wall_m, y + wall_m, z]),
         solid([0.0, -wall_m, 0.0], [x, 0.0, z]),
         solid([0.0, y, 0.0], [x, y + wall_m, z]),
-    ]
+    ];
+    fixed.chain(walls).collect()
 }
 
 /// The walls of a container that is no box, as convex pieces of eight corners: upright outside,

@@ -5,6 +5,7 @@ use std::ops::Bound;
 
 use ppnpack_numbers::{SettingError, settings, within};
 use ppnpack_packing::kernel::grid::ContainerSize;
+use ppnpack_packing::scene::model::mesh::Bounds;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -18,6 +19,9 @@ settings! {
         pub container: ContainerSize = ContainerSize::REFERENCE,
         /// Its walls and floor.
         pub walls: WallSettings = WallSettings::default(),
+        /// Space that is taken from the start, as by a divider or by what lies there.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        pub taken: Vec<TakenBox> = Vec::new(),
         /// Friction and restitution of what touches.
         pub contact: ContactSettings = ContactSettings::default(),
         /// Height and errors with which items are let go.
@@ -49,6 +53,36 @@ settings! {
         pub thickness_m: f64 = 0.02 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
         /// Thickness of the floor, downwards, in metres.
         pub floor_thickness_m: f64 = 0.05 => within("at least 1 mm and at most 1 m", 1e-3..=1.0),
+    }
+}
+
+/// A box in the container that nothing moves, by two of its corners, in metres in the container
+/// frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TakenBox {
+    /// The corner of least coordinates.
+    pub from_m: [f64; 3],
+    /// The corner of greatest coordinates.
+    pub to_m: [f64; 3],
+}
+
+impl TakenBox {
+    /// Its extent.
+    pub fn bounds(&self) -> Bounds {
+        Bounds {
+            lowest: self.from_m.into(),
+            highest: self.to_m.into(),
+        }
+    }
+
+    fn validate(&self) -> Result<(), SettingError> {
+        let [from, to] = ["taken.from_m", "taken.to_m"];
+        for (from_m, to_m) in self.from_m.into_iter().zip(self.to_m) {
+            within("between -10 and 10 m", -10.0..=10.0)(from, from_m)?;
+            within("above from_m and at most 10 m", above(from_m, 10.0))(to, to_m)?;
+        }
+        Ok(())
     }
 }
 
@@ -158,6 +192,8 @@ impl CellSettings {
         side("the container's height", self.container.z_m)?;
         self.container.validate_shape()?;
         self.walls.validate()?;
+        within("at most 100", 0.0..=100.0)("taken", self.taken.len() as f64)?;
+        self.taken.iter().try_for_each(TakenBox::validate)?;
         self.contact.validate()?;
         self.release.validate()?;
         self.outcome.validate()?;

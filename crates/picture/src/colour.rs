@@ -32,7 +32,7 @@ impl Colour {
     /// Titles and names.
     pub(crate) const INK: Self = Self::hex(0x1f2933);
     /// Secondary text.
-    pub(crate) const GREY: Self = Self::hex(0x616e7c);
+    pub const GREY: Self = Self::hex(0x616e7c);
     /// Axes and frames.
     pub(crate) const LINE: Self = Self::hex(0x9aa5b1);
     /// Grid lines.

@@ -61,8 +61,8 @@ pub struct PhysicsOptions {
     conditions: Option<Conditions>,
 
     /// A TOML or JSON file with any settings of the simulated cell over those of the conditions,
-    /// such as `settle_time_s` (the longest that items are given to settle), `release.height_m` or
-    /// `contact.friction_combine`
+    /// such as `settle_time_s` (the longest that items are given to settle), `release.height_m`, or
+    /// `taken`, boxes of the container that are not free
     #[arg(long, value_name = "FILE", value_parser = parse_physics)]
     physics: Option<Value>,
 

@@ -71,11 +71,18 @@ pub(crate) fn calibration_file(source: &Path, calibration: &Calibration) -> anyh
         false => format!(", draft_rad = {draft_rad:?}, corner_radius_m = {corner_radius_m:?}"),
     };
     let measured = calibration.measured_size;
+    let leaning = match measured.is_box() {
+        true => String::new(),
+        false => format!(
+            " at the rim, walls leaning by {:.1} degrees",
+            measured.draft_rad.to_degrees()
+        ),
+    };
     let measured = centimetres([measured.x_m, measured.y_m, measured.z_m]);
     let source = source.display().to_string().replace(char::is_control, " ");
     let residuals = toml::to_string(&calibration.residuals)?;
     Ok(format!(
-        "# Calibrated on {source}. Metres and radians; the quaternion's real part is last. Measured: {measured}.
+        "# Calibrated on {source}. Metres and radians; the quaternion's real part is last. Measured: {measured}{leaning}.
 container = {{ x_m = {x_m:?}, y_m = {y_m:?}, z_m = {z_m:?}{shape} }}
 container_from_sensor = {{ position_m = [{x:?}, {y:?}, {z:?}], orientation_xyzw = [{qx:?}, {qy:?}, {qz:?}, {qw:?}] }}
 

@@ -212,7 +212,9 @@ pub(crate) fn write(
     further: Option<(&str, &[u8])>,
 ) -> anyhow::Result<()> {
     let grid = &packing.settings.grid;
-    let packed = drawing::packed(grid, packing.contents.iter(), Size::new(1600, 1200)?);
+    let taken = &packing.settings.simulated.cell.taken;
+    let size = Size::new(1600, 1200)?;
+    let packed = drawing::packed(grid, taken, packing.contents.iter(), size);
     let packed = packed.and_then(|image| image.to_png());
     let packed = packed.context("packed.png cannot be drawn")?;
     let title = "Heightmap of the packed container";

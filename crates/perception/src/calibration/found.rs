@@ -63,11 +63,6 @@ impl Found {
             false => median(&mut leans),
         }
     }
-
-    /// Gives the distance of the floor's edges from those of the rim, in metres.
-    pub(super) fn foot_m(&self) -> f64 {
-        self.opening.lean * self.surfaces.depth_m()
-    }
 }
 
 /// The planes of floor and rim.

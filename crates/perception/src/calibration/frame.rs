@@ -51,7 +51,7 @@ pub(super) fn place(
 struct Sides {
     x: Vector2<f64>,
     y: Vector2<f64>,
-    /// From where to where the floor is along x and y.
+    /// From where to where along x and y, at the rim.
     x_m: [f64; 2],
     y_m: [f64; 2],
     floor_m: f64,
@@ -69,11 +69,8 @@ impl Sides {
         towards.rotate_left(turn);
         across_m.rotate_left(turn);
         let ([x, y, ..], [x_end, y_end, x_beginning, y_beginning]) = (towards, across_m);
-        let foot_m = found.foot_m();
-        let at_rim = |floor_m: f64| floor_m + 2.0 * foot_m;
-        let x_m = ends_m(x_end, x_beginning, known.map(|size| at_rim(size.x_m)))?;
-        let y_m = ends_m(y_end, y_beginning, known.map(|size| at_rim(size.y_m)))?;
-        let [x_m, y_m] = [x_m, y_m].map(|[from, to]| [from + foot_m, to - foot_m]);
+        let x_m = ends_m(x_end, x_beginning, known.map(|size| size.x_m))?;
+        let y_m = ends_m(y_end, y_beginning, known.map(|size| size.y_m))?;
         Ok(Self {
             x,
             y,

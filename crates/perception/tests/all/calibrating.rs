@@ -159,7 +159,7 @@ fn a_bent_wall_is_refused() {
 }
 
 #[test]
-fn a_tote_is_found_by_its_floor_and_how_far_its_walls_lean() {
+fn a_tote_is_found_by_its_opening_and_how_far_its_walls_lean() {
     let mut case = Case::plain();
     case.size_m = [0.4, 0.3, 0.2];
     for draft_deg in [2.0_f64, 5.0] {

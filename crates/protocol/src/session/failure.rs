@@ -2,7 +2,7 @@
 
 use ppnpack_wire::v1;
 
-use super::{End, Session, SessionError};
+use super::{End, PAST_KEPT, Session, SessionError};
 use crate::ledger::new_state_number;
 use crate::pursuit;
 
@@ -32,6 +32,23 @@ impl Session {
             Some(own) if own != failure_id => Err(SessionError::Failed(self.0.failure.clone())),
             _ => Ok(()),
         }
+    }
+
+    /// Says whether a request of this id switched the automatic mode. One without an id never did.
+    pub fn was_switched_by(&self, request_id: &str) -> bool {
+        self.0.switched_by.iter().any(|own| own == request_id)
+    }
+
+    /// Remembers a request that switched the automatic mode: sent again, or late, it must not
+    /// switch on what was switched off after it.
+    pub fn is_switched_by(&mut self, request_id: &str) {
+        if request_id.is_empty() {
+            return;
+        }
+        let ids = &mut self.0.switched_by;
+        ids.push(request_id.to_owned());
+        let surplus = ids.len().saturating_sub(PAST_KEPT);
+        ids.drain(..surplus);
     }
 
     /// Switches the automatic mode; switching it on acknowledges the failure that is named.

@@ -141,6 +141,7 @@ impl Session {
         Ok(Self(v1::Session {
             past_session_ids: past.skip(surplus).collect(),
             failures: own.failures,
+            switched_by: own.switched_by.clone(),
             ..next
         }))
     }

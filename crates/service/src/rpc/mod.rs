@@ -13,7 +13,6 @@
 mod client;
 mod error;
 mod incoming;
-mod once;
 mod server;
 mod trace;
 
@@ -21,7 +20,6 @@ pub use client::Client;
 pub use error::{CallError, Refusal};
 pub(crate) use incoming::drop_with;
 pub use incoming::{Done, Incoming};
-pub use once::Once;
 pub(crate) use server::answer_health;
 pub use server::{Listener, listen};
 pub(crate) use trace::TARGET as TRACE_TARGET;

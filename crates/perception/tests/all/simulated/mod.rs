@@ -102,9 +102,9 @@ impl Case {
     pub(crate) fn cloud(&self) -> Vec<Point3<f32>> {
         let mut moved = container(self.size_m, self.wall_m, self.bottom_m, self.bulge_m);
         for vertex in moved.iter_mut().flat_map(|mesh| &mut mesh.vertices) {
-            let outwards_m = self.draft_rad.tan() * vertex.z.max(0.0);
-            vertex.x += outwards_m.copysign(vertex.x - self.size_m[0] / 2.0);
-            vertex.y += outwards_m.copysign(vertex.y - self.size_m[1] / 2.0);
+            let inwards_m = self.draft_rad.tan() * (self.size_m[2] - vertex.z.max(0.0));
+            vertex.x -= inwards_m.copysign(vertex.x - self.size_m[0] / 2.0);
+            vertex.y -= inwards_m.copysign(vertex.y - self.size_m[1] / 2.0);
         }
         let mut fixed = self.others.clone();
         if self.has_ground {

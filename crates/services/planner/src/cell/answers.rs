@@ -371,30 +371,22 @@ impl CellPlanner {
     }
 
     fn switch(&mut self, incoming: &Incoming<v1::AutomaticRequest>) -> Result<(), Refusal> {
-        // Sent again, it must not switch on what was switched off after it.
-        if !self.switched.has(&incoming.header().request_id) {
-            self.switch_as(incoming.message(), incoming.deadline())?;
-            self.switched.add(&incoming.header().request_id);
+        let (request, request_id) = (incoming.message(), &incoming.header().request_id);
+        if self.session.was_switched_by(request_id) {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    fn switch_as(
-        &mut self,
-        request: &v1::AutomaticRequest,
-        deadline: Instant,
-    ) -> Result<(), Refusal> {
         let is_automatic = request.is_automatic;
         let mut changed = Vec::new();
         if is_automatic && self.session.has_failed() {
             self.session.must_be_acknowledged(&request.failure_id)?;
             // Whoever acknowledges a failure has looked, and may have had a hand in the cell.
-            changed = self.void_decisions(deadline)?;
+            changed = self.void_decisions(incoming.deadline())?;
         }
         self.session.change(|session| {
             for (container, state_number) in &changed {
                 session.goes_on_at(container, *state_number);
             }
+            session.is_switched_by(request_id);
             session.set_automatic(is_automatic, &request.failure_id)
         })
     }

@@ -21,7 +21,7 @@ use ppnpack_service::ServiceError;
 use ppnpack_service::actor::{Actor, Address, PendingRequests, WeakAddress};
 use ppnpack_service::health::HealthLatch;
 use ppnpack_service::process::Process;
-use ppnpack_service::rpc::{CallError, Client, Incoming, Once};
+use ppnpack_service::rpc::{CallError, Client, Incoming};
 use ppnpack_service::stream::Publisher;
 use ppnpack_wire::keys::{Cell, Stream};
 use ppnpack_wire::v1;
@@ -88,8 +88,6 @@ pub(crate) struct CellPlanner {
     step_under_way: Option<UnderWay>,
     waiting: PendingRequests<Waiting>,
     automatic: Automatic,
-    /// Requests that switched the automatic mode.
-    switched: Once,
     own_address: WeakAddress<Message>,
 }
 
@@ -175,7 +173,6 @@ impl CellPlanner {
             step_under_way: None,
             waiting: PendingRequests::new(MOST_WAITING),
             automatic: Automatic::default(),
-            switched: Once::default(),
             own_address,
         };
         planner.must_have_its_containers()?;

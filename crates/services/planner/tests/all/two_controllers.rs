@@ -66,3 +66,27 @@ fn a_controller_whose_session_another_one_replaced_hears_of_it_and_changes_nothi
     first.assert_not_meant(v1::SessionRequest::default(), "second");
     assert_eq!(rig.session(), known);
 }
+
+#[test]
+fn an_on_that_comes_late_switches_on_nothing_that_was_switched_off_after_it() {
+    let mut rig = Rig::new(coarse());
+    rig.begin();
+    let is_on = |rig: &Rig| {
+        let on = v1::AutomaticRequest {
+            header: Some(v1::RequestHeader {
+                request_id: "on".to_owned(),
+                ..v1::RequestHeader::default()
+            }),
+            is_automatic: true,
+            ..v1::AutomaticRequest::default()
+        };
+        rig.call(on).session.unwrap().is_automatic
+    };
+    assert!(is_on(&rig));
+    rig.switch(false);
+    assert!(!is_on(&rig), "sent again");
+    rig.restart(&[], |_| {});
+    assert!(!is_on(&rig), "of before the planner began anew");
+    rig.call(begin("next"));
+    assert!(!is_on(&rig), "of the session before");
+}
