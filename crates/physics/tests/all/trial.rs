@@ -317,7 +317,7 @@ fn answers_are_the_same_with_any_number_of_threads() {
 fn a_step_is_judged_as_if_there_had_been_none_before() {
     let step = Step::new(lying(&[base()]), held());
     let other = Step::new(Vec::new(), held());
-    let mut check = new_check(rolling_within(0.0, 6));
+    let mut check = new_check(rolling_within(0.0, 16));
     let first = verdicts(&mut check, &step);
     let resort = check.last_resort();
     assert_ne!(verdicts(&mut check, &other), first);
