@@ -41,7 +41,7 @@ impl Session {
 
     /// Remembers a request that switched the automatic mode: sent again, or late, it must not
     /// switch on what was switched off after it.
-    pub fn is_switched_by(&mut self, request_id: &str) {
+    pub fn remember_switch(&mut self, request_id: &str) {
         if request_id.is_empty() {
             return;
         }

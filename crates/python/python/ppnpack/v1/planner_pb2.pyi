@@ -439,7 +439,7 @@ class SessionReply(_message.Message):
     def __init__(self, header: _Optional[_Union[_header_pb2.ReplyHeader, _Mapping]] = ..., session: _Optional[_Union[Session, _Mapping]] = ...) -> None: ...
 
 class Session(_message.Message):
-    __slots__ = ("session_id", "items", "pending", "step", "is_automatic", "keep_out", "buffer", "end", "reasons", "failure", "least_state_number", "settled", "mean_cycle_s", "set_aside_limit", "set_aside", "past_session_ids", "containers", "closed", "forgotten_items", "failure_id", "failures")
+    __slots__ = ("session_id", "items", "pending", "step", "is_automatic", "keep_out", "buffer", "end", "reasons", "failure", "least_state_number", "settled", "mean_cycle_s", "set_aside_limit", "set_aside", "past_session_ids", "containers", "closed", "forgotten_items", "failure_id", "failures", "switched_by")
     SESSION_ID_FIELD_NUMBER: _ClassVar[int]
     ITEMS_FIELD_NUMBER: _ClassVar[int]
     PENDING_FIELD_NUMBER: _ClassVar[int]
@@ -461,6 +461,7 @@ class Session(_message.Message):
     FORGOTTEN_ITEMS_FIELD_NUMBER: _ClassVar[int]
     FAILURE_ID_FIELD_NUMBER: _ClassVar[int]
     FAILURES_FIELD_NUMBER: _ClassVar[int]
+    SWITCHED_BY_FIELD_NUMBER: _ClassVar[int]
     session_id: str
     items: _containers.RepeatedCompositeFieldContainer[SessionItem]
     pending: Decision
@@ -482,7 +483,8 @@ class Session(_message.Message):
     forgotten_items: int
     failure_id: str
     failures: int
-    def __init__(self, session_id: _Optional[str] = ..., items: _Optional[_Iterable[_Union[SessionItem, _Mapping]]] = ..., pending: _Optional[_Union[Decision, _Mapping]] = ..., step: _Optional[int] = ..., is_automatic: _Optional[bool] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., buffer: _Optional[int] = ..., end: _Optional[_Union[SessionEnd, str]] = ..., reasons: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., failure: _Optional[str] = ..., least_state_number: _Optional[int] = ..., settled: _Optional[_Iterable[_Union[SettledDecision, _Mapping]]] = ..., mean_cycle_s: _Optional[float] = ..., set_aside_limit: _Optional[int] = ..., set_aside: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., past_session_ids: _Optional[_Iterable[str]] = ..., containers: _Optional[_Iterable[_Union[SessionContainer, _Mapping]]] = ..., closed: _Optional[_Iterable[_Union[ClosedContainer, _Mapping]]] = ..., forgotten_items: _Optional[int] = ..., failure_id: _Optional[str] = ..., failures: _Optional[int] = ...) -> None: ...
+    switched_by: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, session_id: _Optional[str] = ..., items: _Optional[_Iterable[_Union[SessionItem, _Mapping]]] = ..., pending: _Optional[_Union[Decision, _Mapping]] = ..., step: _Optional[int] = ..., is_automatic: _Optional[bool] = ..., keep_out: _Optional[_Iterable[_Union[Region, _Mapping]]] = ..., buffer: _Optional[int] = ..., end: _Optional[_Union[SessionEnd, str]] = ..., reasons: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., failure: _Optional[str] = ..., least_state_number: _Optional[int] = ..., settled: _Optional[_Iterable[_Union[SettledDecision, _Mapping]]] = ..., mean_cycle_s: _Optional[float] = ..., set_aside_limit: _Optional[int] = ..., set_aside: _Optional[_Iterable[_Union[ItemReason, _Mapping]]] = ..., past_session_ids: _Optional[_Iterable[str]] = ..., containers: _Optional[_Iterable[_Union[SessionContainer, _Mapping]]] = ..., closed: _Optional[_Iterable[_Union[ClosedContainer, _Mapping]]] = ..., forgotten_items: _Optional[int] = ..., failure_id: _Optional[str] = ..., failures: _Optional[int] = ..., switched_by: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class SessionContainer(_message.Message):
     __slots__ = ("container", "sequence", "is_open", "renewal_id", "keep_out", "least_state_number")

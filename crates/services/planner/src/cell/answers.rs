@@ -386,7 +386,7 @@ impl CellPlanner {
             for (container, state_number) in &changed {
                 session.goes_on_at(container, *state_number);
             }
-            session.is_switched_by(request_id);
+            session.remember_switch(request_id);
             session.set_automatic(is_automatic, &request.failure_id)
         })
     }
