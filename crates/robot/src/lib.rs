@@ -19,8 +19,9 @@
 //! use ppnpack_catalogue::mesh::Bounds;
 //! use ppnpack_catalogue::views;
 //! use ppnpack_packing::kernel::grid::Grid;
-//! use ppnpack_packing::kernel::heightmap::{Heightmap, Scene};
+//! use ppnpack_packing::kernel::heightmap::Heightmap;
 //! use ppnpack_packing::kernel::placement::{Placement, RestingPlacement};
+//! use ppnpack_packing::scene::Scene;
 //! use ppnpack_robot::arms;
 //! use ppnpack_robot::cell::CellSettings;
 //! use ppnpack_robot::motion::{PlacePlanner, Placing};
