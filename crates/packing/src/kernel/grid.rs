@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_4, PI};
 
-use ppnpack_numbers::SettingError;
+use ppnpack_numbers::{SettingError, settings};
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::heightmap::Heightmap;
@@ -325,28 +325,19 @@ impl Grid {
     }
 }
 
-/// A container and how finely it is planned. The default is the paper's container
-/// ([`Grid::reference`]), planned more finely.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GridSettings {
-    /// The container's inner size.
-    pub container: ContainerSize,
-    /// The edge of a grid cell, in metres.
-    pub cell_m: f64,
-    /// One unit of height, in metres.
-    pub height_unit_m: f64,
-    /// How many yaws, evenly over half a turn.
-    pub yaws: usize,
-}
-
-impl Default for GridSettings {
-    fn default() -> Self {
-        Self {
-            cell_m: 0.0025,
-            yaws: 16,
-            ..Self::from(&Grid::reference())
-        }
+settings! {
+    /// A container and how finely it is planned. The default is the paper's container
+    /// ([`Grid::reference`]), planned more finely.
+    #[derive(Copy)]
+    pub struct GridSettings {
+        /// The container's inner size.
+        pub container: ContainerSize = ContainerSize::REFERENCE,
+        /// The edge of a grid cell, in metres.
+        pub cell_m: f64 = 0.0025,
+        /// One unit of height, in metres.
+        pub height_unit_m: f64 = 0.002,
+        /// How many yaws, evenly over half a turn.
+        pub yaws: usize = 16,
     }
 }
 

@@ -19,6 +19,7 @@ mod proposed;
 pub(crate) mod value;
 mod windows;
 
+use ppnpack_numbers::settings;
 use pulp::Arch;
 
 use crate::kernel::clock::Clock;
@@ -62,31 +63,19 @@ pub struct Search {
     shortfall: Shortfall,
 }
 
-/// Settings of a search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SearchSettings {
-    /// Objective.
-    pub heuristic: Heuristic,
-    /// Whether the items of the buffer compete together, with the objective's balance term.
-    pub order: Order,
-    /// The weights of the objective's terms.
-    pub weights: Weights,
-    /// Drives [`Heuristic::Random`].
-    pub seed: u64,
-    /// Reach of an item above the rim where it is placed, in metres: it may sink when tried.
-    pub above_rim_m: f64,
-}
-
-/// The paper's: SDFM, the items of the buffer together.
-impl Default for SearchSettings {
-    fn default() -> Self {
-        Self {
-            heuristic: Heuristic::Sdfm,
-            order: Order::Balance,
-            weights: Weights::default(),
-            seed: 0,
-            above_rim_m: 0.0,
-        }
+settings! {
+    /// Settings of a search. The defaults are the paper's: SDFM, the items of the buffer together.
+    pub struct SearchSettings {
+        /// Objective.
+        pub heuristic: Heuristic = Heuristic::Sdfm,
+        /// Whether the items of the buffer compete together, with the objective's balance term.
+        pub order: Order = Order::Balance,
+        /// The weights of the objective's terms.
+        pub weights: Weights = Weights::default(),
+        /// Drives [`Heuristic::Random`].
+        pub seed: u64 = 0,
+        /// Reach of an item above the rim where it is placed, in metres: it may sink when tried.
+        pub above_rim_m: f64 = 0.0,
     }
 }
 
