@@ -56,25 +56,27 @@ pub fn packed<'a>(
 ) -> Result<Image, PictureError> {
     let container = grid.container();
     let taken: Vec<Mesh> = taken.iter().map(|taken| taken.bounds().mesh()).collect();
-    let fixed = taken.iter().map(|mesh| Item {
-        mesh: TriangleMesh {
-            vertices: &mesh.vertices,
-            triangles: &mesh.triangles,
-        },
-        world_from_item: Isometry3::identity(),
-        colour: Colour::GREY,
-    });
-    let items = contents.map(|(arrival, body)| Item {
-        mesh: TriangleMesh {
-            vertices: &body.model.mesh.vertices,
-            triangles: &body.model.mesh.triangles,
-        },
-        world_from_item: body.container_from_item,
-        colour: Colour::of_item(*arrival),
+    let fixed = taken.iter();
+    let fixed = fixed.map(|mesh| posed(mesh, Isometry3::identity(), Colour::GREY));
+    let items = contents.map(|(arrival, body)| {
+        let colour = Colour::of_item(*arrival);
+        posed(&body.model.mesh, body.container_from_item, colour)
     });
     let scene = Scene3d {
         items: fixed.chain(items).collect(),
         container_m: Some([container.x_m, container.y_m, container.z_m]),
     };
     render(&scene, &Camera::overlooking(&scene), size)
+}
+
+fn posed(mesh: &Mesh, world_from_item: Isometry3<f64>, colour: Colour) -> Item<'_> {
+    let (vertices, triangles) = (&mesh.vertices, &mesh.triangles);
+    Item {
+        mesh: TriangleMesh {
+            vertices,
+            triangles,
+        },
+        world_from_item,
+        colour,
+    }
 }

@@ -28,10 +28,6 @@ use crate::twin::{Placed, Twin, TwinSettings};
 /// places, either, and all of them are tried again and again as it is left for later steps.
 const TRIES_WITH_RESORT: usize = 4;
 
-/// Maximum number of tries of all items in a step, in halves of those of one: the best placements
-/// of all come first, and more have filled no container better (`docs/results/filling.md`).
-const HALVES_A_STEP: usize = 3;
-
 /// Why an item was not tried, or not as often as others.
 const NO_TRIES_LEFT: &str = "other items took the tries of this step";
 
@@ -149,6 +145,13 @@ impl TrialCheck {
     /// Counts the placements of this step that it was asked about and did not refuse unasked.
     pub fn tries(&self) -> usize {
         self.tries.values().sum()
+    }
+
+    /// Gives the maximum number of tries of all items in a step, half as many again as of one. The
+    /// best placements of all come first, and more have filled no container better
+    /// (`docs/results/filling.md`).
+    fn tries_per_step(&self) -> usize {
+        (3 * self.settings.tries_per_item).div_ceil(2)
     }
 
     /// Gives the refusal of a placement close to this one, of the same item and yaw.
@@ -443,9 +446,8 @@ impl ValidityCheck for TrialCheck {
         let mut resorts = self.resorts();
         let has_resort = resorts.any(|resort| resort.place.arrival == candidate.arrival);
         let divisor = if has_resort { TRIES_WITH_RESORT } else { 1 };
-        let an_item = self.settings.tries_per_item;
-        tries >= an_item.div_ceil(divisor)
-            || self.tries() >= (an_item * HALVES_A_STEP).div_ceil(2)
+        tries >= self.settings.tries_per_item.div_ceil(divisor)
+            || self.tries() >= self.tries_per_step()
             || self.loads.done_with(candidate.arrival).is_some()
     }
 

@@ -54,35 +54,33 @@ impl From<Refusal> for NotEntered {
     }
 }
 
+/// Does the same with a request of any kind.
+macro_rules! of_any_kind {
+    ($request:expr, $incoming:ident => $what:expr) => {
+        match $request {
+            Request::Plan($incoming) => $what,
+            Request::Explain($incoming) => $what,
+        }
+    };
+}
+
 impl Request {
     fn header(&self) -> &RequestHeader {
-        match self {
-            Self::Plan(incoming) => incoming.header(),
-            Self::Explain(incoming) => incoming.header(),
-        }
+        of_any_kind!(self, incoming => incoming.header())
     }
 
     /// Says that work on it begins.
     fn start(&mut self) {
-        match self {
-            Self::Plan(incoming) => incoming.start(),
-            Self::Explain(incoming) => incoming.start(),
-        }
+        of_any_kind!(self, incoming => incoming.start());
     }
 
     fn answer_by(&self) -> Instant {
-        match self {
-            Self::Plan(incoming) => incoming.answer_by(),
-            Self::Explain(incoming) => incoming.answer_by(),
-        }
+        of_any_kind!(self, incoming => incoming.answer_by())
     }
 
     /// Gives the time at which it came.
     fn came(&self) -> Boottime {
-        match self {
-            Self::Plan(incoming) => incoming.came(),
-            Self::Explain(incoming) => incoming.came(),
-        }
+        of_any_kind!(self, incoming => incoming.came())
     }
 
     /// Says whether another one was sent as the same request.
@@ -94,18 +92,12 @@ impl Request {
 
     /// Leaves it to another one of the same request to be answered.
     fn leave(self) {
-        match self {
-            Self::Plan(incoming) => incoming.leave(),
-            Self::Explain(incoming) => incoming.leave(),
-        }
+        of_any_kind!(self, incoming => incoming.leave());
     }
 
     fn refuse(self, refusal: Refusal) {
         let Refusal { status, message } = refusal;
-        match self {
-            Self::Plan(incoming) => incoming.refuse(status, message),
-            Self::Explain(incoming) => incoming.refuse(status, message),
-        }
+        of_any_kind!(self, incoming => incoming.refuse(status, message));
     }
 }
 
