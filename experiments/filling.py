@@ -12,6 +12,10 @@ from pages import (
 )
 
 
+# Above the rim by less than this counts as below: bodies of a simulation are not quite where they touch.
+RIM_M = 0.001
+
+
 def columns(runs, others):
     """What the packings of a method came to; the others are those that they are compared with."""
     cm3, others_cm3 = ([1e6 * run["meshes_m3"] for run in of] for of in (runs, others))
@@ -25,6 +29,7 @@ def columns(runs, others):
         of_share("unsteady_percent", "unsteady", unsteady, placed),
         of_count("placed", None, placed),
         of_count("unsteady", None, unsteady),
+        of_count("above_rim", "containers with something above the rim", sum(above > RIM_M for above in of("above_rim_m"))),
         of_mean("set_aside", "set aside", 1, of("set_aside")),
         of_share("in_other_pose_percent", "in another pose", sum(of("in_other_pose")), placed),
         of_count("steps_widened", "steps widened", sum(of("steps_widened"))),

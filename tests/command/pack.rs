@@ -5,7 +5,7 @@ use ppnpack_packing::planning::method::{Method, SET_ASIDE};
 use ppnpack_planner::CellSettings;
 use serde_json::{Value, json};
 
-use crate::support::{alone, fails, has, packed, ppnpack, refused, text};
+use crate::support::{Packed, alone, fails, has, packed, ppnpack, refused, text};
 
 #[test]
 fn what_is_not_said_is_the_same_for_the_command_the_planner_and_the_files_to_deploy() {
@@ -181,6 +181,46 @@ fn what_is_taken_of_a_container_is_packed_around_and_on() {
     )
     .unwrap();
     fails(&ppnpack(&pack), 2, &["taken.to_m", "above from_m"]);
+}
+
+#[test]
+fn a_container_that_another_packing_left_is_packed_on() {
+    let before = packed("pack --random 8 --seed 3 --cell 1cm --yaws 4");
+    let folder = before.folder.path();
+    let physics = folder.join("physics.toml");
+    std::fs::write(&physics, "preloaded = \"placements.csv\"\n").unwrap();
+    let pack = format!(
+        "pack --random 8 --seed 4 --cell 1cm --yaws 4 --physics {}",
+        physics.display()
+    );
+    let after = packed(&pack);
+    let lying = |packed: &Packed| packed.playback()["lying"].as_array().unwrap().len();
+    assert_eq!(
+        (lying(&before), lying(&after)),
+        (0, before.placements().len() - 1)
+    );
+    // Most items lie on those of before, and what lay there stays within the walls.
+    let alone = packed("pack --random 8 --seed 4 --cell 1cm --yaws 4").summary;
+    assert_eq!(after.summary["items_placed"], alone["items_placed"]);
+    let height_m = |summary: &Value| summary["height_m"].as_f64().unwrap();
+    assert!(height_m(&after.summary) > height_m(&alone) + 0.02);
+    for (table, reason) in [
+        ("item,end_x_m\nmug,0.1\n", "line 2: a pose has all of"),
+        ("item,end_x_m\nsofa,\n", "no object 'sofa'"),
+        (
+            "item,end_x_m,end_y_m,end_z_m,end_qw,end_qx,end_qy,end_qz\nmug,1,0,0,1,0,0,0\n",
+            "mug does not lie in the container",
+        ),
+        (
+            "item,end_x_m,end_y_m,end_z_m,end_qw,end_qx,end_qy,end_qz\nmug,0,0,0,1,1,0,0\n",
+            "no unit quaternion",
+        ),
+    ] {
+        std::fs::write(folder.join("placements.csv"), table).unwrap();
+        fails(&ppnpack(&pack), 2, &["placements.csv", reason]);
+    }
+    let up = format!("up --pack --physics {}", physics.display());
+    fails(&ppnpack(&up), 2, &["preloaded"]);
 }
 
 #[test]

@@ -51,6 +51,7 @@ pub fn heights(
 pub fn packed<'a>(
     grid: &Grid,
     taken: &[TakenBox],
+    preloaded: &[Content],
     contents: impl Iterator<Item = &'a (usize, Content)>,
     size: Size,
 ) -> Result<Image, PictureError> {
@@ -58,12 +59,15 @@ pub fn packed<'a>(
     let taken: Vec<Mesh> = taken.iter().map(|taken| taken.bounds().mesh()).collect();
     let fixed = taken.iter();
     let fixed = fixed.map(|mesh| posed(mesh, Isometry3::identity(), Colour::GREY));
+    let preloaded = preloaded
+        .iter()
+        .map(|body| posed(&body.model.mesh, body.container_from_item, Colour::GREY));
     let items = contents.map(|(arrival, body)| {
         let colour = Colour::of_item(*arrival);
         posed(&body.model.mesh, body.container_from_item, colour)
     });
     let scene = Scene3d {
-        items: fixed.chain(items).collect(),
+        items: fixed.chain(preloaded).chain(items).collect(),
         container_m: Some([container.x_m, container.y_m, container.z_m]),
     };
     render(&scene, &Camera::overlooking(&scene), size)

@@ -50,6 +50,7 @@ pub(crate) struct Packer<'a> {
 }
 
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(default)]
 pub(crate) struct Run {
     pub(crate) objects: Vec<usize>,
     pub(crate) items: usize,
@@ -66,6 +67,8 @@ pub(crate) struct Run {
     pub(crate) box_compactness: f64,
     pub(crate) mesh_floor_compactness: f64,
     pub(crate) height_m: f64,
+    /// How far the highest of what is inside ends above the rim.
+    pub(crate) above_rim_m: f64,
     /// Decision times of the steps.
     pub(crate) decision_s: Vec<f64>,
     /// Means over the steps, by stage.
@@ -84,6 +87,7 @@ impl Packer<'_> {
         let simulated = Simulated {
             scan: Sampling::Greatest,
             camera: way.camera,
+            preloaded: None,
             cell: CellSettings {
                 container: grid.container(),
                 ..CellSettings::robot()
@@ -214,12 +218,23 @@ impl Run {
             box_compactness: metrics.box_compactness,
             mesh_floor_compactness: metrics.mesh_floor_compactness,
             height_m: f64::from(height) * grid.resolution().height_unit_m(),
+            above_rim_m: above_rim_m(grid, cell),
             decision_s: decisions.collect(),
             propose_s: mean(|timings| timings.propose),
             evaluate_s: mean(|timings| timings.evaluate),
             check_s: mean(|timings| timings.check),
         }
     }
+}
+
+/// How far the highest item inside ends above the rim, in metres.
+fn above_rim_m(grid: &Grid, cell: &SimulatedPackingCell) -> f64 {
+    let contents = cell.cell().contents().into_iter();
+    let tops = contents.filter(|body| body.inside).filter_map(|body| {
+        let posed = body.model.mesh.transformed(&body.container_from_item);
+        Some(posed.bounds()?.highest.z)
+    });
+    (tops.fold(0.0, f64::max) - grid.container().z_m).max(0.0)
 }
 
 /// How many items toppled, slid or fell out when they were placed.

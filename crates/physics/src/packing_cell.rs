@@ -54,6 +54,8 @@ pub enum Sampling {
 /// frames, in whichever of their resting poses they were placed.
 pub struct SimulatedPackingCell {
     cell: SimulatedCell,
+    /// Bodies that lay there from the start.
+    preloaded: usize,
     grid: Grid,
     /// Models of objects, by their shapes in all of their poses.
     models: BTreeMap<ShapeId, Arc<Model>>,
@@ -107,6 +109,7 @@ impl SimulatedPackingCell {
             random: ChaCha8Rng::seed_from_u64(settings.seed),
             pose_error: PoseError::default(),
             cell: SimulatedCell::new(settings)?,
+            preloaded: 0,
             grid: grid.clone(),
             models: objects.flat_map(by_shape).collect(),
             placed: Vec::new(),
@@ -132,17 +135,40 @@ impl SimulatedPackingCell {
         self
     }
 
+    /// Lays bodies down, in place of all that is there: the container is not empty at the start.
+    ///
+    /// # Errors
+    /// As [`SimulatedCell::lay_down`].
+    pub fn lay_down(
+        &mut self,
+        bodies: &[(Arc<Model>, Isometry3<f64>)],
+    ) -> Result<(), PhysicsError> {
+        self.cell.lay_down(bodies)?;
+        self.placed.clear();
+        self.preloaded = bodies.len();
+        Ok(())
+    }
+
     /// Gives the placements so far, in order.
     pub fn placed(&self) -> &[Placed] {
         &self.placed
     }
 
-    /// Gives what lies in or on the container now, each with its place in the sequence of arrivals.
+    /// Gives what was placed and lies in or on the container now, each with its place in the
+    /// sequence of arrivals.
     pub fn contents(&self) -> Vec<(usize, BodyState)> {
         let bodies = self.cell.contents().into_iter();
-        bodies
-            .filter_map(|body| Some((self.placed.get(body.id.index())?.arrival, body)))
-            .collect()
+        let placed = bodies.filter_map(|body| {
+            let placed = body.id.index().checked_sub(self.preloaded)?;
+            Some((self.placed.get(placed)?.arrival, body))
+        });
+        placed.collect()
+    }
+
+    /// Gives what lay there from the start and still does.
+    pub fn preloaded(&self) -> impl Iterator<Item = BodyState> {
+        let bodies = self.cell.contents().into_iter();
+        bodies.take_while(|body| body.id.index() < self.preloaded)
     }
 
     /// Gives the simulated cell itself.

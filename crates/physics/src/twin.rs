@@ -19,7 +19,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use ppnpack_catalogue::mesh::Bounds;
 use ppnpack_catalogue::object::Model;
 use ppnpack_numbers::{SettingError, settings, within};
-use ppnpack_packing::checks::trial::{Settling, TrialLimits};
+use ppnpack_packing::checks::trial::{RIM_TOLERANCE_M, Settling, TrialLimits};
 use ppnpack_packing::kernel::grid::Grid;
 use ppnpack_packing::scene::Scene;
 use ppnpack_packing::scene::content::Burden;
@@ -41,7 +41,15 @@ pub(crate) use together::Placed;
 const TIMESTEP_S: f64 = 1.0 / 240.0;
 
 /// Bodies that a try lifts by no more than this count as lying where they lay, in metres.
-const LIFTED_M: f64 = 0.001;
+const LIFTED_M: f64 = 0.0003;
+
+/// Times that its lift in a try is added to that of another body: tries of one placement differ by
+/// as much (`docs/results/filling.md`).
+const LIFT_DOUBT: f64 = 3.0;
+
+/// Minimum distance below the rim, in metres, at which an item ends in a try that is planned above
+/// it.
+const SINKING_DOUBT_M: f64 = 0.001;
 
 /// Number of attempts that a try consists of: the rough one, and the disturbed ones.
 const ATTEMPTS: usize = 3;
@@ -447,14 +455,21 @@ struct Attempt<'a> {
 }
 
 impl Attempt<'_> {
-    /// Measures how far the item, or one that it has lifted, sticks out above the rim now.
+    /// Measures how far the item, or one that it has lifted, may stick out above the rim in the
+    /// cell, by how they lie now.
     fn above_rim_m(&self, rim_m: f64) -> f64 {
         let pose = self.world.pose(self.handle).unwrap_or(self.planned);
+        let top_m = |pose| self.template.bounds(pose).highest.z;
+        let own_doubt_m = match top_m(&self.planned) > rim_m + RIM_TOLERANCE_M {
+            true => RIM_TOLERANCE_M + SINKING_DOUBT_M,
+            false => 0.0,
+        };
         let lifted_tops = self.movable.iter().filter_map(|Movable { handle, lying }| {
             let top_m = lying.template.bounds(&self.world.pose(*handle)?).highest.z;
-            (top_m > lying.bounds.highest.z + LIFTED_M).then_some(top_m)
+            let lift_m = top_m - lying.bounds.highest.z;
+            (lift_m > LIFTED_M).then_some(top_m + LIFT_DOUBT * lift_m)
         });
-        let top_m = lifted_tops.fold(self.template.bounds(&pose).highest.z, f64::max);
+        let top_m = lifted_tops.fold(top_m(&pose) + own_doubt_m, f64::max);
         (top_m - rim_m).max(0.0)
     }
 

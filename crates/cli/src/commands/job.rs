@@ -79,6 +79,9 @@ impl CellOptions {
     /// Loads the objects of these names, or all where there are none, on the cell's grid.
     pub(super) fn load(&self, cell: &CellSetUp, names: &[String]) -> Outcome<Arc<Catalogue>> {
         let resolution = cell.grid.resolution();
+        // What is preloaded is not known before the objects are.
+        let is_empty = cell.simulated.preloaded.is_none();
+        let names = if is_empty { names } else { &[] };
         Ok(Arc::new(self.catalogue.load_only(names, resolution)?))
     }
 }

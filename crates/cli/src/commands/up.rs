@@ -148,6 +148,11 @@ pub(crate) fn run(arguments: &UpArguments, backend: &dyn Backend) -> Outcome {
             "--view middles is for `ppnpack pack`; the services see every cell exactly",
         ));
     }
+    if cell.simulated.preloaded.is_some() {
+        return Err(Failure::input(
+            "--physics: `preloaded` is for `ppnpack pack`; services see by their pictures what lies there",
+        ));
+    }
     if packing.pack {
         packing.job.begin()?;
     }

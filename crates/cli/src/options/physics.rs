@@ -1,8 +1,11 @@
 //! Options of the simulated cell: its conditions, and what is usual under them; its physics; what
 //! sees it.
 
+use std::path::{Path, PathBuf};
+
 use clap::{Args, ValueEnum};
 use ppnpack_catalogue::catalogue::Catalogue;
+use ppnpack_catalogue::lying;
 use ppnpack_packing::kernel::grid::{Grid, GridSettings};
 use ppnpack_packing::planning::method::{Method, SET_ASIDE};
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
@@ -12,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::file;
-use crate::failure::{OrInput, Outcome};
+use crate::failure::{Failure, OrInput, Outcome};
 
 /// Conditions under which items are released and seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -62,9 +65,10 @@ pub struct PhysicsOptions {
 
     /// A TOML or JSON file with any settings of the simulated cell over those of the conditions,
     /// such as `settle_time_s` (the longest that items are given to settle), `release.height_m`, or
-    /// `taken`, boxes of the container that are not free
+    /// `taken`, boxes of the container that are not free; and `preloaded`, a CSV of what lies there
+    /// from the start, such as another packing's `placements.csv`
     #[arg(long, value_name = "FILE", value_parser = parse_physics)]
-    physics: Option<Value>,
+    physics: Option<PhysicsFile>,
 
     /// The view of the container: `exact`, the greatest height in each cell; `middles`, the height
     /// at the middle of each, as a camera with one pixel per cell gives it; `camera`, a depth
@@ -75,11 +79,24 @@ pub struct PhysicsOptions {
     view: Option<View>,
 }
 
-fn parse_physics(path: &str) -> Result<Value, String> {
-    let over: Value = file::settings(path)?;
-    let settings = CellSettings::robot().overlaid(over.clone());
+/// The content of a file of physics.
+#[derive(Debug, Clone, Deserialize)]
+struct PhysicsFile {
+    /// Table of what lies in the container from the start.
+    preloaded: Option<PathBuf>,
+    /// Settings of the cell over those of the conditions.
+    #[serde(flatten)]
+    over: Value,
+}
+
+fn parse_physics(path: &str) -> Result<PhysicsFile, String> {
+    let mut file: PhysicsFile = file::settings(path)?;
+    let settings = CellSettings::robot().overlaid(file.over.clone());
     settings.map_err(|error| error.to_string())?;
-    Ok(over)
+    // The table is named as seen from the file.
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+    file.preloaded = file.preloaded.map(|table| folder.join(table));
+    Ok(file)
 }
 
 /// Settings of a simulated cell.
@@ -90,13 +107,16 @@ pub struct Simulated {
     /// The cameras that see it in place of that.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraSettings>,
+    /// The table of what lies in the container from the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub preloaded: Option<PathBuf>,
     /// Everything else.
     pub cell: CellSettings,
 }
 
 impl Simulated {
-    /// Makes a cell with these physics, empty, seen as is set; the seed of the physics is also that
-    /// of the cameras.
+    /// Makes a cell with these physics, seen as is set, with nothing but what is preloaded; the seed
+    /// of the physics is also that of the cameras.
     pub fn packing_cell(
         &self,
         physics: CellSettings,
@@ -104,13 +124,29 @@ impl Simulated {
         catalogue: &Catalogue,
     ) -> Outcome<SimulatedPackingCell> {
         let seed = physics.seed;
-        let cell = SimulatedPackingCell::new(physics, grid, catalogue, self.scan).or_input()?;
+        let mut cell = SimulatedPackingCell::new(physics, grid, catalogue, self.scan).or_input()?;
+        if let Some(path) = &self.preloaded {
+            preload(&mut cell, path, catalogue)?;
+        }
         let Some(camera) = self.camera else {
             return Ok(cell);
         };
         let camera = CameraSettings { seed, ..camera };
         cell.with_cameras(&camera).or_input()
     }
+}
+
+/// Lays down what a table has.
+fn preload(cell: &mut SimulatedPackingCell, path: &Path, catalogue: &Catalogue) -> Outcome {
+    let lying = lying::read(path, catalogue).or_input()?;
+    cell.lay_down(&lying).or_input()?;
+    let outside = cell.preloaded().find(|body| !body.inside);
+    outside.map_or(Ok(()), |body| {
+        let (path, name) = (path.display(), &body.model.name);
+        Err(Failure::input(format_args!(
+            "{path}: {name} does not lie in the container"
+        )))
+    })
 }
 
 impl PhysicsOptions {
@@ -130,8 +166,8 @@ impl PhysicsOptions {
             Some(View::Scan(scan)) => (scan, None),
             None => (usual, None),
         };
-        if let Some(over) = &self.physics {
-            cell = cell.overlaid(over.clone()).or_input()?;
+        if let Some(file) = &self.physics {
+            cell = cell.overlaid(file.over.clone()).or_input()?;
         }
         cell.container = grid.container();
         cell.seed = seed;
@@ -139,7 +175,14 @@ impl PhysicsOptions {
         if let Some(camera) = &camera {
             camera.validate(cell.container).or_input()?;
         }
-        Ok(Simulated { scan, camera, cell })
+        let preloaded = self.physics.as_ref();
+        let preloaded = preloaded.and_then(|file| file.preloaded.clone());
+        Ok(Simulated {
+            scan,
+            camera,
+            preloaded,
+            cell,
+        })
     }
 }
 

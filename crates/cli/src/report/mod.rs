@@ -83,6 +83,8 @@ pub(crate) struct Packing {
     pub(crate) metrics: Metrics,
     /// The content in or on the container, with its places in the sequence of arrivals.
     pub(crate) contents: Vec<(usize, Content)>,
+    /// The content that lay there before the first step, as it lies at the end.
+    pub(crate) preloaded: Vec<Content>,
     pub(crate) took: Duration,
     /// The arm's part, where there was one.
     pub(crate) arm: Option<ArmWork>,
@@ -175,6 +177,7 @@ impl Packing {
             settled: placed.clone().map(Settled::from).collect(),
             moves: placed.map(|placed| placed.moves.clone()).collect(),
             contents: contents.collect(),
+            preloaded: cell.preloaded().map(Content::from).collect(),
             took,
             arm: None,
         }
@@ -214,7 +217,13 @@ pub(crate) fn write(
     let grid = &packing.settings.grid;
     let taken = &packing.settings.simulated.cell.taken;
     let size = Size::new(1600, 1200)?;
-    let packed = drawing::packed(grid, taken, packing.contents.iter(), size);
+    let packed = drawing::packed(
+        grid,
+        taken,
+        &packing.preloaded,
+        packing.contents.iter(),
+        size,
+    );
     let packed = packed.and_then(|image| image.to_png());
     let packed = packed.context("packed.png cannot be drawn")?;
     let title = "Heightmap of the packed container";

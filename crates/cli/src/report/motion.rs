@@ -32,7 +32,7 @@ const STEPS: f64 = 1e4;
 pub(super) struct QuantisedPose([i32; 7]);
 
 impl QuantisedPose {
-    fn of(pose: &Isometry3<f64>) -> Self {
+    pub(super) fn of(pose: &Isometry3<f64>) -> Self {
         let at_m = pose.translation.vector;
         let rotation = pose.rotation.quaternion();
         let [w, i, j, k] = [rotation.w, rotation.i, rotation.j, rotation.k];

@@ -32,6 +32,7 @@ const faded = (colour) => colour.map((channel) => 0.45 * channel + 0.55 * 0.72);
 
 const meshes = data.models.map(decoded);
 const items = data.steps.map((step) => ({ mesh: meshes[step.model], colour: channels(step.colour) }));
+const lying = data.lying.map(({ model, pose }) => ({ mesh: meshes[model], matrix: matrix(pose), colour: [0.7, 0.7, 0.7] }));
 const last = 2 * data.steps.length;
 
 // What is to be seen at a position of the slider: where each item lies, and what that step placed or moved.
@@ -70,7 +71,7 @@ const decided = ({ planned_cm, yaw_rad, value, decision_s }) => {
 };
 const became = ({ unsteadiness }) => `It ${unsteadiness ?? 'stayed where it was placed'}.`;
 const texts = (position, poses) => {
-  if (position === 0) return ['Before the first step', 'The container is empty.'];
+  if (position === 0) return ['Before the first step', lying.length > 0 ? `${lying.length} items lie in the container.` : 'The container is empty.'];
   const number = Math.ceil(position / 2);
   const step = data.steps[number - 1];
   const isPlanned = position % 2 === 1;
@@ -86,7 +87,7 @@ const show = (position) => {
     const { mesh, colour } = items[item];
     return { mesh, matrix: pose, colour: now.has(item) ? colour : faded(colour) };
   });
-  view.show({ size_m: data.container_m, bodies: bodies.filter(({ mesh }) => mesh), planned: null, runnersUp: [], surface: null });
+  view.show({ size_m: data.container_m, bodies: [...lying, ...bodies.filter(({ mesh }) => mesh)], planned: null, runnersUp: [], surface: null });
   slider.value = String(shown);
   const [head, ...paragraphs] = texts(shown, poses);
   slider.setAttribute('aria-valuetext', head);

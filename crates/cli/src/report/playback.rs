@@ -39,7 +39,16 @@ pub(super) struct Playback {
     container_m: [f64; 3],
     /// Each shape once.
     models: Vec<QuantisedMesh>,
+    /// The content from before the first step, as it lies at the end.
+    lying: Vec<LyingItem>,
     steps: Vec<PlayedStep>,
+}
+
+/// An item that lay there before the first step.
+#[derive(Debug, Serialize)]
+struct LyingItem {
+    model: usize,
+    pose: QuantisedPose,
 }
 
 /// A step: the item that it placed, and the items that it moved.
@@ -76,6 +85,11 @@ impl Playback {
         }
         let shapes = shapes(packing);
         let mut models: Vec<&Arc<Model>> = Vec::new();
+        let lying = packing.preloaded.iter().map(|body| LyingItem {
+            model: index_of(&mut models, &body.model),
+            pose: QuantisedPose::of(&body.container_from_item),
+        });
+        let lying = lying.collect();
         let steps = packing.steps.iter().zip(&packing.settled);
         let further = shifts(&packing.moves, &shapes).into_iter();
         let steps = steps.zip(further.zip(&packing.moves));
@@ -105,6 +119,7 @@ impl Playback {
         Some(Self {
             container_m: [size.x_m, size.y_m, size.z_m],
             models: meshes.collect::<Option<_>>()?,
+            lying,
             steps,
         })
     }

@@ -218,16 +218,15 @@ impl Packing {
 
     fn above_rim(&self) -> Vec<AboveRim> {
         let rim_m = self.settings.grid.container().z_m;
-        let inside = self.contents.iter().filter(|(_, body)| body.inside);
+        let placed = self.contents.iter().map(|(_, body)| body);
+        let all = placed.chain(&self.preloaded);
+        let inside = all.filter(|body| body.inside);
         let above = inside.filter_map(
-            |(
-                _,
-                Content {
-                    model,
-                    container_from_item,
-                    ..
-                },
-            )| {
+            |Content {
+                 model,
+                 container_from_item,
+                 ..
+             }| {
                 let bounds = model.mesh.transformed(container_from_item).bounds()?;
                 Some(AboveRim {
                     item: model.name.clone(),

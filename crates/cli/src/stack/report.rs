@@ -60,6 +60,7 @@ pub(crate) fn packing(
         moves: packed.done.iter().map(|done| done.moves.clone()).collect(),
         scene,
         contents,
+        preloaded: Vec::new(),
         took,
         arm,
     })

@@ -248,6 +248,7 @@ impl World<'_> {
             alternatives: 0,
             arm: settings.arm.as_ref(),
             simulated: &Simulated {
+                preloaded: None,
                 scan: Sampling::Greatest,
                 camera: None,
                 cell: CellSettings {

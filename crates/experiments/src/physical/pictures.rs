@@ -64,6 +64,6 @@ fn heights(message: &v1::Heightmap, grid: &Grid) -> anyhow::Result<Vec<u8>> {
 
 fn packed(done: &Done, catalogue: &Catalogue, grid: &Grid) -> anyhow::Result<Vec<u8>> {
     let contents = contents(&done.state, catalogue)?;
-    let image = drawing::packed(grid, &[], contents.iter(), Size::new(1200, 900)?)?;
+    let image = drawing::packed(grid, &[], &[], contents.iter(), Size::new(1200, 900)?)?;
     Ok(image.to_png()?)
 }

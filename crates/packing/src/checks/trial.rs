@@ -93,7 +93,7 @@ pub struct Settling {
     pub slide_m: f64,
     /// How far the other item that moved most moved, in metres.
     pub disturbance_m: f64,
-    /// How far it, or an item that it has lifted, sticks out above the rim, in metres.
+    /// How far it, or an item that it has lifted, may stick out above the rim, in metres.
     pub above_rim_m: f64,
     /// Whether the item was at rest at the end.
     pub is_still: bool,

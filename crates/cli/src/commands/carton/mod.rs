@@ -184,6 +184,7 @@ impl CartonArguments {
         let simulated = Simulated {
             scan: Sampling::Greatest,
             camera: None,
+            preloaded: None,
             cell,
         };
         Ok(Open {

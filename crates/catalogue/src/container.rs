@@ -1,0 +1,341 @@
+//! A container's inside from a mesh of it: the largest box or tote that stands nowhere in a wall.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Point3, Vector3};
+use parry3d::math::Vector;
+use parry3d::query::{Ray, RayCast};
+use parry3d::shape::TriMesh;
+use ppnpack_packing::kernel::grid::ContainerSize;
+
+use crate::mesh::{Bounds, Mesh};
+
+/// Directions in which walls are looked for at a height.
+const DIRECTIONS: u32 = 180;
+
+/// Heights at which the inside is checked.
+const LEVELS: u32 = 9;
+
+/// Places along either side of the mesh that are looked at from above.
+const SAMPLES: u32 = 81;
+
+/// Number of places on either side of a wall's middle where it is looked at.
+const LOOKS: i32 = 8;
+
+/// Distance of the outermost of them, as a share of that to the next wall: round corners begin
+/// there.
+const BESIDE: f64 = 0.4;
+
+/// Distance of the heights at which leaning walls are measured from floor and rim, as a share of
+/// the depth.
+const END_SHARE: f64 = 0.15;
+
+/// Minimum depth of an inside, in metres.
+const LEAST_DEPTH_M: f64 = 0.01;
+
+/// Distance of the heights among which the rim is looked for, in metres.
+const RIM_STEP_M: f64 = 0.0005;
+
+/// Maximum height of what belongs to the floor, such as ribs, in metres.
+const FLOOR_RIBS_M: f64 = 0.005;
+
+/// Maximum that something may stand in the inside, in metres.
+const TOLERANCE_M: f64 = 0.0015;
+
+/// Minimum slope of a wall that leans.
+const LEAST_SLOPE: f64 = 0.004;
+
+/// Maximum slope of a wall: what leans further stands before it.
+const MOST_SLOPE: f64 = 0.3;
+
+/// Minimum share of a mesh's inside that a box or tote has to use.
+const LEAST_USED: f64 = 0.9;
+
+/// Why a mesh is no container.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NoContainer {
+    /// Nothing is enclosed below a rim.
+    #[error(
+        "it has no inside that is open at the top and at least 1 cm deep: z has to be up, and the \
+         unit the file's"
+    )]
+    NoInside,
+    /// A wall leans inwards.
+    #[error("a wall leans inwards by {0:.1} degrees: items cannot be let down beside it")]
+    LeansInwards(f64),
+    /// The numbers that were found are impossible.
+    #[error("{0}")]
+    Shape(String),
+    /// Something stands between the walls.
+    #[error(
+        "something stands {:.0} mm into its inside, {:.1} cm above the floor: leave it out of the \
+         mesh and tell it by `taken`",
+        1e3 * .by_m,
+        1e2 * .height_m
+    )]
+    Within {
+        /// How far it is from the nearest wall, or from the floor, in metres.
+        by_m: f64,
+        /// Its height above the floor, in metres.
+        height_m: f64,
+    },
+    /// Much of the inside is beside every box and tote.
+    #[error(
+        "{0:.0} % of what is open at its top is beside the largest box or tote in it: its sides \
+         have to be along x and y, and a divider is told by `taken` in place of the mesh"
+    )]
+    Beside(f64),
+}
+
+/// Finds the container's size, the common lean of its walls and the radius of its vertical edges:
+/// in whole millimetres and tenths of a degree, so that all of it is inside. The mesh has z up.
+///
+/// # Errors
+/// [`NoContainer`] where the inside is no box or tote along x and y.
+pub fn inside(mesh: &Mesh) -> Result<ContainerSize, NoContainer> {
+    let cavity = Cavity::of(mesh).ok_or(NoContainer::NoInside)?;
+    let found = cavity.measure()?;
+    let shape = found.size.validate_shape();
+    shape.map_err(|error| NoContainer::Shape(error.to_string()))?;
+    cavity.check(&found)?;
+    Ok(found.size)
+}
+
+/// What is enclosed below the rim.
+struct Cavity {
+    shape: TriMesh,
+    bounds: Bounds,
+    floor_m: f64,
+    rim_m: f64,
+}
+
+/// A container in the frame of the mesh.
+struct Found {
+    size: ContainerSize,
+    /// Its corner on the floor.
+    corner: Point3<f64>,
+}
+
+impl Cavity {
+    /// Looks for floor and rim, with the middle of the mesh at the origin.
+    fn of(mesh: &Mesh) -> Option<Self> {
+        let bounds = mesh.bounds()?;
+        let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
+        let centred = |point: &Point3<f64>| vector(&(point - middle));
+        let vertices = mesh.vertices.iter().map(centred).collect();
+        let shape = TriMesh::new(vertices, mesh.triangles.clone()).ok()?;
+        let highest = Point3::from(bounds.highest - middle);
+        let mut cavity = Self {
+            shape,
+            bounds: Bounds {
+                lowest: Point3::from(bounds.lowest - middle),
+                highest,
+            },
+            floor_m: highest.z,
+            rim_m: highest.z,
+        };
+        cavity.floor_m = cavity.floor_m()?;
+        let steps = ((highest.z - cavity.floor_m) / RIM_STEP_M) as u32;
+        let heights = (1..=steps).map(|step| highest.z - f64::from(step) * RIM_STEP_M);
+        let below = heights.into_iter().find(|z_m| cavity.is_enclosed(*z_m))?;
+        let (mut below, mut above) = (below, below + RIM_STEP_M);
+        for _ in 0..12 {
+            let between = 0.5 * (below + above);
+            match cavity.is_enclosed(between) {
+                true => below = between,
+                false => above = between,
+            }
+        }
+        cavity.rim_m = below;
+        (cavity.depth_m() >= LEAST_DEPTH_M).then_some(cavity)
+    }
+
+    /// Gives the height of what belongs to the floor.
+    fn floor_m(&self) -> Option<f64> {
+        let half = self.bounds.extents_m() * 0.25;
+        let places = (-4..=4).flat_map(|x| (-4..=4).map(move |y| [f64::from(x), f64::from(y)]));
+        let tops = places.map(|[x, y]| self.top_m(x / 4.0 * half.x, y / 4.0 * half.y));
+        let mut tops = tops.collect::<Option<Vec<f64>>>()?;
+        tops.sort_by(f64::total_cmp);
+        let median_m = *tops.get(tops.len() / 2)?;
+        tops.into_iter()
+            .rfind(|top_m| *top_m <= median_m + FLOOR_RIBS_M)
+    }
+
+    fn depth_m(&self) -> f64 {
+        self.rim_m - self.floor_m
+    }
+
+    /// Gives the height of what is seen at a place from above.
+    fn top_m(&self, x_m: f64, y_m: f64) -> Option<f64> {
+        let above = Point3::new(x_m, y_m, self.bounds.highest.z + 1.0);
+        Some(above.z - self.distance_m(&above, Vector3::new(0.0, 0.0, -1.0))?)
+    }
+
+    /// Says whether there is a wall in all directions at a height.
+    fn is_enclosed(&self, z_m: f64) -> bool {
+        directions().all(|angle_rad| {
+            // A ray may slip through between two triangles.
+            let mut looks = [angle_rad, angle_rad + 1e-3].into_iter();
+            looks.any(|angle_rad| {
+                self.wall_m(&Point3::new(0.0, 0.0, z_m), angle_rad)
+                    .is_some()
+            })
+        })
+    }
+
+    fn wall_m(&self, from: &Point3<f64>, angle_rad: f64) -> Option<f64> {
+        self.distance_m(from, Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0))
+    }
+
+    fn distance_m(&self, from: &Point3<f64>, towards: Vector3<f64>) -> Option<f64> {
+        let ray = Ray::new(vector(&from.coords), vector(&towards));
+        let found = self.shape.cast_local_ray(&ray, f32::MAX, false);
+        found.map(f64::from)
+    }
+
+    /// Measures the nearest that a wall comes to the axis at a height: towards x, y, -x or -y.
+    fn nearest_wall_m(&self, side: u8, z_m: f64) -> Option<f64> {
+        let angle_rad = f64::from(side) * 0.5 * PI;
+        let (sin, cos) = angle_rad.sin_cos();
+        let axis = Point3::new(0.0, 0.0, z_m);
+        let beside = Vector3::new(-sin, cos, 0.0);
+        let looks = (-LOOKS..=LOOKS).filter_map(|look| {
+            let share = f64::from(look) / f64::from(LOOKS) * BESIDE;
+            let room_m = self.wall_m(&axis, angle_rad + 0.5 * PI * share.signum())?;
+            self.wall_m(&(axis + beside * share * room_m), angle_rad)
+        });
+        looks.min_by(f64::total_cmp)
+    }
+
+    fn measure(&self) -> Result<Found, NoContainer> {
+        let low_m = self.floor_m + END_SHARE * self.depth_m();
+        let high_m = self.rim_m - END_SHARE * self.depth_m();
+        let at = |z_m: f64| {
+            let sides = [0, 1, 2, 3].map(|side| self.nearest_wall_m(side, z_m));
+            let all: Option<Vec<f64>> = sides.into_iter().collect();
+            all.ok_or(NoContainer::NoInside)
+        };
+        let walls: Vec<(f64, f64)> = at(low_m)?.into_iter().zip(at(high_m)?).collect();
+        let within = |(low, high): &&(f64, f64)| high - low > MOST_SLOPE * (high_m - low_m);
+        if let Some((low, high)) = walls.iter().find(within) {
+            let (by_m, height_m) = (high - low, low_m - self.floor_m);
+            return Err(NoContainer::Within { by_m, height_m });
+        }
+        let slopes = walls
+            .iter()
+            .map(|(low, high)| (high - low) / (high_m - low_m));
+        let least = slopes.clone().fold(f64::INFINITY, f64::min);
+        if least < -LEAST_SLOPE {
+            return Err(NoContainer::LeansInwards(-least.atan().to_degrees()));
+        }
+        let draft = rounded_up(slopes.fold(0.0, f64::max).atan().to_degrees(), 0.1);
+        let draft_rad = match draft < LEAST_SLOPE.atan().to_degrees() {
+            true => 0.0,
+            false => draft.to_radians(),
+        };
+        let at_rim = |(low, high): &(f64, f64)| {
+            let slope = draft_rad.tan();
+            (low + slope * (self.rim_m - low_m)).min(high + slope * (self.rim_m - high_m))
+        };
+        let at_rim: Vec<f64> = walls.iter().map(at_rim).collect();
+        let &[right, back, left, front] = at_rim.as_slice() else {
+            return Err(NoContainer::NoInside);
+        };
+        let [x_m, y_m, z_m] = [right + left, back + front, self.depth_m()].map(rounded_down_mm);
+        let mut size = ContainerSize::cuboid(x_m, y_m, z_m);
+        size.draft_rad = draft_rad;
+        let corner = Point3::new(
+            0.5 * (right - left - x_m),
+            0.5 * (back - front - y_m),
+            self.floor_m,
+        );
+        let found = Found { size, corner };
+        let round_m = [low_m, high_m].map(|height_m| self.corner_radius_m(&found, height_m));
+        size.corner_radius_m = rounded_up(round_m[0].max(round_m[1]), 0.001);
+        Ok(Found { size, corner })
+    }
+
+    /// Gives the largest radius of the vertical edges at a height: that of the arc which a ray to
+    /// the corner meets where it meets the wall.
+    fn corner_radius_m(&self, Found { size, corner }: &Found, z_m: f64) -> f64 {
+        let middle = corner + Vector3::new(0.5 * size.x_m, 0.5 * size.y_m, z_m - corner.z);
+        let setback_m = size.setback_m(z_m - self.floor_m);
+        let [a, b] = [size.x_m, size.y_m].map(|side_m| 0.5 * side_m - setback_m);
+        let corners = [(a, b), (-a, b), (-a, -b), (a, -b)];
+        let radii = corners.map(|(x, y)| {
+            let to_corner_m = a.hypot(b);
+            let to_wall_m = self.wall_m(&middle, y.atan2(x)).unwrap_or(to_corner_m);
+            let left = (1.0 - to_wall_m / to_corner_m).max(0.0);
+            left * (a + b + (2.0 * a * b).sqrt())
+        });
+        radii.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Checks that nothing of the mesh is within, and little of its inside beside it.
+    fn check(&self, Found { size, corner }: &Found) -> Result<(), NoContainer> {
+        let middle = corner + Vector3::new(0.5 * size.x_m, 0.5 * size.y_m, 0.0);
+        let within = |point: Point3<f64>| -size.beyond_walls_m(&Point3::from(point - corner));
+        for level in 0..LEVELS {
+            let height_m = size.z_m * (f64::from(level) + 0.5) / f64::from(LEVELS);
+            let from = middle + Vector3::new(0.0, 0.0, height_m);
+            for angle_rad in directions() {
+                // Where a wall has a hole, what is above and below it counts.
+                let Some(wall_m) = self.wall_m(&from, angle_rad) else {
+                    continue;
+                };
+                let towards = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
+                let by_m = within(from + towards * wall_m);
+                if by_m > TOLERANCE_M {
+                    return Err(NoContainer::Within { by_m, height_m });
+                }
+            }
+        }
+        let sides_m = self.bounds.extents_m() / f64::from(SAMPLES);
+        let mut open_m3 = 0.0;
+        for sample in 0..SAMPLES * SAMPLES {
+            let along = |number: u32, side_m: f64| {
+                (f64::from(number) + 0.5 - 0.5 * f64::from(SAMPLES)) * side_m
+            };
+            let (x_m, y_m) = (
+                along(sample / SAMPLES, sides_m.x),
+                along(sample % SAMPLES, sides_m.y),
+            );
+            let Some(top_m) = self.top_m(x_m, y_m) else {
+                continue;
+            };
+            open_m3 += (self.rim_m - top_m).max(0.0) * sides_m.x * sides_m.y;
+            let height_m = top_m - self.floor_m;
+            let by_m = height_m.min(within(Point3::new(x_m, y_m, top_m)));
+            if by_m > TOLERANCE_M {
+                return Err(NoContainer::Within { by_m, height_m });
+            }
+        }
+        let used = size.volume_m3() / open_m3;
+        match used < LEAST_USED {
+            true => Err(NoContainer::Beside(100.0 * (1.0 - used))),
+            false => Ok(()),
+        }
+    }
+}
+
+/// The directions in which walls are looked for, in radians; none is along an axis.
+fn directions() -> impl Iterator<Item = f64> {
+    (0..DIRECTIONS).map(|number| (f64::from(number) + 0.37) * TAU / f64::from(DIRECTIONS))
+}
+
+fn vector(from: &Vector3<f64>) -> Vector {
+    Vector::new(from.x as f32, from.y as f32, from.z as f32)
+}
+
+/// Rounds down to whole millimetres, but for what a mesh's numbers are rounded by.
+fn rounded_down_mm(length_m: f64) -> f64 {
+    (1e3 * length_m + 0.1).floor() / 1e3
+}
+
+/// Rounds up to a whole number of steps, but for what a mesh's numbers are rounded by.
+fn rounded_up(value: f64, step: f64) -> f64 {
+    let per_one = (1.0 / step).round();
+    (value * per_one - 0.2).ceil().max(0.0) / per_one
+}
