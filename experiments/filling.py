@@ -29,7 +29,7 @@ def columns(runs, others):
         of_share("unsteady_percent", "unsteady", unsteady, placed),
         of_count("placed", None, placed),
         of_count("unsteady", None, unsteady),
-        of_count("above_rim", "containers with something above the rim", sum(above > RIM_M for above in of("above_rim_m"))),
+        of_count("above_rim", "containers with something above the rim", sum(above_m > RIM_M for above_m in of("above_rim_m"))),
         of_mean("set_aside", "set aside", 1, of("set_aside")),
         of_share("in_other_pose_percent", "in another pose", sum(of("in_other_pose")), placed),
         of_count("steps_widened", "steps widened", sum(of("steps_widened"))),

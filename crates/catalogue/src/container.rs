@@ -33,8 +33,10 @@ const END_SHARE: f64 = 0.15;
 /// Minimum depth of an inside, in metres.
 const LEAST_DEPTH_M: f64 = 0.01;
 
-/// Distance of the heights among which the rim is looked for, in metres.
-const RIM_STEP_M: f64 = 0.0005;
+/// Number of heights among which the rim is looked for, and how often what is between two is halved
+/// then.
+const RIM_STEPS: u32 = 500;
+const HALVINGS: u32 = 16;
 
 /// Maximum height of what belongs to the floor, such as ribs, in metres.
 const FLOOR_RIBS_M: f64 = 0.005;
@@ -120,11 +122,17 @@ struct Found {
 impl Cavity {
     /// Looks for floor and rim, with the middle of the mesh at the origin.
     fn of(mesh: &Mesh) -> Option<Self> {
-        let bounds = mesh.bounds()?;
+        let is_finite = |corner: &Point3<f64>| corner.coords.sum().is_finite();
+        let triangles = mesh
+            .corners()
+            .filter(|corners| corners.iter().all(is_finite));
+        let corners: Vec<Point3<f64>> = triangles.flatten().collect();
+        let bounds = Bounds::of(&corners)?;
         let middle = nalgebra::center(&bounds.lowest, &bounds.highest);
-        let centred = |point: &Point3<f64>| vector(&(point - middle));
-        let vertices = mesh.vertices.iter().map(centred).collect();
-        let shape = TriMesh::new(vertices, mesh.triangles.clone()).ok()?;
+        let vertices = corners.iter().map(|corner| vector(&(corner - middle)));
+        let numbers =
+            (0..corners.len() as u32 / 3).map(|number| [0, 1, 2].map(|at| 3 * number + at));
+        let shape = TriMesh::new(vertices.collect(), numbers.collect()).ok()?;
         let highest = Point3::from(bounds.highest - middle);
         let mut cavity = Self {
             shape,
@@ -136,11 +144,11 @@ impl Cavity {
             rim_m: highest.z,
         };
         cavity.floor_m = cavity.floor_m()?;
-        let steps = ((highest.z - cavity.floor_m) / RIM_STEP_M) as u32;
-        let heights = (1..=steps).map(|step| highest.z - f64::from(step) * RIM_STEP_M);
-        let below = heights.into_iter().find(|z_m| cavity.is_enclosed(*z_m))?;
-        let (mut below, mut above) = (below, below + RIM_STEP_M);
-        for _ in 0..12 {
+        let step_m = (highest.z - cavity.floor_m) / f64::from(RIM_STEPS);
+        let mut heights = (1..=RIM_STEPS).map(|step| highest.z - f64::from(step) * step_m);
+        let below = heights.find(|z_m| cavity.is_enclosed(*z_m))?;
+        let (mut below, mut above) = (below, below + step_m);
+        for _ in 0..HALVINGS {
             let between = 0.5 * (below + above);
             match cavity.is_enclosed(between) {
                 true => below = between,

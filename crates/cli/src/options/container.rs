@@ -10,6 +10,9 @@ use serde::Deserialize;
 use super::file;
 use crate::quantity::{parse_angle, parse_distance, parse_size};
 
+/// Maximum side of a container from a mesh, in metres: above it the unit is most likely wrong.
+const MOST_SIDE_M: f64 = 5.0;
+
 /// The content of a container's file, in the way that the options write lengths.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,7 +49,11 @@ impl ContainerFile {
                 let named = |error: &dyn std::error::Error| format!("{}: {error}", mesh.display());
                 let unit = self.unit.unwrap_or_default();
                 let mesh = reader::read(&folder.join(mesh), unit).map_err(|error| named(&error))?;
-                container::inside(&mesh).map_err(|error| named(&error))
+                let size = container::inside(&mesh).map_err(|error| named(&error))?;
+                match size.x_m.max(size.y_m) > MOST_SIDE_M {
+                    true => Err(format!("{size} inside: what is the mesh's `unit`?")),
+                    false => Ok(size),
+                }
             }
             _ => Err("tell `size` with `draft` and `corner_radius`, or `mesh` with `unit`".into()),
         }
@@ -174,6 +181,9 @@ mod tests {
         let size = ContainerSize::cuboid(0.4, 0.3, 0.25);
         let error = refused(&walls(size), "mm");
         assert!(error.contains("z has to be up, and the unit"), "{error}");
+        let large = ContainerSize::cuboid(10.0, 8.0, 5.0);
+        let error = refused(&walls(large), "m");
+        assert!(error.contains("what is the mesh's `unit`?"), "{error}");
         let solid = Mesh::cuboid([0.0; 3], [0.4, 0.3, 0.25]);
         let error = refused(&solid, "m");
         assert!(error.contains("no inside"), "{error}");
