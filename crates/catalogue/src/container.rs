@@ -38,6 +38,9 @@ const LEAST_DEPTH_M: f64 = 0.01;
 const RIM_STEPS: u32 = 500;
 const HALVINGS: u32 = 16;
 
+/// Minimum number of 81 places around the middle that have something below them.
+const LEAST_FLOOR: usize = 60;
+
 /// Maximum height of what belongs to the floor, such as ribs, in metres.
 const FLOOR_RIBS_M: f64 = 0.005;
 
@@ -163,8 +166,12 @@ impl Cavity {
     fn floor_m(&self) -> Option<f64> {
         let half = self.bounds.extents_m() * 0.25;
         let places = (-4..=4).flat_map(|x| (-4..=4).map(move |y| [f64::from(x), f64::from(y)]));
-        let tops = places.map(|[x, y]| self.top_m(x / 4.0 * half.x, y / 4.0 * half.y));
-        let mut tops = tops.collect::<Option<Vec<f64>>>()?;
+        // A ray may slip through between two triangles.
+        let tops = places.filter_map(|[x, y]| self.top_m(x / 4.0 * half.x, y / 4.0 * half.y));
+        let mut tops: Vec<f64> = tops.collect();
+        if tops.len() < LEAST_FLOOR {
+            return None;
+        }
         tops.sort_by(f64::total_cmp);
         let median_m = *tops.get(tops.len() / 2)?;
         tops.into_iter()
