@@ -268,7 +268,9 @@ impl Cavity {
         );
         let found = Found { size, corner };
         let round_m = [low_m, high_m].map(|height_m| self.corner_radius_m(&found, height_m));
-        size.corner_radius_m = rounded_up(round_m[0].max(round_m[1]), 0.001);
+        let half_m = 0.5 * (x_m.min(y_m) - 2.0 * size.setback_m(0.0));
+        let round_m = round_m[0].max(round_m[1]);
+        size.corner_radius_m = rounded_up(round_m, 0.001).min(rounded_down_mm(half_m));
         Ok(Found { size, corner })
     }
 
@@ -288,50 +290,59 @@ impl Cavity {
         radii.into_iter().fold(0.0, f64::max)
     }
 
-    /// Checks that nothing of the mesh is within, and little of its inside beside it.
-    fn check(&self, Found { size, corner }: &Found) -> Result<(), NoContainer> {
-        let middle = corner + Vector3::new(0.5 * size.x_m, 0.5 * size.y_m, 0.0);
-        let within = |point: Point3<f64>| -size.beyond_walls_m(&Point3::from(point - corner));
-        for level in 0..LEVELS {
-            let height_m = size.z_m * (f64::from(level) + 0.5) / f64::from(LEVELS);
-            let from = middle + Vector3::new(0.0, 0.0, height_m);
-            for angle_rad in directions() {
-                // Where a wall has a hole, what is above and below it counts.
-                let Some(wall_m) = self.wall_m(&from, angle_rad) else {
-                    continue;
-                };
-                let towards = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
-                let by_m = within(from + towards * wall_m);
-                if by_m > TOLERANCE_M {
-                    return Err(NoContainer::Within { by_m, height_m });
-                }
-            }
-        }
+    /// Checks that little of the inside is beside what was found, and nothing of the mesh within.
+    fn check(&self, found: &Found) -> Result<(), NoContainer> {
         let sides_m = self.bounds.extents_m() / f64::from(SAMPLES);
-        let mut open_m3 = 0.0;
-        for sample in 0..SAMPLES * SAMPLES {
-            let along = |number: u32, side_m: f64| {
-                (f64::from(number) + 0.5 - 0.5 * f64::from(SAMPLES)) * side_m
-            };
-            let (x_m, y_m) = (
-                along(sample / SAMPLES, sides_m.x),
-                along(sample % SAMPLES, sides_m.y),
-            );
-            let Some(top_m) = self.top_m(x_m, y_m) else {
-                continue;
-            };
-            open_m3 += (self.rim_m - top_m).max(0.0) * sides_m.x * sides_m.y;
-            let height_m = top_m - self.floor_m;
-            let by_m = height_m.min(within(Point3::new(x_m, y_m, top_m)));
-            if by_m > TOLERANCE_M {
-                return Err(NoContainer::Within { by_m, height_m });
+        let along = |number: u32, side_m: f64| {
+            (f64::from(number) + 0.5 - 0.5 * f64::from(SAMPLES)) * side_m
+        };
+        let samples = (0..SAMPLES * SAMPLES).filter_map(|sample| {
+            let (x, y) = (sample / SAMPLES, sample % SAMPLES);
+            let (x_m, y_m) = (along(x, sides_m.x), along(y, sides_m.y));
+            Some(Point3::new(x_m, y_m, self.top_m(x_m, y_m)?))
+        });
+        let tops: Vec<Point3<f64>> = samples.collect();
+        let depths_m = tops.iter().map(|top| (self.rim_m - top.z).max(0.0));
+        let open_m3 = depths_m.sum::<f64>() * sides_m.x * sides_m.y;
+        let used = found.size.volume_m3() / open_m3;
+        if used < LEAST_USED {
+            return Err(NoContainer::Beside(100.0 * (1.0 - used)));
+        }
+        let walls = self.walls_seen_from(found);
+        let within = walls.map(|point| (found.within_m(&point), point));
+        let tops = tops.iter().map(|top| {
+            let height_m = top.z - self.floor_m;
+            (height_m.min(found.within_m(top)), *top)
+        });
+        let mut within = within.chain(tops);
+        match within.find(|(by_m, _)| *by_m > TOLERANCE_M) {
+            Some((by_m, point)) => {
+                let height_m = point.z - self.floor_m;
+                Err(NoContainer::Within { by_m, height_m })
             }
+            None => Ok(()),
         }
-        let used = size.volume_m3() / open_m3;
-        match used < LEAST_USED {
-            true => Err(NoContainer::Beside(100.0 * (1.0 - used))),
-            false => Ok(()),
-        }
+    }
+
+    /// Gives the points of walls that are seen from the middle, at some heights. Where a wall has a
+    /// hole, what is above and below it counts.
+    fn walls_seen_from(&self, Found { size, corner }: &Found) -> impl Iterator<Item = Point3<f64>> {
+        let middle = corner + Vector3::new(0.5 * size.x_m, 0.5 * size.y_m, 0.0);
+        let step_m = size.z_m / f64::from(LEVELS);
+        (0..LEVELS).flat_map(move |level| {
+            let from = middle + Vector3::new(0.0, 0.0, step_m * (f64::from(level) + 0.5));
+            directions().filter_map(move |angle_rad| {
+                let towards = Vector3::new(angle_rad.cos(), angle_rad.sin(), 0.0);
+                Some(from + towards * self.wall_m(&from, angle_rad)?)
+            })
+        })
+    }
+}
+
+impl Found {
+    /// Measures how far a point is from the nearest wall, on its inner side.
+    fn within_m(&self, point: &Point3<f64>) -> f64 {
+        -self.size.beyond_walls_m(&Point3::from(point - self.corner))
     }
 }
 
