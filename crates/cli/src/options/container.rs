@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::file;
 use crate::quantity::{parse_angle, parse_distance, parse_size};
 
-/// Maximum side of a container from a mesh, in metres: above it the unit is most likely wrong.
+/// Maximum side of a container's mesh, in metres: above it the unit is most likely wrong.
 const MOST_SIDE_M: f64 = 5.0;
 
 /// The content of a container's file, in the way that the options write lengths.
@@ -41,19 +41,24 @@ pub(crate) fn parse_container(text: &str) -> Result<ContainerSize, String> {
     file.container(folder).map_err(in_file)
 }
 
+/// Gives the inside of a container's mesh.
+fn by_mesh(path: &Path, unit: LengthUnit) -> Result<ContainerSize, String> {
+    let mesh = reader::read(path, unit).map_err(|error| error.to_string())?;
+    let sides_m = mesh.bounds().map(|bounds| bounds.extents_m());
+    let longest_m = sides_m.map_or(0.0, |sides_m| sides_m.max());
+    if longest_m > MOST_SIDE_M {
+        return Err(format!("it is {longest_m:.0} m long: what is its `unit`?"));
+    }
+    container::inside(&mesh).map_err(|error| error.to_string())
+}
+
 impl ContainerFile {
     fn container(&self, folder: &Path) -> Result<ContainerSize, String> {
         match (&self.size, &self.mesh) {
             (Some(size), None) if self.unit.is_none() => self.by_numbers(size),
             (None, Some(mesh)) if self.draft.is_none() && self.corner_radius.is_none() => {
-                let named = |error: &dyn std::error::Error| format!("{}: {error}", mesh.display());
-                let unit = self.unit.unwrap_or_default();
-                let mesh = reader::read(&folder.join(mesh), unit).map_err(|error| named(&error))?;
-                let size = container::inside(&mesh).map_err(|error| named(&error))?;
-                match size.x_m.max(size.y_m) > MOST_SIDE_M {
-                    true => Err(format!("{size} inside: what is the mesh's `unit`?")),
-                    false => Ok(size),
-                }
+                let found = by_mesh(&folder.join(mesh), self.unit.unwrap_or_default());
+                found.map_err(|error| format!("{}: {error}", mesh.display()))
             }
             _ => Err("tell `size` with `draft` and `corner_radius`, or `mesh` with `unit`".into()),
         }
@@ -183,7 +188,10 @@ mod tests {
         assert!(error.contains("z has to be up, and the unit"), "{error}");
         let large = ContainerSize::cuboid(10.0, 8.0, 5.0);
         let error = refused(&walls(large), "m");
-        assert!(error.contains("what is the mesh's `unit`?"), "{error}");
+        assert!(
+            error.contains("tote.stl: it is 10 m long: what is its `unit`?"),
+            "{error}"
+        );
         let solid = Mesh::cuboid([0.0; 3], [0.4, 0.3, 0.25]);
         let error = refused(&solid, "m");
         assert!(error.contains("no inside"), "{error}");
