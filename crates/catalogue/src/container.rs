@@ -38,7 +38,9 @@ const LEAST_DEPTH_M: f64 = 0.01;
 const RIM_STEPS: u32 = 500;
 const HALVINGS: u32 = 16;
 
-/// Minimum number of 81 places around the middle that have something below them.
+/// Number of places to either side of the middle where the floor is looked at, and how many of all
+/// have to have one.
+const FLOOR_LOOKS: i32 = 4;
 const LEAST_FLOOR: usize = 60;
 
 /// Maximum height of what belongs to the floor, such as ribs, in metres.
@@ -122,6 +124,28 @@ struct Found {
     corner: Point3<f64>,
 }
 
+/// A wall at two heights: each with the distance of the wall from the middle of the mesh, in
+/// metres.
+#[derive(Clone, Copy)]
+struct Wall {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Wall {
+    /// Gives how far it leans outwards for its height.
+    fn slope(&self) -> f64 {
+        let ([low_m, at_low_m], [high_m, at_high_m]) = (self.low, self.high);
+        (at_high_m - at_low_m) / (high_m - low_m)
+    }
+
+    /// Gives the distance at the rim of a wall that leans so far and stands nowhere in this one.
+    fn at_rim_m(&self, rim_m: f64, draft_rad: f64) -> f64 {
+        let from = |[height_m, at_m]: [f64; 2]| at_m + draft_rad.tan() * (rim_m - height_m);
+        from(self.low).min(from(self.high))
+    }
+}
+
 impl Cavity {
     /// Looks for floor and rim, with the middle of the mesh at the origin.
     fn of(mesh: &Mesh) -> Option<Self> {
@@ -164,10 +188,11 @@ impl Cavity {
 
     /// Gives the height of what belongs to the floor.
     fn floor_m(&self) -> Option<f64> {
-        let half = self.bounds.extents_m() * 0.25;
-        let places = (-4..=4).flat_map(|x| (-4..=4).map(move |y| [f64::from(x), f64::from(y)]));
+        let step_m = self.bounds.extents_m() * 0.25 / f64::from(FLOOR_LOOKS);
+        let along = || (-FLOOR_LOOKS..=FLOOR_LOOKS).map(f64::from);
+        let places = along().flat_map(|x| along().map(move |y| [x, y]));
         // A ray may slip through between two triangles.
-        let tops = places.filter_map(|[x, y]| self.top_m(x / 4.0 * half.x, y / 4.0 * half.y));
+        let tops = places.filter_map(|[x, y]| self.top_m(x * step_m.x, y * step_m.y));
         let mut tops: Vec<f64> = tops.collect();
         if tops.len() < LEAST_FLOOR {
             return None;
@@ -224,54 +249,61 @@ impl Cavity {
         looks.min_by(f64::total_cmp)
     }
 
+    /// Measures a wall well above the floor and well below the rim; `None` where there is none.
+    fn wall(&self, side: u8) -> Option<Wall> {
+        let end_m = END_SHARE * self.depth_m();
+        let [low_m, high_m] = [self.floor_m + end_m, self.rim_m - end_m];
+        let at = |height_m| Some([height_m, self.nearest_wall_m(side, height_m)?]);
+        Some(Wall {
+            low: at(low_m)?,
+            high: at(high_m)?,
+        })
+    }
+
+    /// Gives the lean that all walls have at least room for, in radians.
+    fn draft_rad(&self, walls: &[Wall; 4]) -> Result<f64, NoContainer> {
+        let mut most = 0.0_f64;
+        for wall in walls {
+            let slope = wall.slope();
+            if slope > MOST_SLOPE {
+                return Err(NoContainer::Within {
+                    by_m: wall.high[1] - wall.low[1],
+                    height_m: wall.low[0] - self.floor_m,
+                });
+            }
+            if slope < -LEAST_SLOPE {
+                return Err(NoContainer::LeansInwards(-slope.atan().to_degrees()));
+            }
+            most = most.max(slope);
+        }
+        let leans = most >= LEAST_SLOPE;
+        let draft = rounded_up(most.atan().to_degrees(), 0.1).to_radians();
+        Ok(if leans { draft } else { 0.0 })
+    }
+
+    /// Takes the largest box or tote between the walls.
     fn measure(&self) -> Result<Found, NoContainer> {
-        let low_m = self.floor_m + END_SHARE * self.depth_m();
-        let high_m = self.rim_m - END_SHARE * self.depth_m();
-        let at = |z_m: f64| {
-            let sides = [0, 1, 2, 3].map(|side| self.nearest_wall_m(side, z_m));
-            let all: Option<Vec<f64>> = sides.into_iter().collect();
-            all.ok_or(NoContainer::NoInside)
-        };
-        let walls: Vec<(f64, f64)> = at(low_m)?.into_iter().zip(at(high_m)?).collect();
-        let within = |(low, high): &&(f64, f64)| high - low > MOST_SLOPE * (high_m - low_m);
-        if let Some((low, high)) = walls.iter().find(within) {
-            let (by_m, height_m) = (high - low, low_m - self.floor_m);
-            return Err(NoContainer::Within { by_m, height_m });
-        }
-        let slopes = walls
-            .iter()
-            .map(|(low, high)| (high - low) / (high_m - low_m));
-        let least = slopes.clone().fold(f64::INFINITY, f64::min);
-        if least < -LEAST_SLOPE {
-            return Err(NoContainer::LeansInwards(-least.atan().to_degrees()));
-        }
-        let draft = rounded_up(slopes.fold(0.0, f64::max).atan().to_degrees(), 0.1);
-        let draft_rad = match draft < LEAST_SLOPE.atan().to_degrees() {
-            true => 0.0,
-            false => draft.to_radians(),
-        };
-        let at_rim = |(low, high): &(f64, f64)| {
-            let slope = draft_rad.tan();
-            (low + slope * (self.rim_m - low_m)).min(high + slope * (self.rim_m - high_m))
-        };
-        let at_rim: Vec<f64> = walls.iter().map(at_rim).collect();
-        let &[right, back, left, front] = at_rim.as_slice() else {
+        let walls = [0, 1, 2, 3].map(|side| self.wall(side));
+        let [Some(right), Some(back), Some(left), Some(front)] = walls else {
             return Err(NoContainer::NoInside);
         };
+        let walls = [right, back, left, front];
+        let draft_rad = self.draft_rad(&walls)?;
+        let [right, back, left, front] = walls.map(|wall| wall.at_rim_m(self.rim_m, draft_rad));
         let [x_m, y_m, z_m] = [right + left, back + front, self.depth_m()].map(rounded_down_mm);
-        let mut size = ContainerSize::cuboid(x_m, y_m, z_m);
-        size.draft_rad = draft_rad;
         let corner = Point3::new(
             0.5 * (right - left - x_m),
             0.5 * (back - front - y_m),
             self.floor_m,
         );
-        let found = Found { size, corner };
-        let round_m = [low_m, high_m].map(|height_m| self.corner_radius_m(&found, height_m));
-        let half_m = 0.5 * (x_m.min(y_m) - 2.0 * size.setback_m(0.0));
-        let round_m = round_m[0].max(round_m[1]);
-        size.corner_radius_m = rounded_up(round_m, 0.001).min(rounded_down_mm(half_m));
-        Ok(Found { size, corner })
+        let mut size = ContainerSize::cuboid(x_m, y_m, z_m);
+        size.draft_rad = draft_rad;
+        let mut found = Found { size, corner };
+        let heights_m = [walls[0].low[0], walls[0].high[0]];
+        let radii_m = heights_m.map(|height_m| self.corner_radius_m(&found, height_m));
+        let most_m = rounded_down_mm(0.5 * x_m.min(y_m) - size.setback_m(0.0));
+        found.size.corner_radius_m = rounded_up(radii_m[0].max(radii_m[1]), 0.001).min(most_m);
+        Ok(found)
     }
 
     /// Gives the largest radius of the vertical edges at a height: that of the arc which a ray to

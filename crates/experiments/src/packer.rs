@@ -12,7 +12,7 @@ use ppnpack_packing::planning::method::{Method, OpenNetwork, ProposalSource, Sta
 use ppnpack_packing::planning::plan::Planner;
 use ppnpack_packing::ranking::step::Timings;
 use ppnpack_packing::streams::episode::{Episode, Observer, Play, play};
-use ppnpack_physics::outcome::is_unsteady;
+use ppnpack_physics::outcome::{self, is_unsteady};
 use ppnpack_physics::packing_cell::{Sampling, SimulatedPackingCell};
 use ppnpack_physics::settings::CellSettings;
 use ppnpack_physics::trial;
@@ -50,7 +50,6 @@ pub(crate) struct Packer<'a> {
 }
 
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(default)]
 pub(crate) struct Run {
     pub(crate) objects: Vec<usize>,
     pub(crate) items: usize,
@@ -230,11 +229,12 @@ impl Run {
 /// How far the highest item inside ends above the rim, in metres.
 fn above_rim_m(grid: &Grid, cell: &SimulatedPackingCell) -> f64 {
     let contents = cell.cell().contents().into_iter();
-    let tops = contents.filter(|body| body.inside).filter_map(|body| {
-        let posed = body.model.mesh.transformed(&body.container_from_item);
-        Some(posed.bounds()?.highest.z)
+    let inside = contents.filter(|body| body.inside);
+    let above_m = inside.map(|body| {
+        let (mesh, pose) = (&body.model.mesh, &body.container_from_item);
+        outcome::above_rim_m(grid.container(), mesh, pose)
     });
-    (tops.fold(0.0, f64::max) - grid.container().z_m).max(0.0)
+    above_m.fold(0.0, f64::max)
 }
 
 /// How many items toppled, slid or fell out when they were placed.

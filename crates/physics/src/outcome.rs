@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3, Vector3};
+use ppnpack_catalogue::mesh::Mesh;
 use ppnpack_catalogue::object::Model;
 use ppnpack_packing::kernel::grid::ContainerSize;
 use serde::{Deserialize, Serialize};
@@ -55,6 +56,17 @@ const SLIDE_LIMIT_M: f64 = 0.02;
 /// or is not inside the container.
 pub fn is_unsteady(toppled: bool, slide_m: f64, inside: bool) -> bool {
     toppled || !inside || slide_m > SLIDE_LIMIT_M
+}
+
+/// Measures how far a posed mesh sticks out above the rim, in metres; below 0 of one that ends lower.
+pub fn above_rim_m(
+    container: ContainerSize,
+    mesh: &Mesh,
+    container_from_mesh: &Isometry3<f64>,
+) -> f64 {
+    let heights_m = mesh.vertices.iter();
+    let heights_m = heights_m.map(|vertex| (container_from_mesh * vertex).z);
+    heights_m.fold(f64::NEG_INFINITY, f64::max) - container.z_m
 }
 
 /// The outcome of a placement by the end of its settling phase.

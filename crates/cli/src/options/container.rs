@@ -179,43 +179,41 @@ mod tests {
     #[test]
     fn a_mesh_that_is_no_container_is_refused_with_what_to_change() {
         let folder = tempfile::tempdir().unwrap();
-        let refused = |mesh: &Mesh, unit: &str| {
-            let path = of_mesh(folder.path(), mesh, unit);
-            parse_container(&path).unwrap_err()
-        };
         let size = ContainerSize::cuboid(0.4, 0.3, 0.25);
-        let error = refused(&walls(size), "mm");
-        assert!(error.contains("z has to be up, and the unit"), "{error}");
-        let large = ContainerSize::cuboid(10.0, 8.0, 5.0);
-        let error = refused(&walls(large), "m");
-        assert!(
-            error.contains("tote.stl: it is 10 m long: what is its `unit`?"),
-            "{error}"
-        );
-        let solid = Mesh::cuboid([0.0; 3], [0.4, 0.3, 0.25]);
-        let error = refused(&solid, "m");
-        assert!(error.contains("no inside"), "{error}");
-        let mut divided = walls(size);
-        divided.append(&Mesh::cuboid([0.25, 0.0, 0.0], [0.26, 0.3, 0.2]));
-        let error = refused(&divided, "m");
-        assert!(error.contains("mm into its inside"), "{error}");
-        let mut halved = walls(size);
-        halved.append(&Mesh::cuboid([0.25, 0.0, 0.0], [0.26, 0.3, 0.25]));
-        let error = refused(&halved, "m");
-        assert!(error.contains("divider"), "{error}");
-        let mut blocked = walls(size);
-        blocked.append(&Mesh::cuboid([0.3, 0.1, 0.0], [0.32, 0.12, 0.02]));
-        let error = refused(&blocked, "m");
-        assert!(error.contains("mm into its inside"), "{error}");
+        let with = |lowest: [f64; 3], highest: [f64; 3]| {
+            let mut mesh = walls(size);
+            mesh.append(&Mesh::cuboid(lowest, highest));
+            mesh
+        };
         let turned = Isometry3::rotation(Vector3::new(0.0, 0.0, 0.5));
-        let error = refused(&walls(size).transformed(&turned), "m");
-        assert!(error.contains("along x and y"), "{error}");
         let mut narrow = walls(size);
         for vertex in narrow.vertices.iter_mut().filter(|vertex| vertex.z > 0.2) {
             vertex.x = 0.2 + 0.9 * (vertex.x - 0.2);
         }
-        let error = refused(&narrow, "m");
-        assert!(error.contains("leans inwards by"), "{error}");
+        let large = walls(ContainerSize::cuboid(10.0, 8.0, 5.0));
+        for (mesh, unit, expected) in [
+            (large, "m", "tote.stl: it is 10 m long: what is its `unit`?"),
+            (walls(size), "mm", "z has to be up, and the unit"),
+            (Mesh::cuboid([0.0; 3], [0.4, 0.3, 0.25]), "m", "no inside"),
+            // A divider up to below the rim, one up to the rim, and a block.
+            (
+                with([0.25, 0.0, 0.0], [0.26, 0.3, 0.2]),
+                "m",
+                "mm into its inside",
+            ),
+            (with([0.25, 0.0, 0.0], [0.26, 0.3, 0.25]), "m", "a divider"),
+            (
+                with([0.3, 0.1, 0.0], [0.32, 0.12, 0.02]),
+                "m",
+                "mm into its inside",
+            ),
+            (walls(size).transformed(&turned), "m", "along x and y"),
+            (narrow, "m", "leans inwards by"),
+        ] {
+            let path = of_mesh(folder.path(), &mesh, unit);
+            let error = parse_container(&path).unwrap_err();
+            assert!(error.contains(expected), "{expected}: {error}");
+        }
     }
 
     #[test]

@@ -7,10 +7,11 @@ use ppnpack_packing::checks::trial::RIM_TOLERANCE_M;
 use ppnpack_packing::ranking::step::{Candidate, Timings};
 use ppnpack_packing::streams::episode::{Ending, SetAside, steps_widened};
 use ppnpack_packing::streams::metrics::Metrics;
+use ppnpack_physics::outcome::above_rim_m;
 use serde::Serialize;
 
 use super::arm::ArmWork;
-use super::{Content, Packing, Settings};
+use super::{Packing, Settings};
 use crate::text::{render, table, template};
 
 /// The content of `summary.json`.
@@ -217,23 +218,14 @@ impl Packing {
     }
 
     fn above_rim(&self) -> Vec<AboveRim> {
-        let rim_m = self.settings.grid.container().z_m;
+        let container = self.settings.grid.container();
         let placed = self.contents.iter().map(|(_, body)| body);
         let all = placed.chain(&self.preloaded);
         let inside = all.filter(|body| body.inside);
-        let above = inside.filter_map(
-            |Content {
-                 model,
-                 container_from_item,
-                 ..
-             }| {
-                let bounds = model.mesh.transformed(container_from_item).bounds()?;
-                Some(AboveRim {
-                    item: model.name.clone(),
-                    by_m: bounds.highest.z - rim_m,
-                })
-            },
-        );
+        let above = inside.map(|body| AboveRim {
+            item: body.model.name.clone(),
+            by_m: above_rim_m(container, &body.model.mesh, &body.container_from_item),
+        });
         let mut above: Vec<_> = above.filter(|item| item.by_m > RIM_TOLERANCE_M).collect();
         above.sort_by(|one, other| other.by_m.total_cmp(&one.by_m));
         above

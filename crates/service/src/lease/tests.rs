@@ -72,6 +72,15 @@ fn until(what: &str, is_so: impl Fn() -> bool) {
     }
 }
 
+/// Waits until a process is told of another that serves: until then it would find the cell free.
+fn until_told(process: &Process) {
+    until("announced", || {
+        let deadline = Instant::now() + LOOK_LIMIT;
+        let found = alive::tokens(process.session(), Some(Service::Bridge), deadline);
+        !found.unwrap().0.is_empty()
+    });
+}
+
 fn until_it_waits(process: &Process) {
     let text = "another bridge, instance bridge-1, serves cell c1";
     until(text, || {
@@ -88,6 +97,7 @@ fn another_of_the_same_name_is_waited_for_while_free_cells_are_served() {
     let (of, lease) = Taking::start(&first, &["c1"]).next();
     assert_eq!((of, lease.is_after_another), (cell("c1"), false));
 
+    until_told(&second);
     let taking = Taking::start(&second, &["c1", "c2"]);
     let (of, free) = taking.next();
     assert_eq!((of, free.is_after_another), (cell("c2"), false));
@@ -128,11 +138,7 @@ fn a_predecessor_that_was_killed_is_waited_for_until_its_token_has_gone() {
     let session = embedded::session(&hub).unwrap();
     let token = session.liveliness().declare_token(key).wait().unwrap();
     let waiting = bridge(&hub, 2);
-    until("announced", || {
-        let deadline = Instant::now() + LOOK_LIMIT;
-        let found = alive::tokens(waiting.session(), Some(Service::Bridge), deadline);
-        !found.unwrap().0.is_empty()
-    });
+    until_told(&waiting);
     let taking = Taking::start(&waiting, &["c1"]);
     taking.assert_nothing_for(ANSWER_LIMIT);
     drop(token);
@@ -146,6 +152,7 @@ fn who_waits_takes_nothing_over_while_the_router_is_away_and_comes_back() {
     let endpoint = hub.endpoint().to_owned();
     let (serving, waiting) = (bridge(&hub, 2), bridge(&hub, 1));
     let (_, _lease) = Taking::start(&serving, &["c1"]).next();
+    until_told(&waiting);
     let taking = Taking::start(&waiting, &["c1"]);
     until_it_waits(&waiting);
     drop(hub);
